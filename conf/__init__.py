@@ -1,0 +1,1 @@
+"""A video conference for links that cannot carry video."""

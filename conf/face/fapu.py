@@ -1,0 +1,93 @@
+"""FAPU: the face's own units, that make one motion fit many faces.
+
+A displacement travels as a number of units. The unit of each axis of each control point is 1/1024 of the distance that
+governs it in the neutral face, as in MPEG-4: what is a wide smile on a small mouth is a wide smile on a large one.
+Source: ISO/IEC 14496-2, Annex C, table of facial animation parameter units.
+"""
+
+from dataclasses import astuple, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINTS, INDEX
+
+UNITS_PER_DISTANCE = 1024
+
+
+@dataclass(frozen=True)
+class Fapu:
+    """The five distances of a neutral face, in the face's own length unit.
+
+    es0 : between the pupils
+    ens0 : from the eye line to the nose
+    mns0 : from the nose to the mouth
+    mw0 : mouth width
+    irisd0 : how far an upper lid travels to close, mean of both eyes
+    """
+
+    es0: float
+    ens0: float
+    mns0: float
+    mw0: float
+    irisd0: float
+
+    def __post_init__(self) -> None:
+        if not all(np.isfinite(d) and d > 0 for d in astuple(self)):
+            raise ValueError(f"every FAPU distance must be positive, got {self}")
+
+    @classmethod
+    def measure(cls, points: NDArray[np.floating], /, *, closed_lid_gap: float = 0.0) -> "Fapu":
+        """Measure the units on a neutral face.
+
+        points : (n, 3) control points of the neutral face, any length unit
+        closed_lid_gap : what still separates the two lid points of this face when the eye is shut, as a share of the
+            open gap: a drawn face closes to nothing, a tracker's landmarks do not
+        Raises ValueError if a distance is not positive.
+        """
+        at = {name: np.asarray(points[i], dtype=np.float64) for name, i in INDEX.items()}
+        eyes = (at["pupil_l"] + at["pupil_r"]) / 2
+        nose = (at["nose_bottom_edge_l"] + at["nose_bottom_edge_r"]) / 2
+        mouth = (at["outer_lip_corner_l"] + at["outer_lip_corner_r"]) / 2
+        gaps = [np.linalg.norm(at[f"eyelid_upper_{s}"] - at[f"eyelid_lower_{s}"]) for s in "lr"]
+        return cls(
+            es0=float(np.linalg.norm(at["pupil_l"] - at["pupil_r"])),
+            ens0=float(np.linalg.norm(eyes - nose)),
+            mns0=float(np.linalg.norm(nose - mouth)),
+            mw0=float(np.linalg.norm(at["outer_lip_corner_l"] - at["outer_lip_corner_r"])),
+            irisd0=float(np.mean(gaps)) * (1 - closed_lid_gap),
+        )
+
+    def lengths(self) -> NDArray[np.float64]:
+        """Return the (n, 3) length of one unit for each axis of each control point, in the face's length unit."""
+        distances = np.array(astuple(self))
+        return distances[_GOVERNING] / UNITS_PER_DISTANCE
+
+
+_FIELDS = ("es0", "ens0", "mns0", "mw0", "irisd0")
+
+# Which distance governs x, y and z of each feature point group; a name wins over its group.
+_BY_NAME = {
+    "eyelid": ("es0", "irisd0", "es0"),
+    "nose": ("ens0", "ens0", "ens0"),
+    "nostril": ("ens0", "ens0", "ens0"),
+}
+_BY_GROUP = {
+    "2": ("mw0", "mns0", "mw0"),  # inner lip, chin
+    "3": ("es0", "es0", "es0"),  # eyes
+    "4": ("ens0", "ens0", "ens0"),  # brows
+    "5": ("ens0", "ens0", "ens0"),  # cheeks
+    "8": ("mw0", "mns0", "mw0"),  # outer lip
+}
+
+
+def _governing_distances() -> NDArray[np.intp]:
+    table = np.empty((CONTROL_POINT_COUNT, 3), dtype=np.intp)
+    for point in CONTROL_POINTS:
+        named = _BY_NAME.get(point.name.split("_")[0])
+        axes = named or _BY_GROUP[point.feature_point.split(".")[0]]
+        table[point.index] = [_FIELDS.index(axis) for axis in axes]
+    return table
+
+
+_GOVERNING = _governing_distances()

@@ -1,0 +1,1 @@
+"""From datagrams to pictures: scene, renderer, windows, meter and the receiving loop."""

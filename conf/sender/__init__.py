@@ -1,0 +1,1 @@
+"""From camera or clip to datagrams: frame sources, tracker, pose, calibration and the sending loop."""
