@@ -1,6 +1,7 @@
 """What the two halves say to each other, as plain values. WIRE.md says how each looks in bytes."""
 
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,3 +36,21 @@ class MotionFrame:
     timestamp: float
     displacements: NDArray[np.float32]
     pose: NDArray[np.float64]
+
+
+class Presence(Enum):
+    """Whether there is a face before the sender's camera."""
+
+    FACE = 0
+    NO_FACE = 1
+
+
+@dataclass(frozen=True)
+class KeepAlive:
+    """The sender is there and has no motion to send: the face is still, or there is none.
+
+    timestamp : seconds on the sender's clock
+    """
+
+    timestamp: float
+    presence: Presence
