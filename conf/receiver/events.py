@@ -1,0 +1,83 @@
+"""What the viewer does with keyboard and mouse, and what each thing means.
+
+Lengths are picture heights, x right, y up, so that a drag means the same in every window.
+"""
+
+from dataclasses import dataclass
+
+from conf.receiver.scene import TOGGLES, View
+
+
+@dataclass(frozen=True)
+class KeyPressed:
+    """A key went down: its name as in KEYS, "space", "w", "escape"."""
+
+    key: str
+
+
+@dataclass(frozen=True)
+class Dragged:
+    """The mouse moved with a button held: "turn" or "pan"."""
+
+    purpose: str
+    dx: float
+    dy: float
+
+
+@dataclass(frozen=True)
+class Scrolled:
+    """The wheel turned; steps are positive away from the viewer."""
+
+    steps: float
+
+
+@dataclass(frozen=True)
+class Resized:
+    """The framebuffer has a new size in pixels."""
+
+    width: int
+    height: int
+
+
+Event = KeyPressed | Dragged | Scrolled | Resized
+
+# key -> (action, what the help says). Toggles of the view carry the toggle's name.
+KEYS = {
+    "space": ("pause", "pause and go on"),
+    "w": ("wireframe", "wireframe"),
+    "p": ("points", "control points"),
+    "m": ("meter", "meter"),
+    "c": ("centred", "centre the head, or as sent"),
+    "s": ("picture", "save a picture (JPG)"),
+    "r": ("record", "record a clip (AVI), stop recording"),
+    "f": ("full screen", "full screen"),
+    "h": ("help", "this help"),
+    "home": ("reset", "look straight again"),
+    "0": ("reset", ""),
+    "escape": ("quit", "quit"),
+    "q": ("quit", ""),
+}
+MOUSE = (("drag", "turn the head"), ("wheel", "zoom"), ("shift + drag", "move"))
+
+
+def action_of(event: Event) -> str | None:
+    """Return what a key asks for, None for other keys and events."""
+    return KEYS.get(event.key, (None, ""))[0] if isinstance(event, KeyPressed) else None
+
+
+def apply(view: View, event: Event) -> View:
+    """Return the view after an event: turned, zoomed, moved, toggled, or the same."""
+    match event:
+        case Dragged(purpose="turn", dx=dx, dy=dy):
+            return view.turned(dx, dy)
+        case Dragged(purpose="pan", dx=dx, dy=dy):
+            return view.panned(dx, dy)
+        case Scrolled(steps=steps):
+            return view.zoomed(steps)
+        case KeyPressed():
+            action = action_of(event)
+            if action in TOGGLES:
+                return view.toggled(str(action))
+            return view.reset() if action == "reset" else view
+        case _:
+            return view

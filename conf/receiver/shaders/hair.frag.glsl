@@ -1,0 +1,22 @@
+#include "light.glsl"
+
+uniform sampler2D atlas;
+
+in vec3 normal;
+in vec2 uv;
+
+out vec4 colour;
+
+// Hair, brows and lashes: soft, dark, one broad highlight; what the atlas leaves transparent is not there.
+void main() {
+    vec4 texel = texture(atlas, uv);
+    if (texel.a < 0.03) discard;
+    vec3 n = normalize(gl_FrontFacing ? normal : -normal);
+    vec3 albedo = to_linear(texel.rgb);
+    float key = clamp((dot(n, KEY) + 0.4) / 1.4, 0.0, 1.0);
+    const vec3 HALF = normalize(KEY + VIEW);
+    float shine = ggx(clamp(dot(n, HALF), 0.0, 1.0), 0.45) * 0.035;
+    float edge = fresnel(clamp(n.z, 0.0, 1.0));
+    vec3 rim = RIM_COLOUR * clamp(dot(n, RIM), 0.0, 1.0) * (0.03 + 0.12 * edge);
+    colour = finish(albedo * (KEY_COLOUR * key + ambient(n)) + KEY_COLOUR * shine + rim, texel.a);
+}
