@@ -1,0 +1,190 @@
+"""A face that can be moved: mesh, control points, operator and rigid parts together."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.errors import FileFormatError
+from conf.face.anchors import choose_anchors
+from conf.face.control_points import PUPILS
+from conf.face.fapu import Fapu
+from conf.face.geodesics import Surface
+from conf.face.head_pose import ES0_CM
+from conf.face.kernels import KERNELS
+from conf.face.learned import refine_operator
+from conf.face.mesh import Mesh, load_mesh
+from conf.face.operator_cache import cache_key, cached_operator
+from conf.face.ppc import read_ppc
+from conf.face.rbf import Operator, build_operator
+from conf.face.regions import Regions, split_regions
+from conf.face.rig import Rig
+from conf.face.rig_file import load_rig
+from conf.face.shapes import Shapes, load_shapes
+
+DEFAULT_HEAD = Path(str(files("conf"))) / "assets" / "head" / "head.obj"
+
+
+@dataclass(frozen=True)
+class Deformer:
+    """How control points carry the skin: what the user may choose.
+
+    kernel : a name from KERNELS
+    epsilon : locality, 1/cm; None takes the kernel's own
+    degree : of the polynomial, -1 none to 1 linear; None takes the least that is sound
+    smoothing : lambda
+    split : keep the lips and the lids apart by regions of influence
+    """
+
+    kernel: str = "multiquadric"
+    epsilon: float | None = None
+    degree: int | None = None
+    smoothing: float = 0.0
+    split: bool = True
+
+
+@dataclass(frozen=True)
+class FaceModel:
+    """A neutral face and what moves it, in model centimetres (6.4 between the pupils).
+
+    control_points : (n, 3) float64, neutral
+    fapu : the face's own units
+    operator : (V, n) float32, vertex offsets for displacements of the control points
+    smoothing : the lambda the operator took; more than asked for says that the system was singular
+    rig : rigid parts, if the face has any
+    """
+
+    mesh: Mesh
+    control_points: NDArray[np.float64]
+    fapu: Fapu
+    operator: NDArray[np.float32]
+    smoothing: float = 0.0
+    rig: Rig | None = None
+
+    @cached_property
+    def neutral(self) -> NDArray[np.float32]:
+        """The (V, 3) vertices at rest."""
+        return self.mesh.vertices.astype(np.float32)
+
+    @cached_property
+    def _units(self) -> NDArray[np.float32]:
+        return self.fapu.lengths().astype(np.float32)
+
+    def deform(
+        self, displacements: NDArray[np.floating], /, *, out: NDArray[np.float32] | None = None
+    ) -> NDArray[np.float32]:
+        """Move the face.
+
+        displacements : (n, 3) FAPU units, head pose removed
+        out : (V, 3) float32 to write to; without it a new array is made
+        Returns (V, 3) float32, model centimetres.
+        """
+        offsets = np.asarray(displacements, dtype=np.float32) * self._units
+        vertices = np.matmul(self.operator, offsets, out=out)
+        vertices += self.neutral
+        if self.rig is not None:
+            self.rig.pose(self.neutral, vertices, self.control_points, offsets)
+        return vertices
+
+    def deformed_points(self, displacements: NDArray[np.floating], /) -> NDArray[np.float32]:
+        """Return the (n, 3) control points where the displacements (FAPU units) have taken them, model centimetres."""
+        return self.control_points.astype(np.float32) + np.asarray(displacements, dtype=np.float32) * self._units
+
+
+def load_face(path: Path | str | None = None, /, *, kernel: str = "multiquadric") -> FaceModel:
+    """Open a face: the default head, or any mesh with its control points in a PPC file of the same name beside it.
+
+    Raises FileFormatError if a file is missing or is not what it should be; ValueError for an unknown kernel.
+    """
+    path = DEFAULT_HEAD if path is None else Path(path)
+    mesh = load_mesh(path)
+    points = read_ppc(path.with_suffix(".ppc"))
+    if path.resolve() == DEFAULT_HEAD.resolve():
+        rig = load_rig(path.with_name("rig.json"), mesh, points)
+        return make_face(mesh, points, Deformer(kernel), rig=rig, shapes=path.with_name("shapes.npz"))
+    mesh, points = _to_model_units(path, mesh, points)
+    return make_face(mesh, points, Deformer(kernel))
+
+
+def make_face(
+    mesh: Mesh,
+    points: NDArray[np.float64],
+    deformer: Deformer | None = None,
+    /,
+    *,
+    rig: Rig | None = None,
+    shapes: Path | None = None,
+) -> FaceModel:
+    """Put a face together; its operator comes from the cache if it was there before.
+
+    points : (n, 3) control points on the mesh, model centimetres
+    shapes : the file of sculpted shapes the operator is refined on, if the mesh has one
+    """
+    deformer = deformer or Deformer()
+    if deformer.kernel not in KERNELS:
+        raise ValueError(f"kernel must be one of {', '.join(KERNELS)}, got {deformer.kernel!r}")
+    learned = shapes.read_bytes() if shapes is not None and shapes.is_file() else b""
+    anchors = rig.anchors if rig is not None else b""
+    key = cache_key(_CACHE_VERSION, mesh.vertices, mesh.triangles, points, anchors, deformer, learned)
+    operator = cached_operator(
+        key,
+        (len(mesh.vertices), len(points)),
+        lambda: _operator(mesh, points, deformer, rig, shapes if learned else None),
+    )
+    return FaceModel(mesh, points, Fapu.measure(points), operator.matrix, operator.smoothing, rig)
+
+
+_CACHE_VERSION = 1  # one more whenever the way from these inputs to the operator changes
+_LEARNED_SMOOTHING = 0.1  # cm^2
+
+
+def _operator(
+    mesh: Mesh, points: NDArray[np.float64], deformer: Deformer, rig: Rig | None, shapes: Path | None
+) -> Operator:
+    kernel = KERNELS[deformer.kernel]
+    if deformer.degree is not None:
+        kernel = replace(kernel, degree=deformer.degree)
+    surface = Surface(mesh.vertices, mesh.triangles)
+    anchors = rig.anchors if rig is not None else choose_anchors(mesh.vertices, points, eye_distance=ES0_CM)
+    regions = (
+        split_regions(surface, points, anchors=anchors)
+        if deformer.split
+        else Regions.whole(len(mesh.vertices), anchors=anchors)
+    )
+    operator = build_operator(
+        mesh.vertices,
+        points,
+        kernel=kernel,
+        epsilon=deformer.epsilon or kernel.epsilon,
+        regions=regions,
+        smoothing=deformer.smoothing,
+    )
+    if shapes is None:
+        return operator
+    sculpted = load_shapes(shapes, len(mesh.vertices))
+    moved = control_displacements(sculpted, surface, points)
+    return replace(
+        operator, matrix=refine_operator(operator.matrix, moved, sculpted.offsets, smoothing=_LEARNED_SMOOTHING)
+    )
+
+
+def control_displacements(shapes: Shapes, surface: Surface, points: NDArray[np.float64], /) -> NDArray[np.float32]:
+    """Return the (S, n, 3) displacements of the control points in each sculpted shape, model centimetres."""
+    return shapes.at(surface.snap(points, tolerance=0.0))
+
+
+def _to_model_units(path: Path, mesh: Mesh, points: NDArray[np.float64]) -> tuple[Mesh, NDArray[np.float64]]:
+    """Bring a face of any unit to 6.4 cm between its pupils, its eyes where the default head has them."""
+    pupils = points[PUPILS]
+    eye_distance = np.linalg.norm(pupils[0] - pupils[1])
+    if not eye_distance > 0:
+        raise FileFormatError(path.with_suffix(".ppc"), None, "expected the two pupils in different places")
+    scale = ES0_CM / eye_distance
+    shift = EYE_MIDDLE - pupils.mean(axis=0) * scale
+    return replace(mesh, vertices=mesh.vertices * scale + shift), points * scale + shift
+
+
+EYE_MIDDLE = np.array([0.0, 2.62, 3.9])  # between the default head's pupils, model centimetres

@@ -1,0 +1,80 @@
+"""Regions of influence: what keeps the lips apart.
+
+Strategy. Upper and lower lip points nearly touch and move apart; one field over both would tear the space between
+them. So the mouth has two fields: the upper one leaves out the lower lip's points, the lower one the upper lip's.
+Each vertex blends the two by its distance, along the surface, to either lip: what lies next to the upper lip along
+the skin follows the upper lip, though the lower one may be closer through the air. The same holds for the lids, so
+there are four fields.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.face.control_points import LOWER_LID, LOWER_LIP, PUPILS, UPPER_LID, UPPER_LIP
+from conf.face.geodesics import Surface
+
+# How far along the surface lips or lids still divide it, in eye distances; beyond it both fields count alike.
+_MOUTH_REACH = 1.0
+_EYE_REACH = 0.6
+_SNAP = 0.05  # how much farther than the nearest vertex the skin may be, in eye distances
+
+
+@dataclass(frozen=True)
+class Field:
+    """One interpolation among several.
+
+    weights : (V,) float64, this field's share of each vertex
+    left_out : the control points it does not know
+    """
+
+    weights: NDArray[np.float64]
+    left_out: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Regions:
+    """Where each control point acts.
+
+    fields : interpolations whose weights add up to one at every vertex
+    anchors : (k, 3) places, model units, that every field holds still
+    """
+
+    fields: tuple[Field, ...]
+    anchors: NDArray[np.float64]
+
+    @classmethod
+    def whole(cls, vertex_count: int, /, anchors: NDArray[np.float64] | None = None) -> "Regions":
+        """Return one field over everything: every control point acts everywhere."""
+        return cls((Field(np.ones(vertex_count), ()),), np.empty((0, 3)) if anchors is None else anchors)
+
+
+def split_regions(surface: Surface, points: NDArray[np.float64], /, *, anchors: NDArray[np.float64]) -> Regions:
+    """Divide a face at its mouth and its eyes.
+
+    surface : the mesh the distances run along
+    points : (n, 3) the control points on it, model units
+    anchors : (k, 3) what stays still
+    """
+    eye_distance = float(np.linalg.norm(points[PUPILS[0]] - points[PUPILS[1]]))
+    seeds = surface.snap(points, tolerance=_SNAP * eye_distance)
+    mouth = _lower_share(surface, seeds, (UPPER_LIP, LOWER_LIP), _MOUTH_REACH * eye_distance)
+    eyes = _lower_share(surface, seeds, (UPPER_LID, LOWER_LID), _EYE_REACH * eye_distance)
+    fields = (
+        Field((1 - mouth) * (1 - eyes), (*LOWER_LIP, *LOWER_LID)),
+        Field((1 - mouth) * eyes, (*LOWER_LIP, *UPPER_LID)),
+        Field(mouth * (1 - eyes), (*UPPER_LIP, *LOWER_LID)),
+        Field(mouth * eyes, (*UPPER_LIP, *UPPER_LID)),
+    )
+    return Regions(fields, anchors)
+
+
+def _lower_share(
+    surface: Surface, seeds: NDArray[np.intp], groups: tuple[list[int], list[int]], reach: float
+) -> NDArray[np.float64]:
+    """Return the (V,) share of the lower field: 0 next to the upper group, 1 next to the lower, smooth between."""
+    upper, lower = (surface.distances(seeds[group], limit=reach) for group in groups)
+    middle = 0.5 + 0.9 * (upper - lower) / np.maximum(upper + lower, 1e-9 * reach)
+    share = np.clip(middle, 0.0, 1.0)
+    return surface.spread(share * share * (3.0 - 2.0 * share), seeds)

@@ -1,0 +1,44 @@
+"""Sculpted shapes of a head: what its vertices do in each of a set of expressions."""
+
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.errors import FileFormatError
+from conf.face.text_lines import check_file
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """Named expressions of one mesh.
+
+    names : S of them
+    offsets : (S, V, 3) float32 from the neutral vertices, model centimetres
+    """
+
+    names: tuple[str, ...]
+    offsets: NDArray[np.float32]
+
+    def at(self, vertices: NDArray[np.integer], /) -> NDArray[np.float32]:
+        """Return the (S, len(vertices), 3) offsets of some vertices."""
+        return self.offsets[:, vertices]
+
+
+def load_shapes(path: Path, vertex_count: int, /) -> Shapes:
+    """Read the shapes of a mesh of so many vertices from an .npz with `names` and `offsets`.
+
+    Raises FileFormatError if the file is not that.
+    """
+    check_file(path)
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            names, offsets = file["names"], file["offsets"]
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise FileFormatError(path, None, "expected sculpted shapes (`names`, `offsets`)") from error
+    if names.ndim != 1 or offsets.shape != (len(names), vertex_count, 3) or not np.isfinite(offsets).all():
+        expected = f"expected finite offsets of shape ({len(names)}, {vertex_count}, 3), found {offsets.shape}"
+        raise FileFormatError(path, None, expected)
+    return Shapes(tuple(str(name) for name in names), offsets.astype(np.float32))

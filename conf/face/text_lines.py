@@ -1,0 +1,58 @@
+"""Plain-text files from strangers, line by line, in bounded memory: what PPC, DPC and OBJ have in common."""
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from conf.errors import FileFormatError
+
+MAX_FILE_BYTES = 64 << 20  # a face of a million vertices, or an hour of motion
+_MAX_LINE_BYTES = 1 << 16
+_MAX_NUMBER = 1e9  # beyond it no face has a coordinate, and squares still fit float32
+
+
+def check_file(path: Path, /, *, max_bytes: int = MAX_FILE_BYTES) -> None:
+    """Refuse what cannot be a readable file of a sane size before a byte of it is read.
+
+    Raises FileFormatError.
+    """
+    try:
+        if not path.is_file():
+            raise FileFormatError(path, None, "expected a file; check the name")
+        size = path.stat().st_size
+    except (OSError, ValueError) as error:
+        raise FileFormatError(path, None, f"cannot be opened: {error}") from error
+    if size > max_bytes:
+        raise FileFormatError(path, None, f"expected at most {max_bytes >> 20} MB, found {size >> 20} MB")
+
+
+def read_lines(path: Path, /) -> Iterator[tuple[int, bytes]]:
+    """Yield (line number from 1, line without its end).
+
+    Raises FileFormatError if the file cannot be read or a line is too long to be text.
+    """
+    check_file(path)
+    try:
+        with path.open("rb") as file:
+            number = 0
+            while line := file.readline(_MAX_LINE_BYTES):
+                number += 1
+                if len(line) == _MAX_LINE_BYTES:
+                    raise FileFormatError(path, number, f"expected text lines under {_MAX_LINE_BYTES} bytes")
+                yield number, line.rstrip(b"\r\n")
+    except OSError as error:
+        raise FileFormatError(path, None, f"cannot be read: {error}") from error
+
+
+def parse_floats(words: Sequence[bytes], path: Path, line: int, expected: str) -> list[float]:
+    """Return the words as finite numbers.
+
+    Raises FileFormatError with `expected` if one of them is none, or is larger than any coordinate can be.
+    """
+    try:
+        values = [float(word) for word in words]
+    except ValueError as error:
+        raise FileFormatError(path, line, expected) from error
+    if not all(math.isfinite(value) and abs(value) <= _MAX_NUMBER for value in values):
+        raise FileFormatError(path, line, f"{expected}, each finite and at most {_MAX_NUMBER:g}")
+    return values
