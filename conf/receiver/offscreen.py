@@ -30,7 +30,7 @@ def create_offscreen_context() -> moderngl.Context:
 def read_pixels(framebuffer: moderngl.Framebuffer, size: tuple[int, int]) -> NDArray[np.uint8]:
     """Return (H, W, 3) uint8 BGR, first row on top, of a framebuffer that is `size` (W, H) large."""
     width, height = size
-    rgba = np.frombuffer(framebuffer.read(components=4), np.uint8).reshape(height, width, 4)
+    rgba = np.frombuffer(framebuffer.read((0, 0, width, height), components=4), np.uint8).reshape(height, width, 4)
     return np.asarray(cv2.cvtColor(rgba[::-1], cv2.COLOR_RGBA2BGR), dtype=np.uint8)
 
 
