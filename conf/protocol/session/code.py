@@ -1,0 +1,69 @@
+"""The one-time code a receiver prints: three words and a number, easy to say over a telephone.
+
+The code is a password of log2(256^3 x 100) = 30.6 bits. That is enough because SPAKE2 gives nobody a way to test
+guesses but to ask, and the receiver answers five wrong guesses a minute (limits.py): one chance in 640 a year.
+"""
+
+import difflib
+import re
+from collections.abc import Callable
+
+NUMBERS = 100
+
+# No two words are one letter apart, none sounds like another, each has four to eight letters.
+WORDS = tuple(
+    """
+    acorn actor album alley amber ankle apple apron arena arrow aspen atlas attic autumn bacon badge bagel baker
+    banjo barn basket beach beard beaver blossom bonus bottle branch bread brick bridge bronze brush bucket butter
+    cabin cactus camera candle canoe canyon cargo carpet carrot castle cedar chalk cherry chimney cider cinema
+    circus clover coconut coffee comet copper coral cotton cradle cricket crystal curtain daisy dancer denim desert
+    diamond dinner dollar dolphin donkey dragon drawer drummer eagle echo elbow engine fabric falcon family farmer
+    feather fiddle finger fire flag flute forest fossil fountain frost galaxy garden garlic ghost giant giraffe
+    glacier glove gorilla gravel guitar hammer harbor hawk hazel helmet honey hotel hunter iceberg igloo island
+    ivory jacket jaguar jasmine jelly jigsaw jungle kayak kennel kettle kitten koala ladder lagoon lantern lava
+    legend lemon leopard lilac linen lizard lobster locket lotus lunch magnet mango maple marble market meadow melon
+    meteor mirror morning muffin mushroom music napkin nectar needle nickel noodle north novel nugget nutmeg oasis
+    ocean olive onion opera orange orbit orchid otter oxygen oyster paddle palace panda paper pasta peanut pebble
+    pelican pencil pepper piano pigeon pillow pirate planet plum pony potato pumpkin puppet puzzle pyramid quartz
+    quilt rabbit radar raven ribbon river robin rodeo rope rubber salmon sandal saturn sausage school scooter shadow
+    shovel silver sketch spider spoon summer sunset swan table teapot temple tennis thunder ticket tiger timber
+    toast tomato tractor tulip tunnel turtle umbrella uncle unicorn vanilla velvet village violin volcano voyage
+    waffle wagon walrus window winter wolf yacht yellow yogurt zebra zigzag
+    """.split()
+)
+
+
+def make_code(random: Callable[[int], bytes]) -> str:
+    """Return a new code such as "acorn-tulip-river-42".
+
+    random : n -> n random bytes, os.urandom outside of tests
+    """
+    number = int.from_bytes(random(12))
+    number, last = divmod(number, NUMBERS)
+    words = []
+    for _ in range(3):
+        number, word = divmod(number, len(WORDS))
+        words.append(WORDS[word])
+    return "-".join([*words, str(last)])
+
+
+def normalise_code(text: str) -> str:
+    """Return a code as make_code writes it, whatever its case and whatever separates its words.
+
+    Raises ValueError, with a sentence for the user, if it is not three known words and a number below 100.
+    """
+    parts = re.findall(r"[a-z]+|[0-9]+", text.lower()) if len(text) <= 80 else []
+    if len(parts) != 4 or re.search(r"[^A-Za-z0-9\s,.;:_-]", text):
+        raise ValueError("a code is three words and a number, such as acorn-tulip-river-42")
+    *words, last = parts
+    for word in words:
+        if word not in WORDS:
+            raise ValueError(f"{word!r} is not a word of any code{_suggestion(word)}")
+    if not last.isdigit() or int(last) >= NUMBERS:
+        raise ValueError(f"a code ends in a number from 0 to {NUMBERS - 1}, not in {last!r}")
+    return "-".join([*words, str(int(last))])
+
+
+def _suggestion(word: str) -> str:
+    close = difflib.get_close_matches(word, WORDS, n=1)
+    return f": did you mean {close[0]!r}?" if close else ""

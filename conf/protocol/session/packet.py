@@ -1,0 +1,168 @@
+"""Datagrams as bytes: the outer framing, and nothing else. WIRE.md describes it.
+
+Strategy. Every datagram is one msgpack array of small integers and one `bin`. Only the shortest msgpack form of each is
+allowed, so a datagram has one spelling, and a parser of fixed shape is simpler and faster than msgpack's:
+
+    data       94 VV ss cc.. c4 nn ....    [version, session 0..127, counter, bin(sealed body)]
+    handshake  93 VV kk c4 nn ....         [version, kind, bin(fields, CRC-32)]
+
+The counter on the wire is cut to its low seven bits when the peer is known to be near enough to restore it, as in QUIC
+(RFC 9000, A.3). The CRC tells damage from a wrong code: it stops no attacker and is not meant to.
+"""
+
+import zlib
+from dataclasses import dataclass
+from enum import IntEnum
+from struct import Struct
+from typing import Any
+
+from conf.protocol.session.reasons import DatagramError, Reason
+
+VERSION = 2
+MAX_DATAGRAM = 1200
+TAG_BYTES = 8
+MIN_DATAGRAM = 10
+MAX_SESSION = 127
+MAX_COUNTER = 0xFFFFFFFF
+NEAR = 64  # how far behind the peer's newest counter may be for the short form
+LOW_BITS = 0x7F
+
+DATA_MARK, HANDSHAKE_MARK = 0x94, 0x93
+BIN8, BIN16 = 0xC4, 0xC5
+# msgpack's unsigned integers: mark -> (bytes, smallest value that needs them)
+_WIDTHS = {0xCC: (1, 0x80), 0xCD: (2, 0x100), 0xCE: (4, 0x10000)}
+
+
+class Kind(IntEnum):
+    """Handshake datagrams, in the order of the handshake."""
+
+    HELLO = 0
+    RETRY = 1
+    ANSWER = 2
+    CONFIRM = 3
+    DONE = 4
+    REFUSED = 5
+    UNKNOWN = 6
+
+
+# Fields of each kind, big-endian; WIRE.md names them. A question is never shorter than its answers.
+FIELDS = {
+    Kind.HELLO: Struct(">8s8s32s"),  # attempt, cookie or zeros, the sender's SPAKE2 share
+    Kind.RETRY: Struct(">8s8s"),  # attempt, cookie
+    Kind.ANSWER: Struct(">8s32s"),  # attempt, the receiver's SPAKE2 share
+    Kind.CONFIRM: Struct(">8sB16s"),  # attempt, 0, proof that the sender knows the key
+    Kind.DONE: Struct(">8sB16s"),  # attempt, session, proof that the receiver knows it
+    Kind.REFUSED: Struct(">8sBB"),  # attempt, refusal, its number
+    Kind.UNKNOWN: Struct(">B"),  # session
+}
+_KINDS = {int(kind): (kind, fields, fields.size + 4) for kind, fields in FIELDS.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class DataPacket:
+    """A sealed datagram, its seal not yet checked.
+
+    counter : as on the wire; below 128 it is the low seven bits of the true one
+    """
+
+    session: int
+    counter: int
+    header: bytes
+    sealed: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class HandshakePacket:
+    """A handshake datagram whose checksum fits: its kind and the fields of FIELDS[kind]."""
+
+    kind: Kind
+    fields: tuple[Any, ...]
+
+
+def parse(data: bytes) -> DataPacket | HandshakePacket:
+    """Return what a datagram says. Raises DatagramError, whatever the bytes, and no other exception."""
+    if not MIN_DATAGRAM <= len(data) <= MAX_DATAGRAM:
+        raise DatagramError(Reason.SIZE)
+    if data[0] == DATA_MARK:
+        return _parse_data(data)
+    if data[0] == HANDSHAKE_MARK:
+        return _parse_handshake(data)
+    raise DatagramError(Reason.SYNTAX)
+
+
+def _parse_data(data: bytes) -> DataPacket:
+    if data[1] != VERSION:
+        raise DatagramError(Reason.VERSION)
+    session, counter, at = data[2], data[3], 4
+    if counter > LOW_BITS:
+        width, least = _WIDTHS.get(counter, (0, 0))
+        at += width
+        counter = int.from_bytes(data[4:at])
+        if not width or counter < least:
+            raise DatagramError(Reason.SYNTAX)
+    start = at + 3 if data[at] == BIN16 else at + 2
+    size = len(data) - start
+    if session > MAX_SESSION or size < TAG_BYTES or data[at:start] != _bin_header(size):
+        raise DatagramError(Reason.SYNTAX)
+    return DataPacket(session, counter, data[:start], data[start:])
+
+
+def _parse_handshake(data: bytes) -> HandshakePacket:
+    if data[1] != VERSION:
+        raise DatagramError(Reason.VERSION)
+    kind, fields, size = _KINDS.get(data[2], (Kind.UNKNOWN, FIELDS[Kind.UNKNOWN], -1))
+    if len(data) != 5 + size or data[3] != BIN8 or data[4] != size:
+        raise DatagramError(Reason.SYNTAX)
+    if zlib.crc32(data[:-4]) != int.from_bytes(data[-4:]):
+        raise DatagramError(Reason.CHECKSUM)
+    return HandshakePacket(kind, fields.unpack_from(data, 5))
+
+
+def handshake_datagram(kind: Kind, *fields: bytes | int) -> bytes:
+    """Return the bytes of a handshake datagram with the fields of FIELDS[kind]."""
+    body = FIELDS[kind].pack(*fields)
+    data = bytes((HANDSHAKE_MARK, VERSION, kind, BIN8, len(body) + 4)) + body
+    return data + zlib.crc32(data).to_bytes(4)
+
+
+def data_header(session: int, counter: int, acknowledged: int, body_bytes: int) -> bytes:
+    """Return everything of a data datagram that goes before its sealed body.
+
+    counter : the datagram's own
+    acknowledged : the newest counter that the peer is known to have received, -1 if none
+    Raises ValueError if the whole would exceed 1,200 B.
+    """
+    if counter - acknowledged <= NEAR:
+        counter &= LOW_BITS
+    header = bytes((DATA_MARK, VERSION, session)) + _counter_bytes(counter) + _bin_header(body_bytes + TAG_BYTES)
+    if len(header) + body_bytes + TAG_BYTES > MAX_DATAGRAM:
+        raise ValueError(f"a body of {body_bytes} B does not fit a datagram of {MAX_DATAGRAM} B")
+    return header
+
+
+def restore_counter(on_wire: int, highest: int) -> int:
+    """Return the true counter of a datagram.
+
+    on_wire : the counter as parsed; below 128 only its low seven bits
+    highest : the highest counter received under a valid seal, -1 if none
+    """
+    if on_wire > LOW_BITS:
+        return on_wire
+    expected = highest + 1
+    counter = (expected & ~LOW_BITS) | on_wire
+    if counter <= expected - NEAR:
+        return counter + LOW_BITS + 1
+    if counter > expected + NEAR and counter > LOW_BITS:
+        return counter - LOW_BITS - 1
+    return counter
+
+
+def _counter_bytes(counter: int) -> bytes:
+    if counter <= LOW_BITS:
+        return bytes((counter,))
+    mark, width = next((mark, width) for mark, (width, _) in _WIDTHS.items() if counter < 1 << 8 * width)
+    return bytes((mark,)) + counter.to_bytes(width)
+
+
+def _bin_header(size: int) -> bytes:
+    return bytes((BIN8, size)) if size < 0x100 else bytes((BIN16,)) + size.to_bytes(2)

@@ -1,0 +1,123 @@
+"""The receiver's side of all handshakes: what a stranger can make it do is bounded here.
+
+Strategy. A hello without a valid cookie gets a cookie and is forgotten. With one it may cost the curve work (7 ms of
+pure Python), of which a token bucket lets through a few a second, and a place in a table of fixed size. Every answer
+is kept with its attempt, so that a repeated question gets the same answer and is not counted again.
+"""
+
+import hmac
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from conf.protocol.session.handshake import Random, Refusal, SessionSecrets, proof, receiver_secrets
+from conf.protocol.session.limits import Address, CookieJar, WrongCodeLimit
+from conf.protocol.session.packet import Kind, handshake_datagram
+from conf.protocol.session.reasons import DatagramError, Reason
+from conf.protocol.token_bucket import TokenBucket
+
+MAX_ATTEMPTS = 32
+MAX_ATTEMPTS_PER_HOST = 8
+ATTEMPT_LIFE_S = 30.0
+SHARES_PER_SECOND = 5.0
+SHARES_AT_ONCE = 10.0
+BUSY_WAIT_S = 2
+
+# (secrets, address, now) -> the new session's number, or None if there is no room
+Accept = Callable[[SessionSecrets, Address, float], int | None]
+
+
+@dataclass
+class Attempt:
+    """A handshake under way or, once it has an outcome (DONE or REFUSED), remembered for its repetitions."""
+
+    address: Address
+    share: bytes
+    secrets: SessionSecrets
+    answer: bytes
+    expires: float
+    outcome: bytes | None = None
+
+
+class Responder:
+    """Answer hellos and confirms.
+
+    has_room : whether a session would be accepted from an address
+    accept : called with the secrets of a handshake whose proof was good
+    """
+
+    def __init__(self, code: str, random: Random, *, has_room: Callable[[Address], bool], accept: Accept) -> None:
+        self.limit = WrongCodeLimit()
+        self.attempts: dict[bytes, Attempt] = {}
+        self._code = code
+        self._random = random
+        self._has_room = has_room
+        self._accept = accept
+        self._cookies = CookieJar(random)
+        self._shares = TokenBucket(SHARES_PER_SECOND, SHARES_AT_ONCE)
+
+    def expire(self, now: float) -> None:
+        """Forget the attempts whose time is over."""
+        for name in [name for name, attempt in self.attempts.items() if attempt.expires <= now]:
+            del self.attempts[name]
+
+    def hello(self, fields: tuple[bytes, bytes, bytes], address: Address, now: float) -> bytes:
+        """Return the answer to a hello: RETRY, ANSWER or REFUSED. Raises DatagramError if its share is none."""
+        name, cookie, share = fields
+        known = self.attempts.get(name)
+        if known is not None and (known.address, known.share) == (address, share):
+            return known.answer
+        if not self._cookies.check(cookie, name + share, address, now):
+            return handshake_datagram(Kind.RETRY, name, self._cookies.bake(name + share, address, now))
+        if known is not None:
+            raise DatagramError(Reason.UNKNOWN_ATTEMPT)
+        return self._refusal(name, address, now) or self._begin(name, share, address, now)
+
+    def confirm(self, fields: tuple[bytes, int, bytes], address: Address, now: float) -> tuple[bytes, int | None]:
+        """Return the answer to a confirm, DONE or REFUSED, and the tries left if it has just revealed a wrong code.
+
+        Raises DatagramError if it belongs to no attempt here.
+        """
+        name, _, mac = fields
+        attempt = self.attempts.get(name)
+        if attempt is None:
+            raise DatagramError(Reason.UNKNOWN_ATTEMPT)
+        if attempt.outcome is not None:
+            return attempt.outcome, None
+        if wait := self.limit.wait(now):  # locked: the proof is not even looked at
+            return _refused(name, Refusal.LOCKED, wait), None
+        if hmac.compare_digest(mac, proof(attempt.secrets.sender_proof, 0)):
+            attempt.outcome = self._finish(name, attempt.secrets, address, now)
+            return attempt.outcome, None
+        self.limit.record(now)
+        tries_left = self.limit.tries_left(now)
+        attempt.outcome = _refused(name, Refusal.WRONG_CODE, tries_left)
+        return attempt.outcome, tries_left
+
+    def _refusal(self, name: bytes, address: Address, now: float) -> bytes | None:
+        if wait := self.limit.wait(now):
+            return _refused(name, Refusal.LOCKED, wait)
+        if not self._has_room(address):
+            return _refused(name, Refusal.FULL, 0)
+        self.expire(now)
+        hosts = [attempt.address[0] for attempt in self.attempts.values() if attempt.outcome is None]
+        crowded = len(self.attempts) >= MAX_ATTEMPTS or hosts.count(address[0]) >= MAX_ATTEMPTS_PER_HOST
+        if crowded or not self._shares.take(1, now):
+            return _refused(name, Refusal.BUSY, BUSY_WAIT_S)
+        return None
+
+    def _begin(self, name: bytes, share: bytes, address: Address, now: float) -> bytes:
+        secrets, own_share = receiver_secrets(self._code, name, share, self._random)
+        answer = handshake_datagram(Kind.ANSWER, name, own_share)
+        self.attempts[name] = Attempt(address, share, secrets, answer, now + ATTEMPT_LIFE_S)
+        return answer
+
+    def _finish(self, name: bytes, secrets: SessionSecrets, address: Address, now: float) -> bytes:
+        session = self._accept(secrets, address, now)
+        if session is None:
+            return _refused(name, Refusal.FULL, 0)
+        return handshake_datagram(Kind.DONE, name, session, proof(secrets.receiver_proof, session))
+
+
+def _refused(name: bytes, refusal: Refusal, number: float) -> bytes:
+    return handshake_datagram(Kind.REFUSED, name, refusal, min(255, math.ceil(number)))

@@ -1,0 +1,124 @@
+"""Sealing and opening bodies: AES-128-CCM with 8-byte tags, one chain of keys a direction.
+
+Strategy. A counter names a datagram for the life of a session and is never used twice. It also names its key: epoch =
+counter // EPOCH_LENGTH, and each epoch's key comes from the one before by a one-way step, so a key change needs no
+message and an old key cannot be found from a newer one. The opener keeps the keys of three epochs: the one before, the
+present one and the next, and moves on only by a valid seal, so that junk never costs a key derivation.
+
+nonce (13 B) = the epoch's salt (5 B) and the counter (8 B, big-endian); associated data = the header as sent.
+"""
+
+from dataclasses import dataclass
+
+from cryptography.exceptions import InvalidTag
+from cryptography.hazmat.primitives.ciphers.aead import AESCCM
+from cryptography.hazmat.primitives.hashes import SHA256
+from cryptography.hazmat.primitives.kdf.hkdf import HKDFExpand
+
+from conf.protocol.session.packet import MAX_COUNTER, TAG_BYTES, DataPacket, data_header, restore_counter
+from conf.protocol.session.reasons import DatagramError, Reason
+from conf.protocol.session.replay import ReplayWindow
+
+EPOCH_LENGTH = 1 << 20
+SECRET_BYTES, KEY_BYTES, SALT_BYTES = 32, 16, 5
+
+
+class CounterExhausted(Exception):  # noqa: N818 - it is no error: the session has lived its 2^32 datagrams
+    """A session has used its last counter: shake hands again."""
+
+
+@dataclass(frozen=True)
+class EpochKey:
+    """The cipher of one epoch of one direction."""
+
+    cipher: AESCCM
+    salt: bytes
+
+    def nonce(self, counter: int) -> bytes:
+        """Return the 13-byte nonce of a datagram."""
+        return self.salt + counter.to_bytes(8)
+
+
+class KeyChain:
+    """The keys of one direction, epoch after epoch.
+
+    secret : 32 B; forgotten as soon as the next one is derived
+    """
+
+    def __init__(self, secret: bytes) -> None:
+        self._secret = secret
+        self.next_epoch = 0
+
+    def advance(self) -> EpochKey:
+        """Return the key of `next_epoch` and step to the one after it."""
+        size = KEY_BYTES + SALT_BYTES + SECRET_BYTES
+        material = HKDFExpand(SHA256(), size, b"conf epoch").derive(self._secret)
+        self._secret = material[-SECRET_BYTES:]
+        self.next_epoch += 1
+        return EpochKey(AESCCM(material[:KEY_BYTES], tag_length=TAG_BYTES), material[KEY_BYTES:-SECRET_BYTES])
+
+
+class Sealer:
+    """Seal bodies with rising counters.
+
+    counter : the counter of the next datagram
+    acknowledged : the newest counter the peer is known to have received, -1 if none; shortens the counters on the wire
+    """
+
+    def __init__(self, session: int, secret: bytes, *, epoch_length: int = EPOCH_LENGTH) -> None:
+        self.session = session
+        self.counter = 0
+        self.acknowledged = -1
+        self._epoch_length = epoch_length
+        self._chain = KeyChain(secret)
+        self._key = self._chain.advance()
+
+    def seal(self, body: bytes) -> bytes:
+        """Return the datagram that carries `body`.
+
+        Raises ValueError if it is too long, CounterExhausted after 2^32 datagrams.
+        """
+        counter = self.counter
+        if counter > MAX_COUNTER:
+            raise CounterExhausted
+        header = data_header(self.session, counter, self.acknowledged, len(body))
+        if counter // self._epoch_length >= self._chain.next_epoch:
+            self._key = self._chain.advance()
+        self.counter = counter + 1
+        return header + self._key.cipher.encrypt(self._key.nonce(counter), body, header)
+
+    def acknowledge(self, counter: int) -> None:
+        """Note that the peer has received `counter`; one that was never sent is ignored."""
+        if self.acknowledged < counter < self.counter:
+            self.acknowledged = counter
+
+
+class Opener:
+    """Open sealed datagrams, each once."""
+
+    def __init__(self, secret: bytes, *, epoch_length: int = EPOCH_LENGTH) -> None:
+        self.window = ReplayWindow()
+        self._epoch_length = epoch_length
+        self._chain = KeyChain(secret)
+        self._keys = {epoch: self._chain.advance() for epoch in range(2)}
+
+    def open(self, packet: DataPacket) -> tuple[int, bytes]:
+        """Return the true counter and the body.
+
+        Raises DatagramError if the datagram was seen before or its seal is not good; nothing has changed then.
+        """
+        counter = restore_counter(packet.counter, self.window.highest)
+        self.window.check(counter)
+        epoch = counter // self._epoch_length
+        key = self._keys.get(epoch)
+        if key is None or counter > MAX_COUNTER:
+            raise DatagramError(Reason.COUNTER)
+        try:
+            body = key.cipher.decrypt(key.nonce(counter), packet.sealed, packet.header)
+        except InvalidTag:
+            raise DatagramError(Reason.SEAL) from None
+        self.window.accept(counter)
+        if epoch + 1 == self._chain.next_epoch:
+            self._keys[self._chain.next_epoch] = self._chain.advance()
+            self._keys.pop(epoch - 2, None)
+        return counter, body

@@ -1,0 +1,156 @@
+"""The receiver's side: many sessions over one socket, told apart by the number in each datagram. No I/O, no clock."""
+
+from collections import Counter, deque
+from dataclasses import dataclass
+
+from conf.protocol.session.events import BodyReceived, Connected, Event, LossReason, Lost, Roamed, Sealed, WrongCode
+from conf.protocol.session.handshake import Random, SessionSecrets
+from conf.protocol.session.limits import Address
+from conf.protocol.session.packet import MAX_SESSION, DataPacket, HandshakePacket, Kind, handshake_datagram, parse
+from conf.protocol.session.reasons import DatagramError, Reason
+from conf.protocol.session.responder import Responder
+from conf.protocol.session.seal import EPOCH_LENGTH, CounterExhausted, Opener, Sealer
+from conf.protocol.token_bucket import TokenBucket
+
+MAX_SESSIONS = 9
+IDLE_S = 30.0
+# Answers to strangers, all together: a flood of hellos must not fill a narrow link with our answers.
+STRANGERS_PER_SECOND = 100.0
+
+
+@dataclass
+class Peer:
+    """One session: its two directions, where its sender was last, and when."""
+
+    opener: Opener
+    sealer: Sealer
+    address: Address
+    heard: float
+
+
+class ReceiverSessions:
+    """All sessions of one receiver.
+
+    code : as normalise_code returns it; it stays valid for every sender while the receiver runs
+    random : n -> n random bytes
+    dropped : datagrams dropped, by reason
+    """
+
+    def __init__(
+        self, code: str, random: Random, *, max_sessions: int = MAX_SESSIONS, epoch_length: int = EPOCH_LENGTH
+    ) -> None:
+        if not 1 <= max_sessions <= MAX_SESSION:
+            raise ValueError(f"max_sessions must be from 1 to {MAX_SESSION}")
+        self.dropped: Counter[Reason] = Counter()
+        self.sessions: dict[int, Peer] = {}
+        self._max_sessions = max_sessions
+        self._epoch_length = epoch_length
+        self._responder = Responder(code, random, has_room=self._has_room, accept=self._accept)
+        self._strangers = TokenBucket(STRANGERS_PER_SECOND, STRANGERS_PER_SECOND)
+        self._next_session = random(1)[0] % (MAX_SESSION + 1)
+        self._events: deque[Event] = deque()
+        self._outbox: list[tuple[bytes, Address]] = []
+
+    def receive_datagram(self, data: bytes, address: Address, now: float) -> None:
+        """Take a datagram, whatever its bytes: at worst it is counted in `dropped`."""
+        try:
+            packet = parse(data)
+            if type(packet) is DataPacket:
+                self._receive_data(packet, address, now)
+            elif type(packet) is HandshakePacket:
+                self._receive_handshake(packet, address, now)
+        except DatagramError as error:
+            self.dropped[error.reason] += 1
+
+    def seal_body(self, session: int, body: bytes) -> Sealed | None:
+        """Return the datagram that carries `body` to the sender of `session`; None if it is over."""
+        peer = self.sessions.get(session)
+        if peer is None:
+            return None
+        counter = peer.sealer.counter
+        try:
+            return Sealed(peer.sealer.seal(body), peer.address, counter)
+        except CounterExhausted:
+            self._drop(session, LossReason.EXHAUSTED)
+            return None
+
+    def acknowledge(self, session: int, counter: int) -> None:
+        """Note that the sender of `session` has received our `counter`: counters travel in one byte then."""
+        if peer := self.sessions.get(session):
+            peer.sealer.acknowledge(counter)
+
+    def close(self, session: int) -> None:
+        """End a session and free its place."""
+        if session in self.sessions:
+            self._drop(session, LossReason.CLOSED)
+
+    def datagrams_to_send(self, _now: float) -> list[tuple[bytes, Address]]:
+        """Take what the handshakes want sent."""
+        outbox, self._outbox = self._outbox, []
+        return outbox
+
+    def next_event(self) -> Event | None:
+        """Take the next event, oldest first."""
+        return self._events.popleft() if self._events else None
+
+    def get_timer(self) -> float | None:
+        """Return when handle_timer wants to be called, None if never."""
+        times = [peer.heard + IDLE_S for peer in self.sessions.values()]
+        times += [attempt.expires for attempt in self._responder.attempts.values()]
+        return min(times, default=None)
+
+    def handle_timer(self, now: float) -> None:
+        """End the sessions that have been silent too long."""
+        self._responder.expire(now)
+        for session in [s for s, peer in self.sessions.items() if peer.heard + IDLE_S <= now]:
+            self._drop(session, LossReason.IDLE)
+
+    def _receive_data(self, packet: DataPacket, address: Address, now: float) -> None:
+        peer = self.sessions.get(packet.session)
+        if peer is None:
+            if self._strangers.take(1, now):
+                self._outbox.append((handshake_datagram(Kind.UNKNOWN, packet.session), address))
+            raise DatagramError(Reason.UNKNOWN_SESSION)
+        newest = peer.opener.window.highest
+        counter, body = peer.opener.open(packet)
+        peer.heard = now
+        if address != peer.address and counter > newest:  # a datagram that comes late does not move the session back
+            peer.address = address
+            self._events.append(Roamed(packet.session, address))
+        self._events.append(BodyReceived(packet.session, body, address, counter))
+
+    def _receive_handshake(self, packet: HandshakePacket, address: Address, now: float) -> None:
+        if packet.kind is Kind.HELLO:
+            if not self._strangers.take(1, now):
+                raise DatagramError(Reason.RATE)
+            self._outbox.append((self._responder.hello(packet.fields, address, now), address))
+        elif packet.kind is Kind.CONFIRM:
+            answer, tries_left = self._responder.confirm(packet.fields, address, now)
+            self._outbox.append((answer, address))
+            if tries_left is not None:
+                self._events.append(WrongCode(tries_left, address))
+        else:
+            raise DatagramError(Reason.DIRECTION)
+
+    def _has_room(self, address: Address) -> bool:
+        others = sum(peer.address != address for peer in self.sessions.values())
+        return others < self._max_sessions
+
+    def _accept(self, secrets: SessionSecrets, address: Address, now: float) -> int | None:
+        if not self._has_room(address):
+            return None
+        for session in [s for s, peer in self.sessions.items() if peer.address == address]:
+            self._drop(session, LossReason.REPLACED)
+        while self._next_session in self.sessions:
+            self._next_session = (self._next_session + 1) % (MAX_SESSION + 1)
+        session = self._next_session
+        self._next_session = (session + 1) % (MAX_SESSION + 1)
+        opener = Opener(secrets.from_sender, epoch_length=self._epoch_length)
+        sealer = Sealer(session, secrets.from_receiver, epoch_length=self._epoch_length)
+        self.sessions[session] = Peer(opener, sealer, address, now)
+        self._events.append(Connected(session, address))
+        return session
+
+    def _drop(self, session: int, reason: LossReason) -> None:
+        del self.sessions[session]
+        self._events.append(Lost(session, reason))
