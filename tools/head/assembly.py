@@ -1,0 +1,93 @@
+"""Put the parts together and write the files."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.face.control_points import CONTROL_POINTS
+from tools.head.body import build_body, find_islands
+from tools.head.character import Character, align_to_canonical, build_character
+from tools.head.control_vertices import VERTICES
+from tools.head.edge_rings import FAR, edge_rings
+from tools.head.eyeballs import build_eyeball
+from tools.head.files import TEXTURE, join, write_obj, write_ppc, write_rig, write_shapes
+from tools.head.lips import close_lips
+from tools.head.paint import paint_atlas
+from tools.head.part import Part
+from tools.head.source import Source
+from tools.head.teeth import build_teeth
+
+_ATLAS_SIZE = 2048
+
+
+def build_head(source: Source, folder: Path) -> Part:
+    """Build every part, paint the atlas, write all files into the folder and return the head."""
+    character = close_lips(align_to_canonical(build_character(source)))
+    body, origin = build_body(character)
+    eyes = {side: _eye(character, side) for side in "lr"}
+    balls = [build_eyeball(f"eye_{side}", centre, radius) for side, (centre, radius) in eyes.items()]
+    head = join([body, *balls, *_teeth(character)])
+    control_points = _control_points(character, balls)
+    write_obj(folder, head)
+    write_ppc(folder, control_points)
+    write_shapes(folder, list(character.shapes), head.shapes)
+    write_rig(folder, _rig(character, eyes))
+    points = dict(zip((p.name for p in CONTROL_POINTS), control_points, strict=True))
+    rings = np.full((len(head.vertices), 2), FAR)
+    rings[: len(origin)] = edge_rings(character, find_islands(character))[origin]
+    paint_atlas(head, rings, points, size=_ATLAS_SIZE).save(folder / TEXTURE, quality=88, method=6)
+    return head
+
+
+def _eye(character: Character, side: str) -> tuple[NDArray[np.float64], float]:
+    helper = character.eye_helper(side)
+    centre = helper.mean(axis=0)
+    return centre, float(np.median(np.linalg.norm(helper - centre, axis=1))) - 0.03
+
+
+def _teeth(character: Character) -> list[Part]:
+    lips = character.vertices[VERTICES["inner_lip_upper_mid"]]
+    return [
+        build_teeth("upper", lips + [0.0, 0.9, -0.25], 2.7, 3.6),
+        build_teeth("lower", lips + [0.0, -0.75, -0.5], 2.5, 3.4),
+    ]
+
+
+def _control_points(character: Character, balls: list[Part]) -> NDArray[np.float64]:
+    fronts = {"pupil_l": balls[0].vertices[0], "pupil_r": balls[1].vertices[0]}
+    return np.array([fronts[p.name] if p.name in fronts else character.vertices[VERTICES[p.name]] for p in CONTROL_POINTS])
+
+
+def _rig(character: Character, eyes: dict[str, tuple[NDArray[np.float64], float]]) -> dict[str, object]:
+    rounded = {f"eye_{side}": {"centre": [round(float(x), 4) for x in centre]} for side, (centre, _) in eyes.items()}
+    return {**rounded, "jaw": {"centre": _JAW_HINGE, "axis": [1.0, 0.0, 0.0]}, "anchors": _anchors(character)}
+
+
+_JAW_HINGE = [0.0, 0.3, -4.6]  # between the ears' fronts
+# Directions from the middle of the head towards what never moves: skull, ears, nape, nose bridge, neck.
+_ANCHORS = (
+    [(0, 1, 0), (0, 1, 1), (0, 1, -1), (0, 0.2, -1), (0, -0.4, -1)]
+    + [(s * 0.8, 1, 0.5) for s in (1, -1)]
+    + [(s, 0.6, -0.5) for s in (1, -1)]
+    + [(s, 0, -0.3) for s in (1, -1)]
+)
+
+
+def _anchors(character: Character) -> list[list[float]]:
+    """Return about 18 points of the surface that no expression moves."""
+    still = np.max([np.linalg.norm(o, axis=1) for o in character.shapes.values()], axis=0) < 0.01
+    body = character.base.members("body")
+    body = body[still[body]]
+    points = character.vertices[body]
+    centre = np.array([0.0, 3.0, -4.0])
+    directions = points - centre
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    near = np.linalg.norm(points - centre, axis=1) < 22
+    wanted = np.array(_ANCHORS, dtype=float)
+    wanted /= np.linalg.norm(wanted, axis=1, keepdims=True)
+    chosen = [points[near][np.argmax(directions[near] @ w)] for w in wanted]
+    for x, y, z in ((4.0, -14.0, -2.0), (0.0, -14.0, 1.5), (6.5, -14.5, -6.0)):
+        for sign in (1.0, -1.0) if x else (1.0,):
+            chosen.append(points[np.argmin(np.linalg.norm(points - [sign * x, y, z], axis=1))])
+    return [[round(float(x), 4) for x in point] for point in chosen]

@@ -1,0 +1,48 @@
+"""Paint the atlas: each group by its painter, then the gutters filled with the nearest colour."""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+from scipy.ndimage import distance_transform_edt
+
+from tools.head.occlusion import ambient_occlusion
+from tools.head.paint_eyes import paint_eye
+from tools.head.paint_mouth import paint_bag, paint_teeth, paint_tongue
+from tools.head.paint_skin import paint_skin
+from tools.head.part import Part
+from tools.head.texels import Texels, bake_texels, vertex_normals
+
+Points = Mapping[str, NDArray[np.float64]]
+_PAINTERS: dict[str, Callable[[Texels], NDArray[np.float64]]] = {
+    "eye_l": paint_eye,
+    "teeth_upper": paint_teeth,
+    "teeth_lower": paint_teeth,
+    "tongue": paint_tongue,
+    "mouth": paint_bag,
+}
+
+
+def paint_atlas(head: Part, rings: NDArray[np.float64], points: Points, *, size: int) -> Image.Image:
+    """Paint every group's texels.
+
+    rings : (V, 2) edge loops from lip contact and lid; points : control points by name
+    """
+    triangles = head.triangles()[..., 0]
+    normals = vertex_normals(head.vertices, triangles)
+    sky = ambient_occlusion(head.vertices, normals, head.vertices, triangles)
+    attributes = np.concatenate([head.vertices, normals, sky[:, None], rings], axis=1)
+    picture = np.zeros((size, size, 3))
+    drawn = np.zeros((size, size), dtype=bool)
+    for group in head.groups:
+        texels = bake_texels(size, head, group, attributes)
+        if group == "skin":
+            picture[texels.row, texels.column] = paint_skin(texels, points)
+        elif group in _PAINTERS:
+            picture[texels.row, texels.column] = _PAINTERS[group](texels)
+        else:
+            continue
+        drawn[texels.row, texels.column] = True
+    nearest = distance_transform_edt(~drawn, return_distances=False, return_indices=True)
+    return Image.fromarray(np.rint(picture[tuple(nearest)]).astype(np.uint8))

@@ -1,0 +1,80 @@
+"""A part of the head: positions with their 52 shapes, and faces in named groups that point into the atlas."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+SHAPE_COUNT = 52
+NONE = -1  # fourth corner of a triangle
+
+
+@dataclass(frozen=True)
+class Part:
+    """Positions shared by one or more groups of faces.
+
+    vertices : (V, 3) cm; shapes : (52, V, 3) cm; uvs : (T, 2) in the atlas, v up
+    groups : name -> (F, 4, 2) corners (vertex, uv); the fourth corner of a triangle is NONE
+    """
+
+    vertices: NDArray[np.float64]
+    shapes: NDArray[np.float64]
+    uvs: NDArray[np.float64]
+    groups: Mapping[str, NDArray[np.int64]]
+
+    def triangles(self) -> NDArray[np.int64]:
+        """Return the (F, 3, 2) corners of all groups, quads split."""
+        corners = np.concatenate(list(self.groups.values()))
+        second = corners[corners[:, 3, 0] != NONE][:, [0, 2, 3]]
+        return np.concatenate([corners[:, :3], second])
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A rectangle of the atlas, in shares of its side, v up."""
+
+    left: float
+    bottom: float
+    width: float
+    height: float
+
+    def place(self, uvs: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Map (T, 2) coordinates of the unit square into the rectangle."""
+        return np.array([self.left, self.bottom]) + uvs * [self.width, self.height]
+
+
+FRAMES = {
+    "face": Frame(0.004, 0.404, 0.992, 0.592),
+    "neck": Frame(0.004, 0.204, 0.392, 0.192),
+    "shirt": Frame(0.004, 0.004, 0.392, 0.192),
+    "hair": Frame(0.404, 0.004, 0.292, 0.392),
+    "eye": Frame(0.704, 0.204, 0.192, 0.192),
+    "mouth": Frame(0.704, 0.004, 0.142, 0.142),
+    "teeth": Frame(0.704, 0.154, 0.292, 0.042),
+    "tongue": Frame(0.854, 0.004, 0.092, 0.142),
+    "lashes": Frame(0.954, 0.004, 0.042, 0.042),
+    "lock": Frame(0.904, 0.204, 0.092, 0.192),
+}
+
+
+def grid(rows: int, columns: int, *, closed: str = "") -> NDArray[np.int64]:
+    """Return the (F, 4, 2) corners of a grid of vertices in row order.
+
+    closed : "columns" when the last column joins the first (the uv grid then has one column more)
+    """
+    wrap = closed == "columns"
+    spans = columns if wrap else columns - 1
+    row, column = (a.ravel() for a in np.meshgrid(np.arange(rows - 1), np.arange(spans), indexing="ij"))
+    uv_columns = columns + 1 if wrap else columns
+
+    def corner(down: int, right: int) -> NDArray[np.int64]:
+        vertex = (row + down) * columns + (column + right) % columns
+        return np.stack([vertex, (row + down) * uv_columns + column + right], axis=-1)
+
+    return np.stack([corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)], axis=1)
+
+
+def rigid(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the shapes of a part that no shape moves."""
+    return np.zeros((SHAPE_COUNT, len(vertices), 3))
