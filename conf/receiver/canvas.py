@@ -36,10 +36,12 @@ class Canvas:
         self._ctx = ctx
         self._scene = ctx.texture(size, 4)
         self._scene.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self._depth = ctx.depth_renderbuffer(size)
+        self.depth = ctx.depth_texture(size)
+        self.depth.compare_func = ""
+        self.depth.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self._background = ctx.texture(size, 4, paint_wall(size).tobytes())
         self._background.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self._framebuffer = ctx.framebuffer(self._scene, self._depth)
+        self._framebuffer = ctx.framebuffer(self._scene, self.depth)
         self._program = program(ctx, "screen", "screen")
         self._program["scene"] = 0
         self._program["background"] = 1
@@ -53,7 +55,7 @@ class Canvas:
     def show(self, framebuffer: moderngl.Framebuffer, corner: tuple[int, int]) -> None:
         """Put the face over the background into a framebuffer; corner is the lower left one, in pixels."""
         framebuffer.use()
-        self._ctx.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE | moderngl.BLEND)
+        self._ctx.enable_only(moderngl.NOTHING)
         self._scene.use(0)
         self._background.use(1)
         self._program["origin"] = corner
@@ -65,7 +67,7 @@ class Canvas:
             self._triangle,
             self._program,
             self._framebuffer,
-            self._depth,
+            self.depth,
             self._background,
             self._scene,
         ):

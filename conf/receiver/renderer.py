@@ -4,8 +4,6 @@ Each frame the normals are computed again from the vertices (surface.py), both a
 drawn with its material's shader into a canvas, and the canvas goes over the background with its edges smoothed.
 """
 
-from typing import TYPE_CHECKING
-
 import cv2
 import moderngl
 import numpy as np
@@ -13,26 +11,24 @@ from numpy.typing import NDArray
 
 from conf.errors import FileFormatError
 from conf.face.control_points import INDEX
+from conf.face.head import FaceModel
 from conf.face.head_pose import HeadPose
+from conf.face.mesh import Mesh
 from conf.receiver.canvas import Canvas
+from conf.receiver.marks import ControlPointMarks
 from conf.receiver.materials import EYE, MOUTH, Material, material_of
 from conf.receiver.programs import program
 from conf.receiver.scene import View, clip_matrix, rotation
 from conf.receiver.surface import Surface
-
-if TYPE_CHECKING:
-    from conf.face.head import FaceModel
-    from conf.face.mesh import Mesh
+from conf.receiver.wireframe import Wireframe
 
 PLAIN_SKIN = (226, 178, 150, 255)  # sRGB, of a mesh without a texture
-WIRE_INK = (0.55, 0.85, 1.0)
-WIRE_DIMMING = 0.22
 
 
 class FaceRenderer:
     """Draws one face again and again."""
 
-    def __init__(self, ctx: moderngl.Context, face: "FaceModel") -> None:
+    def __init__(self, ctx: moderngl.Context, face: FaceModel) -> None:
         mesh = face.mesh
         self._ctx = ctx
         self._surface = Surface(mesh.triangles, mesh.render_vertices)
@@ -40,6 +36,10 @@ class FaceRenderer:
         self._atlas = load_atlas(ctx, mesh)
         self._moving = ctx.buffer(reserve=len(mesh.render_vertices) * 24)
         self._parts = [Part(ctx, face, group, self._moving) for group in ordered_groups(mesh)]
+        self._wireframe = Wireframe(ctx, mesh, self._moving)
+        self._marks = ControlPointMarks(ctx, face.control_points, mesh.vertices)
+        self._rows = np.empty((0, 6), np.float32)
+        self._places = face.control_points.astype(np.float32)
 
     def draw(
         self, vertices: NDArray[np.float32], pose: HeadPose, view: View, framebuffer: moderngl.Framebuffer
@@ -48,35 +48,39 @@ class FaceRenderer:
 
         vertices : (V, 3) float32, face axes, cm
         """
-        self.upload(self.normals(vertices))
-        self.draw_uploaded(pose, view, framebuffer)
+        self.prepare(vertices)
+        self.upload()
+        self.show(pose, view, framebuffer)
 
-    def normals(self, vertices: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return (R, 6) float32, position and normal of each render vertex."""
-        return self._surface.rows(vertices)
+    def prepare(self, vertices: NDArray[np.float32]) -> None:
+        """First part of `draw`: compute the normals of the (V, 3) vertices."""
+        self._rows = self._surface.rows(vertices)
+        self._places = self._marks.places(vertices)
 
-    def upload(self, rows: NDArray[np.float32]) -> None:
-        """Send what `normals` returned to the card."""
+    def upload(self) -> None:
+        """Second part of `draw`: send positions and normals to the card."""
         self._moving.orphan()
-        self._moving.write(rows)
+        self._moving.write(self._rows)
 
-    def draw_uploaded(self, pose: HeadPose, view: View, framebuffer: moderngl.Framebuffer) -> None:
-        """Draw what was uploaded last."""
+    def show(self, pose: HeadPose, view: View, framebuffer: moderngl.Framebuffer) -> None:
+        """Third part of `draw`: draw what was uploaded last."""
         x, y, width, height = framebuffer.viewport
         canvas = self._canvas_of((width, height))
-        canvas.begin()
         clip = clip_matrix(pose, view, aspect=width / height).T.astype("f4").tobytes()
         turn = rotation(pose, view).T.astype("f4").tobytes()
+        canvas.begin()
         self._atlas.use(0)
-        for part in self._parts:
+        for part in [self._wireframe] if view.wireframe else self._parts:
             part.draw(clip, turn)
         canvas.show(framebuffer, (x, y))
+        if view.points:
+            self._marks.draw(self._places, clip, canvas.depth)
 
     def release(self) -> None:
         """Free everything on the card."""
         for part in self._parts:
             part.release()
-        for thing in (self._canvas, self._moving, self._atlas):
+        for thing in (self._wireframe, self._marks, self._canvas, self._moving, self._atlas):
             if thing is not None:
                 thing.release()
 
@@ -91,7 +95,7 @@ class FaceRenderer:
 class Part:
     """One group of triangles with its shader."""
 
-    def __init__(self, ctx: moderngl.Context, face: "FaceModel", group: str, moving: moderngl.Buffer) -> None:
+    def __init__(self, ctx: moderngl.Context, face: FaceModel, group: str, moving: moderngl.Buffer) -> None:
         mesh = face.mesh
         self.material = material_of(group)
         self._ctx = ctx
@@ -127,13 +131,13 @@ class Part:
             thing.release()
 
 
-def ordered_groups(mesh: "Mesh") -> list[str]:
+def ordered_groups(mesh: Mesh) -> list[str]:
     """Return the groups in the order they are drawn: skin first, as it hides the most, blended ones last."""
     groups = [name for name, triangles in mesh.groups.items() if len(triangles)] or ["skin"]
     return sorted(groups, key=lambda name: (material_of(name).blended, material_of(name).shader != "skin"))
 
 
-def places(face: "FaceModel", group: str, material: Material) -> dict[str, tuple[float, ...] | float]:
+def places(face: FaceModel, group: str, material: Material) -> dict[str, tuple[float, ...] | float]:
     """Return what a material's shader must know about where its part lies, face axes, cm."""
     mesh = face.mesh
     if material is EYE:
@@ -146,14 +150,14 @@ def places(face: "FaceModel", group: str, material: Material) -> dict[str, tuple
     return {}
 
 
-def texture_coordinates(mesh: "Mesh") -> NDArray[np.float32]:
+def texture_coordinates(mesh: Mesh) -> NDArray[np.float32]:
     """Return (R, 2) float32; zeros for a mesh that has none."""
     if len(mesh.uvs) == len(mesh.render_vertices):
         return np.ascontiguousarray(mesh.uvs, dtype=np.float32)
     return np.zeros((len(mesh.render_vertices), 2), np.float32)
 
 
-def load_atlas(ctx: moderngl.Context, mesh: "Mesh") -> moderngl.Texture:
+def load_atlas(ctx: moderngl.Context, mesh: Mesh) -> moderngl.Texture:
     """Return the mesh's texture on the card, plain skin where it has none.
 
     Raises FileFormatError if the file is no picture.

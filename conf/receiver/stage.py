@@ -9,7 +9,8 @@ from conf.protocol.messages import MotionFrame
 from conf.receiver.framing import Framer
 from conf.receiver.renderer import FaceRenderer
 from conf.receiver.scene import View
-from conf.receiver.window import GlfwWindow, OffscreenWindow
+from conf.receiver.offscreen import OffscreenWindow
+from conf.receiver.window import GlfwWindow
 
 Window = GlfwWindow | OffscreenWindow
 Cell = tuple[int, int, int, int]  # x, y of the lower left corner, width, height, in pixels

@@ -1,0 +1,114 @@
+"""What the viewer does with the picture: look from another side, pause, save pictures, record clips."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from conf.errors import ConfError
+from conf.receiver.events import action_of, apply
+from conf.receiver.recorder import ClipRecorder, free_name, save_picture
+from conf.receiver.scene import View
+from conf.receiver.stage import Window
+
+NOTICE_S = 3.0
+CLIP_FPS = 30.0
+
+
+class Viewer:
+    """Follows the window's events and carries out what they ask for."""
+
+    def __init__(self, window: Window, folder: Path | None = None) -> None:
+        """folder : where pictures and clips go; None takes the current one"""
+        self.view = View()
+        self.paused = False
+        self.wants_to_go = False
+        self._window = window
+        self._folder = folder or Path()
+        self._notice = ("", 0.0)
+        self._picture_wanted = False
+        self._clip: TimedClip | None = None
+        self._actions: dict[str, Callable[[float], None]] = {
+            "quit": self._quit,
+            "pause": self._pause,
+            "picture": self._want_picture,
+            "record": self._record,
+            "full screen": lambda _: window.toggle_full_screen(),
+        }
+
+    def take_events(self, now: float) -> None:
+        """Do what the viewer asked for since the last picture."""
+        for event in self._window.poll():
+            self.view = apply(self.view, event)
+            act = self._actions.get(action_of(event) or "")
+            if act:
+                act(now)
+
+    def notice(self, now: float) -> str:
+        """Return the line to show at the bottom, empty for none."""
+        text, until = self._notice
+        return text if now < until else ""
+
+    def picture_drawn(self, now: float) -> None:
+        """Save and record the picture that stands in the window's framebuffer."""
+        if self._picture_wanted:
+            self._picture_wanted = False
+            self._try(
+                lambda: f"saved {save_picture(free_name(self._folder, 'conf', '.jpg'), self._window.read())}", now
+            )
+        if self._clip:
+            self._clip.add(self._window, now)
+
+    def close(self) -> None:
+        """Finish a recording that is under way."""
+        if self._clip:
+            self._clip.close()
+            self._clip = None
+
+    def _quit(self, now: float) -> None:
+        self.wants_to_go = True
+
+    def _pause(self, now: float) -> None:
+        self.paused = not self.paused
+
+    def _want_picture(self, now: float) -> None:
+        self._picture_wanted = True
+
+    def _record(self, now: float) -> None:
+        if self._clip:
+            clip, self._clip = self._clip, None
+            self._try(lambda: f"saved {clip.close() or 'nothing'}", now)
+        else:
+            self._try(self._start_recording, now)
+
+    def _start_recording(self) -> str:
+        self._clip = TimedClip(free_name(self._folder, "conf", ".avi"))
+        return "recording; R stops"
+
+    def _try(self, task: Callable[[], str], now: float) -> None:
+        """A full disk must not end a call: the viewer is told and the picture goes on."""
+        try:
+            text = task()
+        except ConfError as error:
+            text = str(error)
+        self._notice = (text, now + NOTICE_S)
+
+
+class TimedClip:
+    """A clip of fixed frame rate from pictures that come when they are drawn."""
+
+    def __init__(self, path: Path, *, fps: float = CLIP_FPS) -> None:
+        self._recorder = ClipRecorder(path, fps=fps)
+        self._fps = fps
+        self._began: float | None = None
+
+    def add(self, window: Window, now: float) -> None:
+        """Write the window's picture as often as the time since the last one asks for."""
+        self._began = now if self._began is None else self._began
+        due = int((now - self._began) * self._fps) + 1
+        if self._recorder.frames < due:
+            pixels = window.read()
+            while self._recorder.frames < due:
+                self._recorder.write(pixels)
+
+    def close(self) -> Path | None:
+        """Finish the file. Returns its path, None if it is empty."""
+        return self._recorder.close()
