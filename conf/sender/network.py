@@ -1,0 +1,105 @@
+"""Run one of the tracker's networks: by OpenCV alone, or faster by LiteRT when it is installed.
+
+Traps, each met once: OpenCV 5's default engine keeps one output of a network, so the classic one is asked for, and only
+loading from a file path heeds that; OpenCV wants NCHW where the file says NHWC; two threads are erratic on networks
+this small.
+"""
+
+import importlib.util
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Literal
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.errors import ModelError
+
+Backend = Literal["auto", "opencv", "litert"]
+Network = Callable[[NDArray[np.float32]], list[NDArray[np.float32]]]
+"""From one input, pictures as (1, H, W, 3), to the outputs in the order asked for."""
+
+
+def open_network(path: Path, outputs: Sequence[str], /, *, backend: Backend = "auto") -> Network:
+    """Open a network file.
+
+    outputs : names of the outputs wanted
+    backend : "auto" takes LiteRT when it is installed
+    Raises ModelError if the file cannot be read or the backend is not installed.
+    """
+    if backend == "auto":
+        backend = "litert" if is_litert_installed() else "opencv"
+    if not path.is_file():
+        raise ModelError(f"{path} is not there: run `conf models fetch`.")
+    return _OPENERS[backend](path, outputs)
+
+
+def is_litert_installed() -> bool:
+    """Whether the extra conf[fast] is there."""
+    return importlib.util.find_spec("ai_edge_litert") is not None
+
+
+def _open_with_opencv(path: Path, outputs: Sequence[str]) -> Network:
+    cv2.setNumThreads(1)
+    classic = getattr(cv2.dnn, "ENGINE_CLASSIC", None)  # OpenCV 4 has no other
+    engine = () if classic is None else (classic,)
+    try:
+        net = cv2.dnn.readNetFromTFLite(str(path), *engine)
+    except cv2.error as error:
+        raise ModelError(f"{path} is damaged: run `conf models fetch` to get it again.") from error
+    names = list(outputs)
+
+    def run(values: NDArray[np.float32]) -> list[NDArray[np.float32]]:
+        net.setInput(values.transpose(0, 3, 1, 2).copy() if values.ndim == 4 else values)
+        # copied: OpenCV hands out views of memory that the next run overwrites
+        return [np.array(output, dtype=np.float32) for output in net.forward(names)]
+
+    return run
+
+
+def _open_with_litert(path: Path, outputs: Sequence[str]) -> Network:
+    try:
+        from ai_edge_litert.interpreter import Interpreter
+    except ImportError as error:
+        raise ModelError(
+            "ai-edge-litert is not installed: pip install 'conf[fast]', or use the OpenCV backend."
+        ) from error
+    with _quiet_stderr():
+        try:
+            interpreter: Any = Interpreter(model_path=str(path), num_threads=1)
+            interpreter.allocate_tensors()
+        except (ValueError, RuntimeError) as error:
+            raise ModelError(f"{path} is damaged: run `conf models fetch` to get it again.") from error
+    [source] = (detail["index"] for detail in interpreter.get_input_details())
+    by_name = {detail["name"]: detail["index"] for detail in interpreter.get_output_details()}
+    targets = [by_name[name] for name in outputs]
+
+    def run(values: NDArray[np.float32]) -> list[NDArray[np.float32]]:
+        interpreter.set_tensor(source, values)
+        interpreter.invoke()
+        return [interpreter.get_tensor(target) for target in targets]
+
+    return run
+
+
+@contextmanager
+def _quiet_stderr() -> Iterator[None]:
+    """Keep LiteRT's greeting, written by C++ past Python's streams, off the user's terminal."""
+    kept = os.dup(2)
+    silent = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(silent, 2)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(silent)
+        os.close(kept)
+
+
+_OPENERS: dict[str, Callable[[Path, Sequence[str]], Network]] = {
+    "opencv": _open_with_opencv,
+    "litert": _open_with_litert,
+}
