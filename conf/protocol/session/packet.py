@@ -16,6 +16,7 @@ from enum import IntEnum
 from struct import Struct
 from typing import Any
 
+from conf.protocol.sequence import unwrap
 from conf.protocol.session.reasons import DatagramError, Reason
 
 VERSION = 2
@@ -146,15 +147,7 @@ def restore_counter(on_wire: int, highest: int) -> int:
     on_wire : the counter as parsed; below 128 only its low seven bits
     highest : the highest counter received under a valid seal, -1 if none
     """
-    if on_wire > LOW_BITS:
-        return on_wire
-    expected = highest + 1
-    counter = (expected & ~LOW_BITS) | on_wire
-    if counter <= expected - NEAR:
-        return counter + LOW_BITS + 1
-    if counter > expected + NEAR and counter > LOW_BITS:
-        return counter - LOW_BITS - 1
-    return counter
+    return on_wire if on_wire > LOW_BITS else unwrap(on_wire, bits=7, near=highest + 1)
 
 
 def _counter_bytes(counter: int) -> bytes:

@@ -1,0 +1,187 @@
+"""How fast the sender may go: a ladder of profiles, a circuit breaker, a cap in kbit/s. Time is an argument.
+
+Strategy. Quickly down, slowly up. More than 5 % loss over the last seconds, or a queue that grows, is a step down the
+ladder; then the link gets time to show the effect. Ten calm seconds are a step up; each step up that had to be taken
+back soon doubles that time. Without any report for ten seconds nothing is sent but a small probe now and then, until a
+report comes.
+Source: RFC 8083 (circuit breaker); RFC 8085, 3.1 (datagram congestion control).
+"""
+
+from collections import deque
+from dataclasses import dataclass
+
+from conf.protocol.feedback import Report, RoundTrip
+from conf.protocol.token_bucket import TokenBucket
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A step of the ladder: a profile, and how many times its usual number of frames share a datagram."""
+
+    profile: str
+    bundling: int = 1
+
+
+LADDER = (Rung("rich"), Rung("live"), Rung("live", 2), Rung("narrow"))
+
+MAX_LOSS = 0.05
+CALM_LOSS = 0.02
+MAX_QUEUEING_S = 0.2
+LOSS_WINDOW_S = 5.0
+MIN_EXPECTED = 20  # fewer datagrams than this say nothing about five per cent
+SETTLE_S = 3.0
+RECOVER_S = 10.0
+MAX_RECOVER_S = 160.0
+PROBATION_S = 20.0
+
+
+class LossMeter:
+    """The fraction of datagrams lost over the last seconds, from the reports' totals."""
+
+    def __init__(self) -> None:
+        self._totals: deque[tuple[float, int, int]] = deque()
+
+    def reported(self, report: Report, now: float) -> None:
+        """Take a report; one that comes late, out of order, is ignored."""
+        if self._totals and report.highest < self._totals[-1][1]:
+            return
+        self._totals.append((now, report.highest, report.lost))
+        while len(self._totals) > 2 and self._totals[1][0] <= now - LOSS_WINDOW_S and self._enough_without_oldest():
+            self._totals.popleft()
+
+    def restart(self) -> None:
+        """Forget all but the newest totals."""
+        while len(self._totals) > 1:
+            self._totals.popleft()
+
+    @property
+    def expected(self) -> int:
+        """How many datagrams the figure rests on."""
+        return self._totals[-1][1] - self._totals[0][1] if self._totals else 0
+
+    @property
+    def enough(self) -> bool:
+        """Whether the figure rests on enough datagrams to mean something."""
+        return self.expected >= MIN_EXPECTED
+
+    @property
+    def fraction(self) -> float:
+        """Lost out of expected, 0 to 1."""
+        if not self.expected:
+            return 0.0
+        return max(0, self._totals[-1][2] - self._totals[0][2]) / self.expected
+
+    def _enough_without_oldest(self) -> bool:
+        return self._totals[-1][1] - self._totals[1][1] >= MIN_EXPECTED
+
+
+class CongestionControl:
+    """The rung of the ladder to send at.
+
+    top : the highest rung allowed, an index into LADDER
+    """
+
+    def __init__(self, now: float, *, top: int = 0, start: int = 1) -> None:
+        self.loss = LossMeter()
+        self._top = top
+        self._index = max(top, start)
+        self._changed = now
+        self._calm_since = now
+        self._recover_s = RECOVER_S
+        self._climbed: float | None = None
+
+    @property
+    def rung(self) -> Rung:
+        """The present rung."""
+        return LADDER[self._index]
+
+    def reported(self, report: Report, round_trip: RoundTrip, now: float) -> None:
+        """Take a report, after `round_trip` has taken it; `rung` may have changed afterwards."""
+        self.loss.reported(report, now)
+        if now < self._changed + SETTLE_S:
+            return
+        loss = self.loss.fraction if self.loss.enough else 0.0
+        queueing, queueing_limit = round_trip.queueing_s, max(MAX_QUEUEING_S, (round_trip.floor_s or 0.0) / 2)
+        if loss > MAX_LOSS or queueing > queueing_limit:
+            self._calm_since = now
+            self._step_down(now)
+        elif loss > CALM_LOSS or queueing > queueing_limit / 2 or not self.loss.enough:
+            self._calm_since = now
+        elif now >= self._calm_since + self._recover_s:
+            self._step_up(now)
+
+    def _step_down(self, now: float) -> None:
+        if self._climbed is not None:
+            soon = now < self._climbed + PROBATION_S
+            self._recover_s = min(2 * self._recover_s, MAX_RECOVER_S) if soon else RECOVER_S
+            self._climbed = None
+        self._move(min(self._index + 1, len(LADDER) - 1), now)
+
+    def _step_up(self, now: float) -> None:
+        if self._index > self._top:
+            self._climbed = now
+            self._move(self._index - 1, now)
+
+    def _move(self, index: int, now: float) -> None:
+        if index != self._index:
+            self._index = index
+            self._changed = self._calm_since = now
+            self.loss.restart()
+
+
+BREAK_AFTER_S = 10.0
+FIRST_PROBE_S = 1.0
+MAX_PROBE_S = 8.0
+
+
+class CircuitBreaker:
+    """Stop sending when nobody reports, and try again by itself."""
+
+    def __init__(self, now: float) -> None:
+        self._reported = now
+        self._probe_due = now
+        self._probe_s = FIRST_PROBE_S
+
+    def reported(self, now: float) -> None:
+        """Note a report: sending may go on."""
+        self._reported = now
+        self._probe_s = FIRST_PROBE_S
+
+    def broken(self, now: float) -> bool:
+        """Return whether nothing may be sent but probes."""
+        return now >= self._reported + BREAK_AFTER_S
+
+    def probe(self, now: float) -> bool:
+        """Return whether one small datagram (a keep-alive) may go out now although the breaker is broken."""
+        if not self.broken(now) or now < self._probe_due:
+            return False
+        self._probe_due = now + self._probe_s
+        self._probe_s = min(2 * self._probe_s, MAX_PROBE_S)
+        return True
+
+
+CAP_PERIOD_S = 10.0
+BURST_FRACTION = 1 / 16
+
+
+class RateCap:
+    """A cap in kbit/s that holds over any ten seconds, whatever is asked of it.
+
+    In any 10 s a bucket lets through 10 s of its rate and its capacity: the two together are what the cap allows.
+    largest : bytes of the largest datagram, headers included, that can ever pass
+    """
+
+    def __init__(self, kbps: float) -> None:
+        if not kbps > 0:
+            raise ValueError("kbps must be above 0")
+        allowed = kbps * 1000 / 8 * CAP_PERIOD_S
+        self.largest = allowed * BURST_FRACTION
+        self._bucket = TokenBucket((allowed - self.largest) / CAP_PERIOD_S, self.largest)
+
+    def take(self, wire_bytes: int, now: float) -> bool:
+        """Return whether a datagram of `wire_bytes`, headers included, may go now; if so it is counted."""
+        return self._bucket.take(wire_bytes, now)
+
+    def wait(self, wire_bytes: int, now: float) -> float:
+        """Return the seconds until it may."""
+        return self._bucket.wait(wire_bytes, now)
