@@ -60,6 +60,9 @@ class OffscreenWindow:
     def end(self) -> None:
         """Finish the frame. There is nothing to present."""
 
+    def toggle_full_screen(self) -> None:
+        """Change nothing: there is no screen to fill."""
+
     def read(self) -> NDArray[np.uint8]:
         """Return the picture as (H, W, 3) uint8 BGR."""
         return read_pixels(self.framebuffer, self.size)

@@ -43,7 +43,7 @@ class ReceivingLoop:
         fps: float,
         seconds: float | None = None,
         keep_going: Callable[[], bool] = lambda: True,
-        on_picture: Callable[[Window], None] | None = None,
+        on_picture: Callable[[Window, float], None] | None = None,
     ) -> TrafficSnapshot:
         """Draw until the window closes, `seconds` have passed or `keep_going` says no.
 
@@ -78,7 +78,7 @@ class ReceivingLoop:
                 return
             self._link.wait(left)
 
-    def _draw(self, now: float, on_picture: Callable[[Window], None] | None) -> None:
+    def _draw(self, now: float, on_picture: Callable[[Window, float], None] | None) -> None:
         self._viewer.take_events(now)
         playout = self._inbound.play(now)
         if playout and not self._viewer.paused:
@@ -88,7 +88,7 @@ class ReceivingLoop:
         self._draw_panels(now)
         self._viewer.picture_drawn(now)
         if on_picture:
-            on_picture(self._window)
+            on_picture(self._window, now)
         self._window.end()
         self._drawn.append(now)
 

@@ -7,9 +7,9 @@ from conf.face.head import FaceModel
 from conf.face.head_pose import NEUTRAL_POSE, HeadPose
 from conf.protocol.messages import MotionFrame
 from conf.receiver.framing import Framer
+from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.renderer import FaceRenderer
 from conf.receiver.scene import View
-from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.window import GlfwWindow
 
 Window = GlfwWindow | OffscreenWindow

@@ -1,0 +1,5 @@
+"""`python -m conf` is `conf`."""
+
+from conf.cli import main
+
+main()

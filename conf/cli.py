@@ -1,0 +1,235 @@
+"""The command line: the only module that parses arguments, prints and exits.
+
+Exit status: 0 done, 1 one clear line on stderr, 2 usage. With --json a command prints one JSON object and nothing else.
+"""
+
+import argparse
+import json
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from conf.errors import ConfError
+
+DEFAULT_HOST = "127.0.0.1"
+DEFAULT_PORT = 5005
+HEADLESS_SECONDS = 20.0
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run one command and exit."""
+    for pool in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+        os.environ.setdefault(pool, "1")  # before numpy: two BLAS pools, or one beside the renderer, cost milliseconds
+    options = build_parser().parse_args(arguments)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        options.run(options)
+    except ConfError as error:
+        sys.exit(f"conf: {error}")
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except BrokenPipeError:
+        with suppress(OSError):
+            sys.stdout.close()
+        sys.exit(1)
+    except Exception as error:
+        if os.environ.get("CONF_DEBUG"):
+            raise
+        sys.exit(f"conf: {type(error).__name__}: {error} (this is a fault of conf; CONF_DEBUG=1 shows where)")
+    sys.exit(0)
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser of all commands; each sets `run` to the function that carries it out."""
+    parser = argparse.ArgumentParser(prog="conf", description="A video conference for links that cannot carry video.")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    def command(name: str, run: Callable[[argparse.Namespace], None], text: str) -> argparse.ArgumentParser:
+        sub = commands.add_parser(name, help=text, description=text)
+        sub.set_defaults(run=run)
+        return sub
+
+    demo = command("demo", _demo, "a call on this machine: the sample clip, real UDP, a window with the meter")
+    demo.add_argument("--seconds", type=_positive, help="stop after so long (without a display: 20)")
+    demo.add_argument("--headless", action="store_true", help="no window: write conf-demo.avi and conf-demo.jpg")
+
+    receive = command("receive", _receive, "listen, and show who calls")
+    receive.add_argument(
+        "--listen",
+        type=_address,
+        default=(DEFAULT_HOST, DEFAULT_PORT),
+        metavar="HOST:PORT",
+        help=f"default {DEFAULT_HOST}:{DEFAULT_PORT}; 0.0.0.0:{DEFAULT_PORT} takes calls from the network",
+    )
+    receive.add_argument("--face", type=Path, metavar="FILE", help="another face: a mesh with its PPC beside it")
+    receive.add_argument("--headless", type=Path, metavar="OUT.avi", help="no window: draw into this clip")
+    receive.add_argument("--seconds", type=_positive, help="stop after so long")
+
+    send = command("send", _send, "track a face and send its motion")
+    send.add_argument("receiver", type=_address, metavar="HOST[:PORT]")
+    source = send.add_mutually_exclusive_group()
+    source.add_argument("--camera", default="0", metavar="N", help="number or device of the camera (default 0)")
+    source.add_argument("--file", type=Path, metavar="CLIP", help="a clip as the camera")
+    send.add_argument("--loop", action="store_true", help="play the clip again and again")
+    send.add_argument("--seconds", type=_positive, help="stop after so long")
+
+    extract = command("extract", _extract, "write the motion of a clip as a DPC file")
+    extract.add_argument("clip", type=Path)
+    extract.add_argument("-o", "--output", type=Path, required=True, metavar="OUT.dpc")
+
+    measure = command("measure", _measure, "bytes a frame of every stage beside raw pixels")
+    measure.add_argument("clip", type=Path)
+    measure.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the table as bars")
+
+    models = command("models", _models, "the tracker's files")
+    models.add_argument("what", choices=["fetch", "path"], help="fetch them now, or say where they lie")
+
+    doctor = command("doctor", _doctor, "what works on this machine, what does not, what to do")
+    doctor.add_argument("--camera", default="0", metavar="N")
+    doctor.add_argument("--listen", type=_address, default=(DEFAULT_HOST, DEFAULT_PORT), metavar="HOST:PORT")
+
+    for sub in (demo, receive, send, extract, measure, doctor):
+        sub.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    return parser
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text} is not a positive number")
+    return value
+
+
+def _address(text: str) -> tuple[str, int]:
+    host, colon, port = text.rpartition(":")
+    if not colon or (host.count(":") and not host.startswith("[")):
+        host, port = text, str(DEFAULT_PORT)
+    if not host or not port.isdigit() or not int(port) < 65536:
+        raise argparse.ArgumentTypeError(f"{text} is not HOST:PORT")
+    return host.strip("[]"), int(port)
+
+
+def _demo(options: argparse.Namespace) -> None:
+    from conf.commands.demo import demo
+    from conf.commands.receive import has_display
+
+    headless = options.headless or not has_display()
+    seconds = options.seconds or (HEADLESS_SECONDS if headless else None)
+    result = demo(seconds=seconds, headless=headless)
+    _print_figures("the call", result.traffic, options)
+    if result.clip and not options.json:
+        print(f"wrote {result.clip} and {result.picture}")
+
+
+def _receive(options: argparse.Namespace) -> None:
+    from conf.commands.receive import Showing, receive
+    from conf.receiver.udp import ReceiverSocket
+
+    with ReceiverSocket(*options.listen) as link:
+        host, port = link.address
+        _tell(f"listening on {host}:{port}", options)
+        traffic = receive(link, Showing(options.headless, None, options.seconds), face=options.face)
+    _print_figures("the call", traffic, options)
+
+
+def _send(options: argparse.Namespace) -> None:
+    from conf.commands.send import Sending, send
+
+    host, port = options.receiver
+    sending = Sending(options.camera, options.file, options.loop, options.seconds)
+    with _status_line(options) as show:
+        status = send(host, port, sending, on_status=lambda s: show(_sender_line(s)))
+    _print_figures("sent", status, options)
+
+
+def _sender_line(status: Any) -> str:
+    face = "face" if status.face else "no face: looking for one"
+    return (
+        f"{face}, {status.frames_sent} frames sent, {status.wire_bytes_per_frame:.0f} B a frame, "
+        f"{status.wire_kbps:.1f} kbit/s with headers, tracker {status.tracker_ms_median:.1f} ms"
+    )
+
+
+def _extract(options: argparse.Namespace) -> None:
+    from conf.commands.extract import extract
+
+    with _status_line(options) as show:
+        result = extract(options.clip, options.output, on_progress=lambda n: show(f"{n} frames"))
+    _print_figures("extracted", result, options)
+
+
+def _measure(options: argparse.Namespace) -> None:
+    from conf.commands.measure import measure, plot
+
+    with _status_line(options) as show:
+        stages = measure(options.clip, on_progress=lambda n: show(f"{n} frames"))
+    if options.plot:
+        plot(stages, options.plot)
+    if options.json:
+        print(json.dumps({"stages": [asdict(stage) for stage in stages]}))
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("stage", "B a frame", "kbit/s", "raw : this")
+    for stage in stages:
+        table.add_row(stage.name, f"{stage.bytes_per_frame:,.1f}", f"{stage.kbps:,.1f}", f"{stage.ratio:,.0f}")
+    Console().print(table)
+
+
+def _models(options: argparse.Namespace) -> None:
+    from conf.sender.models import fetch_demo_clip, fetch_models, model_folder
+
+    if options.what == "path":
+        print(model_folder())
+        return
+    fetch_models(print)
+    fetch_demo_clip(print)
+    print(f"the tracker's files are in {model_folder()}")
+
+
+def _doctor(options: argparse.Namespace) -> None:
+    from conf.commands.doctor import examine
+
+    host, port = options.listen
+    findings = examine(camera=options.camera, host=host, port=port)
+    if options.json:
+        print(json.dumps({"findings": [asdict(finding) for finding in findings]}))
+        return
+    for finding in findings:
+        print(f"{'works' if finding.works else 'FAILS'}  {finding.name}: {finding.detail}")
+
+
+def _print_figures(title: str, result: Any, options: argparse.Namespace) -> None:
+    """Print a dataclass of figures, as one JSON object or as a table."""
+    figures = asdict(result)
+    if options.json:
+        print(json.dumps({name: round(v, 3) if isinstance(v, float) else v for name, v in figures.items()}))
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title, show_header=False, title_justify="left")
+    for name, value in figures.items():
+        table.add_row(name.replace("_", " "), f"{value:,.1f}" if isinstance(value, float) else str(value))
+    Console().print(table)
+
+
+def _tell(text: str, options: argparse.Namespace) -> None:
+    """Print a line for people; with --json it goes to stderr."""
+    print(text, file=sys.stderr if options.json else sys.stdout, flush=True)
+
+
+@contextmanager
+def _status_line(options: argparse.Namespace) -> Iterator[Callable[[str], None]]:
+    """Show a line that changes in place, on stderr; nothing with --json or without a terminal."""
+    from rich.console import Console
+
+    console = Console(stderr=True, quiet=options.json)
+    with console.status("starting") as status:
+        yield status.update

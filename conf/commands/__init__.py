@@ -1,0 +1,1 @@
+"""What the commands do, one module each. They return values and raise; only cli.py prints."""

@@ -1,0 +1,68 @@
+"""`conf measure`: what one frame costs at every stage of its way, beside raw pixels."""
+
+from dataclasses import astuple, dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from conf.commands.tracking import Progress, track_clip
+from conf.errors import CameraError
+from conf.face.control_points import CONTROL_POINT_COUNT
+from conf.protocol.messages import StreamParameters
+from conf.protocol.outbound import Outbound
+from conf.protocol.statistics import HEADER_BYTES, raw_bytes
+from conf.sender.canonical_face import read_canonical_face
+from conf.sender.models import fetch_models
+from conf.sender.motion import MotionExtractor
+from conf.sender.pace import Pace
+from conf.sender.sources import open_clip
+
+FPS = 15.0
+JPEG_QUALITY = 30  # about the lowest at which a face is pleasant to look at
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage: mean bytes a frame, what that makes at `fps`, and how often it fits into raw pixels."""
+
+    name: str
+    bytes_per_frame: float
+    fps: float
+    kbps: float
+    ratio: float
+
+
+def measure(clip: Path, on_progress: Progress | None = None) -> list[Stage]:
+    """Send a clip to nobody and count. Raises CameraError, ModelError."""
+    with open_clip(clip) as source:
+        size, fps = source.size, min(source.fps, FPS)
+    extractor = MotionExtractor(read_canonical_face(fetch_models()), size)
+    outbound = Outbound(StreamParameters(*size, fps, CONTROL_POINT_COUNT, astuple(extractor.fapu)))
+    pace, frames, jpeg, payload, datagrams = Pace(fps), 0, 0, 0, 0
+    for frame, tracking in track_clip(clip, on_progress):
+        now = frame.timestamp
+        if tracking is None or pace.wait(now, now) is None:
+            continue
+        outbound.send_frame(extractor.update(tracking, now), now)
+        sent = outbound.datagrams_to_send(now)
+        frames += 1
+        datagrams += len(sent)
+        payload += sum(map(len, sent))
+        jpeg += len(cv2.imencode(".jpg", frame.pixels, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1])
+    if not frames:
+        raise CameraError(f"{clip} shows no face: choose a clip in which one face is well seen")
+    costs = {
+        f"raw pixels {size[0]}x{size[1]}": float(raw_bytes(*size)),
+        f"JPEG, quality {JPEG_QUALITY}": jpeg / frames,
+        "478 landmarks, float32": 478 * 3 * np.float32().nbytes,
+        f"{CONTROL_POINT_COUNT} points and pose, float32": (CONTROL_POINT_COUNT * 3 + 6) * np.float32().nbytes,
+        "datagrams": payload / frames,
+        "datagrams with UDP/IP headers": (payload + HEADER_BYTES * datagrams) / frames,
+    }
+    raw = raw_bytes(*size)
+    return [Stage(name, cost, fps, cost * fps * 8 / 1000, raw / cost) for name, cost in costs.items()]
+
+
+def plot(stages: list[Stage], path: Path) -> None:
+    """Draw the stages as bars of logarithmic length."""
