@@ -9,8 +9,9 @@ from scipy.spatial import KDTree
 from conf.receiver.programs import program
 
 GRID = (10, 5)
-CELL = 64  # pixels a side in the atlas; drawn at half that in a picture 720 pixels high
-DOT_RADIUS = 6
+CELL = 64  # pixels a side in the atlas
+MARK_SCALE = 0.56  # of a cell, in a picture up to 640 pixels high
+DOT_RADIUS = 5
 DOT = (120, 240, 255)  # sRGB
 NUMBER = (255, 255, 255)
 
@@ -27,7 +28,7 @@ def paint_labels(count: int) -> NDArray[np.uint8]:
         cv2.circle(cover, at, DOT_RADIUS + 2, 190, -1, cv2.LINE_AA)
         cv2.circle(ink, at, DOT_RADIUS, DOT, -1, cv2.LINE_AA)
         cv2.circle(cover, at, DOT_RADIUS, 255, -1, cv2.LINE_AA)
-        font, size = cv2.FONT_HERSHEY_DUPLEX, 0.62
+        font, size = cv2.FONT_HERSHEY_DUPLEX, 0.7
         cv2.putText(cover, str(i), text_at, font, size, 170, 5, cv2.LINE_AA)
         cv2.putText(ink, str(i), text_at, font, size, NUMBER, 1, cv2.LINE_AA)
         cv2.putText(cover, str(i), text_at, font, size, 255, 1, cv2.LINE_AA)
@@ -63,7 +64,7 @@ class ControlPointMarks:
         self._labels.use(0)
         depth.use(1)
         self._program["clip"].write(clip)
-        self._program["side"] = CELL / 2 * max(1.0, depth.height / 720)
+        self._program["side"] = CELL * MARK_SCALE * max(1.0, depth.height / 640)
         self._array.render(moderngl.POINTS)
 
     def release(self) -> None:

@@ -10,16 +10,18 @@ class Material:
     shader : name of a fragment shader
     two_sided : also drawn from behind: thin sheets
     blended : drawn last, over the rest, by the atlas's alpha
+    casts_shadow : whether it stands in the key light's way
     """
 
     shader: str
     two_sided: bool = False
     blended: bool = False
+    casts_shadow: bool = True
 
 
 SKIN = Material("skin")
-EYE = Material("eye")
-MOUTH = Material("mouth")
+EYE = Material("eye", casts_shadow=False)
+MOUTH = Material("mouth", casts_shadow=False)
 HAIR = Material("hair", two_sided=True, blended=True)
 
 # The groups of the shipped head. Any other group, and a mesh without groups, is skin.
@@ -32,7 +34,7 @@ MATERIALS = {
     "mouth": MOUTH,
     "hair": HAIR,
     "brows": HAIR,
-    "lashes": HAIR,
+    "lashes": Material("hair", two_sided=True, blended=True, casts_shadow=False),
 }
 
 

@@ -16,12 +16,14 @@ from conf.face.head_pose import HeadPose
 from conf.face.mesh import Mesh
 from conf.receiver.canvas import Canvas
 from conf.receiver.marks import ControlPointMarks
-from conf.receiver.materials import EYE, MOUTH, Material, material_of
+from conf.receiver.materials import EYE, MOUTH, SKIN, Material, material_of
 from conf.receiver.programs import program
 from conf.receiver.scene import View, clip_matrix, rotation
+from conf.receiver.shadow import Shadow, lamp_matrix
 from conf.receiver.surface import Surface
 from conf.receiver.wireframe import Wireframe
 
+HALF = np.array([[0.5, 0, 0, 0.5], [0, 0.5, 0, 0.5], [0, 0, 0.5, 0.5], [0, 0, 0, 1]])  # clip to texture coordinates
 PLAIN_SKIN = (226, 178, 150, 255)  # sRGB, of a mesh without a texture
 
 
@@ -37,6 +39,7 @@ class FaceRenderer:
         self._moving = ctx.buffer(reserve=len(mesh.render_vertices) * 24)
         self._parts = [Part(ctx, face, group, self._moving) for group in ordered_groups(mesh)]
         self._wireframe = Wireframe(ctx, mesh, self._moving)
+        self._shadow = Shadow(ctx, mesh, self._moving)
         self._marks = ControlPointMarks(ctx, face.control_points, mesh.vertices)
         self._rows = np.empty((0, 6), np.float32)
         self._places = face.control_points.astype(np.float32)
@@ -68,10 +71,18 @@ class FaceRenderer:
         canvas = self._canvas_of((width, height))
         clip = clip_matrix(pose, view, aspect=width / height).T.astype("f4").tobytes()
         turn = rotation(pose, view).T.astype("f4").tobytes()
-        canvas.begin()
-        self._atlas.use(0)
-        for part in [self._wireframe] if view.wireframe else self._parts:
-            part.draw(clip, turn)
+        if view.wireframe:
+            canvas.begin()
+            self._wireframe.draw(clip, turn)
+        else:
+            lamp = lamp_matrix(rotation(pose, view))
+            self._shadow.draw(lamp.T.astype("f4").tobytes())
+            canvas.begin()
+            self._atlas.use(0)
+            self._shadow.depth.use(1)
+            to_texture = (HALF @ lamp).T.astype("f4").tobytes()
+            for part in self._parts:
+                part.draw(clip, turn, to_texture)
         canvas.show(framebuffer, (x, y))
         if view.points:
             self._marks.draw(self._places, clip, canvas.depth)
@@ -80,7 +91,7 @@ class FaceRenderer:
         """Free everything on the card."""
         for part in self._parts:
             part.release()
-        for thing in (self._wireframe, self._marks, self._canvas, self._moving, self._atlas):
+        for thing in (self._wireframe, self._shadow, self._marks, self._canvas, self._moving, self._atlas):
             if thing is not None:
                 thing.release()
 
@@ -99,7 +110,7 @@ class Part:
         mesh = face.mesh
         self.material = material_of(group)
         self._ctx = ctx
-        self._program = program(ctx, "face", self.material.shader)
+        self._program = program(ctx, "skin" if self.material is SKIN else "face", self.material.shader)
         triangles = mesh.render_triangles[mesh.groups[group]] if group in mesh.groups else mesh.render_triangles
         self._indices = ctx.buffer(np.ascontiguousarray(triangles, dtype=np.int32).tobytes())
         self._uvs = ctx.buffer(texture_coordinates(mesh).tobytes())
@@ -109,13 +120,14 @@ class Part:
             self._indices,
             skip_errors=True,
         )
-        if "atlas" in self._program:
-            self._program["atlas"] = 0
+        for unit, name in enumerate(("atlas", "shadow")):
+            if name in self._program:
+                self._program[name] = unit
         for name, value in places(face, group, self.material).items():
             self._program[name] = value
 
-    def draw(self, clip: bytes, turn: bytes) -> None:
-        """Draw the group: the two matrices as float32, column after column."""
+    def draw(self, clip: bytes, turn: bytes, lamp: bytes) -> None:
+        """Draw the group: the matrices as float32, column after column."""
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         if not self.material.two_sided:
             self._ctx.enable(moderngl.CULL_FACE)
@@ -123,6 +135,8 @@ class Part:
             self._ctx.enable(moderngl.BLEND)
         self._program["clip"].write(clip)
         self._program["turn"].write(turn)
+        if "lamp" in self._program:
+            self._program["lamp"].write(lamp)
         self._array.render(moderngl.TRIANGLES)
 
     def release(self) -> None:

@@ -24,7 +24,8 @@ void main() {
 
     // Two catchlights: the key as a small soft disc, the fill as a faint one. The wet film reflects the sky at the rims.
     vec3 r = vec3(2.0 * n.z * n.xy, 2.0 * n.z * n.z - 1.0);
-    float key_light = smoothstep(0.955, 0.985, dot(r, KEY));
+    const vec3 WINDOW = normalize(vec3(-0.40, 0.26, 0.88));  // lower than the key, or the lid would hide it
+    float key_light = smoothstep(0.972, 0.988, dot(r, WINDOW));
     float fill_light = smoothstep(0.93, 0.99, dot(r, FILL));
     vec3 wet = vec3(1.0, 0.98, 0.95) * key_light * 1.6 + FILL_COLOUR * fill_light * 0.5;
     float edge = fresnel(clamp(n.z, 0.0, 1.0));

@@ -2,11 +2,11 @@
 // The camera is a long lens, so the direction to the viewer is the same everywhere.
 const vec3 VIEW = vec3(0.0, 0.0, 1.0);
 const vec3 KEY = normalize(vec3(-0.50, 0.55, 0.75));
-const vec3 KEY_COLOUR = vec3(1.00, 0.93, 0.84) * 2.1;
+const vec3 KEY_COLOUR = vec3(1.00, 0.93, 0.84) * 2.05;
 const vec3 FILL = normalize(vec3(0.85, 0.05, 0.55));
-const vec3 FILL_COLOUR = vec3(0.62, 0.74, 1.00) * 0.38;
-const vec3 SKY = vec3(0.70, 0.80, 1.00) * 0.42;
-const vec3 GROUND = vec3(0.62, 0.42, 0.34) * 0.22;
+const vec3 FILL_COLOUR = vec3(0.62, 0.74, 1.00) * 0.30;
+const vec3 SKY = vec3(0.70, 0.80, 1.00) * 0.34;
+const vec3 GROUND = vec3(0.62, 0.42, 0.34) * 0.20;
 const vec3 RIM = normalize(vec3(0.80, 0.45, -0.45));
 const vec3 RIM_COLOUR = vec3(0.75, 0.86, 1.00) * 1.5;
 const float EXPOSURE = 0.78;

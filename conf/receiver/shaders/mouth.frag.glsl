@@ -9,6 +9,8 @@ in vec2 uv;
 
 out vec4 colour;
 
+const vec3 BOUNCE = vec3(0.42, 0.27, 0.22);  // what the flesh around throws back
+
 // Teeth, tongue and the inside of the mouth: wet, and darker the deeper they lie behind the lips.
 void main() {
     vec3 n = normalize(normal);
@@ -19,5 +21,5 @@ void main() {
     float key = clamp((dot(n, KEY) + 0.6) / 1.6, 0.0, 1.0);
     const vec3 HALF = normalize(KEY + VIEW);
     float shine = ggx(clamp(dot(n, HALF), 0.0, 1.0), 0.16) * 0.04;
-    colour = finish(light * (albedo * (KEY_COLOUR * key + ambient(n)) + KEY_COLOUR * shine), 1.0);
+    colour = finish(light * (albedo * (KEY_COLOUR * key + BOUNCE) + KEY_COLOUR * shine), 1.0);
 }
