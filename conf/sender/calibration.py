@@ -19,9 +19,10 @@ from conf.sender.mean_face import MEAN_FACE
 MEAN_FACE_S = 0.15  # the mean face counts as this many seconds of perfect quiet
 ENOUGH_S = 0.3  # seconds of quiet after which a region is known
 MEMORY_S = 30.0  # seconds of quiet that are remembered: light, glasses and posture change
-PATIENCE_S = 3.0  # how long it takes to believe that a face gets no quieter than it has been
+PATIENCE_S = 2.0  # how long it takes to believe that a face gets no quieter than it has been
+MAX_FLOOR = 0.3  # but brows may lie this high for good, not more: an eye kept shut, a lasting smile are no neutral pose
 BLEND_S = 0.25  # the neutral pose in use follows the estimate this slowly, so that nothing jumps
-QUIET = 0.1  # a shape this strong makes a frame count 1/e
+QUIET = 0.12  # a shape this strong makes a frame count 1/e
 FRONTAL = np.radians(20)  # so does a head turned this far
 MAX_STEP_S = 0.2  # a pause between frames is not a long look
 LIP_GAP_CM = 0.05  # between the inner lip landmarks of a shut mouth, seen on the clips
@@ -64,75 +65,75 @@ class NeutralPose:
     """An estimate of one person's neutral pose that gets better by watching."""
 
     def __init__(self) -> None:
-        self.points = MEAN_FACE.copy()  # (n, 3) cm in face axes, the neutral pose in use
+        self._points = MEAN_FACE.copy()  # in use
+        self._taken = False  # told, not found
         self._sums = np.zeros((CONTROL_POINT_COUNT, 3))  # of what was seen, weighted
-        self._weights = np.zeros(CONTROL_POINT_COUNT)  # seconds of quiet
-        self._least = np.full(len(REGIONS), np.inf)  # the quietest that each region has been
+        self._weights = np.zeros(len(REGIONS))  # seconds of quiet
+        self._least = np.zeros(len(REGIONS))  # the quietest that each region has been
         self._watched = 0.0  # seconds
-        self._time: float | None = None
-        self._fixed: NDArray[np.float64] | None = None
+        self._learned_at: float | None = None
+        self._blended_at: float | None = None
+
+    @property
+    def points(self) -> NDArray[np.float64]:
+        """Return the neutral pose in use, (n, 3) cm in face axes."""
+        return self._points
 
     @property
     def known(self) -> bool:
         """Whether every region is known, from quiet frames or because it was told."""
-        if self._fixed is not None:
-            return True
-        needed = [ENOUGH_S * np.exp(-floor / QUIET) for floor in self._floors()]
-        return all(self._weights[region.points[0]] >= enough for region, enough in zip(REGIONS, needed, strict=True))
+        return self._taken or bool(np.all(self._weights >= ENOUGH_S * self._best_weight()))
 
     def take(self, points: NDArray[np.float64], /) -> None:
-        """Take (n, 3) cm as the neutral pose, at once and for good."""
-        self._fixed = self.points = close_mouth(points)
+        """Take control points (n, 3) cm as the neutral pose, at once and for good."""
+        self._points, self._taken = close_mouth(points), True
 
     def restart(self) -> None:
         """Begin a new row of timestamps, with the best that is known in use at once."""
-        self._time = None
-        if self._fixed is None:
-            self.points = self._estimate()
+        self._learned_at = self._blended_at = None
 
-    def update(
+    def learn(
         self, points: NDArray[np.float64], blendshapes: NDArray[np.floating], /, *, turn: float, timestamp: float
-    ) -> NDArray[np.float64]:
-        """Learn from a frame and return the neutral pose (n, 3) in cm.
+    ) -> None:
+        """Learn from a frame.
 
         points : (n, 3) cm in face axes, head pose removed
         blendshapes : (52,) 0 to 1
         turn : radians, how far the head is turned from the camera
-        timestamp : seconds
+        timestamp : seconds, of the frames learned from in order
         """
-        elapsed = 0.0 if self._time is None else min(max(timestamp - self._time, 0.0), MAX_STEP_S)
-        self._time = timestamp
-        if self._fixed is None:
-            self._learn(points, blendshapes, turn, elapsed)
-            self.points = self.points + (1 - np.exp(-elapsed / BLEND_S)) * (self._estimate() - self.points)
-        return self.points
-
-    def _learn(
-        self, points: NDArray[np.float64], blendshapes: NDArray[np.floating], turn: float, elapsed: float
-    ) -> None:
-        shut = close_mouth(points)
+        elapsed = MAX_STEP_S
+        if self._learned_at is not None:
+            elapsed = min(max(timestamp - self._learned_at, 0.0), MAX_STEP_S)
+        self._learned_at = timestamp
+        activity = np.array([blendshapes[region.shapes].max() for region in REGIONS]) + QUIET * (turn / FRONTAL) ** 2
+        self._least = np.minimum(self._least, activity) if self._watched else activity
         self._watched += elapsed
-        for i, region in enumerate(REGIONS):
-            activity = float(blendshapes[region.shapes].max()) + QUIET * (turn / FRONTAL) ** 2
-            self._least[i] = min(self._least[i], activity)
-            weight = elapsed * np.exp(-activity / QUIET)
-            self._sums[region.points] += weight * shut[region.points]
-            self._weights[region.points] += weight
-            most = MEMORY_S * np.exp(-self._least[i] / QUIET)
-            forget = min(1.0, most / max(self._weights[region.points[0]], 1e-300))
-            self._sums[region.points] *= forget
-            self._weights[region.points] *= forget
+        weights = elapsed * np.exp(-activity / QUIET)
+        most = MEMORY_S * np.exp(-np.minimum(self._least, MAX_FLOOR) / QUIET)
+        keep = np.minimum(1.0, most / (self._weights + weights))  # of the past, when memory is full
+        self._weights = (self._weights + weights) * keep
+        self._sums = (self._sums + weights[_REGION_OF, None] * close_mouth(points)) * keep[_REGION_OF, None]
 
-    def _floors(self) -> NDArray[np.float64]:
-        """Return for each region how quiet this face is believed to get."""
-        least = np.where(np.isfinite(self._least), self._least, 0.0)
-        return np.asarray(least * (1 - np.exp(-self._watched / PATIENCE_S)))
+    def at(self, timestamp: float, /) -> NDArray[np.float64]:
+        """Return the neutral pose to use at a time, (n, 3) cm: it follows what was learned without a jump."""
+        if self._taken:
+            return self._points
+        share = 1.0  # nothing has been shown yet that could jump
+        if self._blended_at is not None:
+            share = 1 - np.exp(-max(timestamp - self._blended_at, 0.0) / BLEND_S)
+        self._blended_at = timestamp
+        self._points = self._points + share * (self._estimate() - self._points)
+        return self._points
+
+    def _best_weight(self) -> NDArray[np.float64]:
+        """Return, by region, what a second weighs in which this face is as quiet as it is believed to get."""
+        floor = np.minimum(self._least, MAX_FLOOR) * (1 - np.exp(-self._watched / PATIENCE_S))
+        return np.asarray(np.exp(-floor / QUIET))
 
     def _estimate(self) -> NDArray[np.float64]:
-        prior = np.empty((CONTROL_POINT_COUNT, 1))
-        for region, floor in zip(REGIONS, self._floors(), strict=True):
-            prior[region.points] = MEAN_FACE_S * np.exp(-floor / QUIET)
-        return np.asarray((prior * MEAN_FACE + self._sums) / (prior + self._weights[:, None]))
+        prior = (MEAN_FACE_S * self._best_weight())[_REGION_OF, None]
+        return np.asarray((prior * MEAN_FACE + self._sums) / (prior + self._weights[_REGION_OF, None]))
 
 
 def close_mouth(points: NDArray[np.float64], /) -> NDArray[np.float64]:
@@ -150,3 +151,6 @@ def close_mouth(points: NDArray[np.float64], /) -> NDArray[np.float64]:
 _FACING_LIPS = [(INDEX[f"inner_lip_upper_{at}"], INDEX[f"inner_lip_lower_{at}"]) for at in ("mid", "l", "r")]
 _OUTER_LOWER_LIP = [i for i in LOWER_LIP if i not in [lower for _, lower in _FACING_LIPS]]
 _CHIN = indices("chin")
+_REGION_OF = np.zeros(CONTROL_POINT_COUNT, dtype=np.intp)
+for _number, _known in enumerate(REGIONS):
+    _REGION_OF[_known.points] = _number

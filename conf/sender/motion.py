@@ -76,9 +76,10 @@ class MotionExtractor:
         if self._take_next:
             self._take_next = False
             self._neutral.take(self._points)
-        neutral = self._neutral.update(
-            self._points, tracking.blendshapes, turn=turn_from_camera(pose), timestamp=timestamp
-        )
+        if tracking.blendshapes_age == 0:
+            turn = turn_from_camera(pose)
+            self._neutral.learn(self._points, tracking.blendshapes, turn=turn, timestamp=timestamp)
+        neutral = self._neutral.at(timestamp)
         displacements = to_displacements(self._points, neutral, self.fapu)
         return MotionFrame(timestamp, displacements.astype(np.float32), smooth_pose)
 

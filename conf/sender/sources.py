@@ -166,7 +166,7 @@ def open_camera(
     """
     _quiet()
     index = int(which) if isinstance(which, int) or which.isdigit() else None
-    name = f"camera {index}" if index is not None else f"the camera {which}"
+    name = f"camera {which}"
     device = Path(f"/dev/video{index}" if index is not None else str(which))
     capture = opener(str(which) if index is None else index)
     if capture.isOpened():
