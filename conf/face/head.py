@@ -15,17 +15,19 @@ from conf.face.fapu import Fapu
 from conf.face.geodesics import Surface
 from conf.face.head_pose import ES0_CM
 from conf.face.kernels import KERNELS
-from conf.face.learned import refine_operator
+from conf.face.learned import refine_operator, without_jaw
 from conf.face.mesh import Mesh, load_mesh
 from conf.face.operator_cache import cache_key, cached_operator
 from conf.face.ppc import read_ppc
 from conf.face.rbf import Operator, build_operator
 from conf.face.regions import Regions, split_regions
-from conf.face.rig import Rig
+from conf.face.rig import Rig, swing
 from conf.face.rig_file import load_rig
 from conf.face.shapes import Shapes, load_shapes
 
 DEFAULT_HEAD = Path(str(files("conf"))) / "assets" / "head" / "head.obj"
+_EYE_MIDDLE = np.array([0.0, 2.845, 3.8])  # between the default head's pupils, model centimetres
+_CACHE_VERSION = 2  # one more whenever the way from the files to the operator changes
 
 
 @dataclass(frozen=True)
@@ -83,10 +85,20 @@ class FaceModel:
         Returns (V, 3) float32, model centimetres.
         """
         offsets = np.asarray(displacements, dtype=np.float32) * self._units
-        vertices = np.matmul(self.operator, offsets, out=out)
+        if self.rig is None:
+            vertices = np.matmul(self.operator, offsets, out=out)
+            vertices += self.neutral
+            return vertices
+        carried, jaw, points = offsets, self.rig.jaw, self.control_points
+        if jaw is not None:
+            motion = jaw.motion(points, offsets)
+            carried = offsets - swing(jaw.point_arms, jaw.point_shares, motion)
+        vertices = np.matmul(self.operator, carried, out=out)
         vertices += self.neutral
-        if self.rig is not None:
-            self.rig.pose(self.neutral, vertices, self.control_points, offsets)
+        if jaw is not None:
+            vertices[jaw.vertices] += swing(jaw.arms, jaw.shares, motion)
+        for eye in self.rig.eyes:
+            eye.pose(self.neutral, vertices, np.stack([points[eye.pupil], offsets[eye.pupil]]))
         return vertices
 
     def deformed_points(self, displacements: NDArray[np.floating], /) -> NDArray[np.float32]:
@@ -102,11 +114,11 @@ def load_face(path: Path | str | None = None, /, *, kernel: str = "multiquadric"
     path = DEFAULT_HEAD if path is None else Path(path)
     mesh = load_mesh(path)
     points = read_ppc(path.with_suffix(".ppc"))
-    if path.resolve() == DEFAULT_HEAD.resolve():
-        rig = load_rig(path.with_name("rig.json"), mesh, points)
-        return make_face(mesh, points, Deformer(kernel), rig=rig, shapes=path.with_name("shapes.npz"))
-    mesh, points = _to_model_units(path, mesh, points)
-    return make_face(mesh, points, Deformer(kernel))
+    if path.resolve() != DEFAULT_HEAD.resolve():
+        return make_face(*_to_model_units(path, mesh, points), Deformer(kernel))
+    shapes = load_shapes(path.with_name("shapes.npz"), len(mesh.vertices))
+    rig = load_rig(path.with_name("rig.json"), mesh, points, shapes)
+    return make_face(mesh, points, Deformer(kernel), rig=rig, shapes=shapes)
 
 
 def make_face(
@@ -116,64 +128,57 @@ def make_face(
     /,
     *,
     rig: Rig | None = None,
-    shapes: Path | None = None,
+    shapes: Shapes | None = None,
 ) -> FaceModel:
     """Put a face together; its operator comes from the cache if it was there before.
 
     points : (n, 3) control points on the mesh, model centimetres
-    shapes : the file of sculpted shapes the operator is refined on, if the mesh has one
+    shapes : sculpted shapes of the mesh that the operator is refined on
     """
     deformer = deformer or Deformer()
     if deformer.kernel not in KERNELS:
         raise ValueError(f"kernel must be one of {', '.join(KERNELS)}, got {deformer.kernel!r}")
-    learned = shapes.read_bytes() if shapes is not None and shapes.is_file() else b""
-    anchors = rig.anchors if rig is not None else b""
-    key = cache_key(_CACHE_VERSION, mesh.vertices, mesh.triangles, points, anchors, deformer, learned)
-    operator = cached_operator(
-        key,
-        (len(mesh.vertices), len(points)),
-        lambda: _operator(mesh, points, deformer, rig, shapes if learned else None),
-    )
+    anchors = choose_anchors(mesh.vertices, points, eye_distance=ES0_CM) if rig is None else rig.anchors
+    learned = b"" if shapes is None else shapes.offsets
+    jaw = b"" if rig is None or rig.jaw is None else rig.jaw.arms
+    key = cache_key(_CACHE_VERSION, mesh.vertices, mesh.triangles, points, anchors, jaw, learned, deformer)
+    shape = (len(mesh.vertices), len(points))
+    operator = cached_operator(key, shape, lambda: _operator(mesh, points, deformer, anchors, rig, shapes))
     return FaceModel(mesh, points, Fapu.measure(points), operator.matrix, operator.smoothing, rig)
 
 
-_CACHE_VERSION = 1  # one more whenever the way from these inputs to the operator changes
-_LEARNED_SMOOTHING = 0.1  # cm^2
-
-
 def _operator(
-    mesh: Mesh, points: NDArray[np.float64], deformer: Deformer, rig: Rig | None, shapes: Path | None
+    mesh: Mesh,
+    points: NDArray[np.float64],
+    deformer: Deformer,
+    anchors: NDArray[np.float64],
+    rig: Rig | None,
+    shapes: Shapes | None,
 ) -> Operator:
     kernel = KERNELS[deformer.kernel]
     if deformer.degree is not None:
         kernel = replace(kernel, degree=deformer.degree)
     surface = Surface(mesh.vertices, mesh.triangles)
-    anchors = rig.anchors if rig is not None else choose_anchors(mesh.vertices, points, eye_distance=ES0_CM)
-    regions = (
-        split_regions(surface, points, anchors=anchors)
-        if deformer.split
-        else Regions.whole(len(mesh.vertices), anchors=anchors)
-    )
+    whole = Regions.whole(len(mesh.vertices), anchors=anchors)
+    regions = split_regions(surface, points, anchors=anchors) if deformer.split else whole
     operator = build_operator(
         mesh.vertices,
         points,
         kernel=kernel,
         epsilon=deformer.epsilon or kernel.epsilon,
-        regions=regions,
+        # A pupil turns its eyeball; skin does not follow it.
+        regions=regions.without(PUPILS),
         smoothing=deformer.smoothing,
     )
-    if shapes is None:
-        return operator
-    sculpted = load_shapes(shapes, len(mesh.vertices))
-    moved = control_displacements(sculpted, surface, points)
-    return replace(
-        operator, matrix=refine_operator(operator.matrix, moved, sculpted.offsets, smoothing=_LEARNED_SMOOTHING)
-    )
-
-
-def control_displacements(shapes: Shapes, surface: Surface, points: NDArray[np.float64], /) -> NDArray[np.float32]:
-    """Return the (S, n, 3) displacements of the control points in each sculpted shape, model centimetres."""
-    return shapes.at(surface.snap(points, tolerance=0.0))
+    matrix = operator.matrix
+    if shapes is not None:
+        displacements, offsets = shapes.at(surface.snap(points, tolerance=0.0)), shapes.offsets
+        if rig is not None and rig.jaw is not None:
+            displacements, offsets = without_jaw(rig.jaw, points, displacements, offsets)
+        matrix = refine_operator(matrix, displacements, offsets)
+    if rig is not None:
+        matrix[rig.rigid] = 0.0
+    return Operator(matrix, operator.smoothing)
 
 
 def _to_model_units(path: Path, mesh: Mesh, points: NDArray[np.float64]) -> tuple[Mesh, NDArray[np.float64]]:
@@ -183,8 +188,5 @@ def _to_model_units(path: Path, mesh: Mesh, points: NDArray[np.float64]) -> tupl
     if not eye_distance > 0:
         raise FileFormatError(path.with_suffix(".ppc"), None, "expected the two pupils in different places")
     scale = ES0_CM / eye_distance
-    shift = EYE_MIDDLE - pupils.mean(axis=0) * scale
+    shift = _EYE_MIDDLE - pupils.mean(axis=0) * scale
     return replace(mesh, vertices=mesh.vertices * scale + shift), points * scale + shift
-
-
-EYE_MIDDLE = np.array([0.0, 2.62, 3.9])  # between the default head's pupils, model centimetres

@@ -1,21 +1,29 @@
 """Operator B, refined on sculpted shapes.
 
-An artist's 52 shapes of the shipped head say how skin really follows its control points. B is the matrix that
-carries the control points' displacements D of the shapes to their vertex offsets X best, without straying from the
-RBF matrix where the shapes say nothing: min |B D - X|^2 + lambda |B - B_rbf|^2, ridge regression with a prior.
+An artist's 52 shapes of the shipped head say how skin really follows its control points. B is the matrix that best
+carries the control points' displacements D of the shapes to their vertex offsets X, without straying from the RBF
+matrix where the shapes say nothing: min |B D - X|^2 + lambda |B - B_rbf|^2, ridge regression with a prior.
 """
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.face.rig import CHIN, Jaw, swing
+from conf.face.shapes import Shapes
+
+SMOOTHING = 0.1  # lambda, cm^2: least error on held-out shapes, see tools/bench_deform.py
+_JAW_SHIFTS = ("jawForward", "jawLeft", "jawRight")  # what follows the jaw moves as far as the chin, the rest does not
+
 
 def refine_operator(
     matrix: NDArray[np.float32],
-    displacements: NDArray[np.floating],
-    offsets: NDArray[np.floating],
+    displacements: NDArray[np.float32],
+    offsets: NDArray[np.float32],
     /,
     *,
-    smoothing: float,
+    smoothing: float = SMOOTHING,
 ) -> NDArray[np.float32]:
     """Return the matrix that fits the shapes, with the given one as prior.
 
@@ -26,8 +34,37 @@ def refine_operator(
     Returns (V, n) float32.
     """
     n = matrix.shape[1]
-    D = np.asarray(displacements, dtype=np.float32).transpose(1, 0, 2).reshape(n, -1)
-    X = np.ascontiguousarray(offsets, dtype=np.float32).transpose(1, 0, 2).reshape(len(matrix), -1)
-    gram = D.astype(np.float64) @ D.T.astype(np.float64) + smoothing * np.eye(n)
-    correction = np.linalg.solve(gram, D.astype(np.float64)).astype(np.float32)
+    D = displacements.transpose(1, 0, 2).reshape(n, -1)
+    X = offsets.transpose(1, 0, 2).reshape(len(matrix), -1)
+    wide = D.astype(np.float64)
+    correction = np.linalg.solve(wide @ wide.T + smoothing * np.eye(n), wide).astype(np.float32)
     return np.asarray(matrix + (X - matrix @ D) @ correction.T, dtype=np.float32)
+
+
+def without_jaw(
+    jaw: Jaw, points: NDArray[np.float64], displacements: NDArray[np.float32], offsets: NDArray[np.float32], /
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Take the jaw's turn out of shapes: what the operator is left to carry.
+
+    points : (n, 3) control points at rest, model units
+    displacements : (S, n, 3), offsets : (S, V, 3) of control points and vertices in each shape
+    Returns displacements and offsets of the same shapes.
+    """
+    displacements, offsets = displacements.copy(), offsets.copy()
+    for moved, carried in zip(displacements, offsets, strict=True):
+        motion = jaw.motion(points, moved)
+        moved -= swing(jaw.point_arms, jaw.point_shares, motion)
+        carried[jaw.vertices] -= swing(jaw.arms, jaw.shares, motion)
+    return displacements, offsets
+
+
+def jaw_shares(shapes: Shapes, nearest: NDArray[np.integer], /, *, left_out: Sequence[str] = ()) -> NDArray[np.float64]:
+    """Return the (V,) shares by which vertices follow the jaw, from the shapes that shift it: 0 not at all, 1 wholly.
+
+    nearest : (n,) the vertex of each control point
+    left_out : shapes not to look at
+    """
+    used = [i for i, name in enumerate(shapes.names) if name in _JAW_SHIFTS and name not in left_out]
+    chin = shapes.offsets[used][:, nearest[CHIN]].mean(axis=1).astype(np.float64)
+    along = np.einsum("svi,si->v", shapes.offsets[used], chin)
+    return np.asarray(np.clip(along / max(float((chin**2).sum()), 1e-9), 0.0, 1.0))

@@ -141,6 +141,5 @@ def _solve_with_rescue(
         diagonal[kernels:] = -rescue * largest
         raised = system + np.diag(diagonal)
         if np.linalg.cond(raised) < _WORST_CONDITION:
-            inverse: NDArray[np.float64] = np.linalg.inv(raised)
-            return used, inverse
+            return used, np.asarray(np.linalg.inv(raised), dtype=np.float64)
     raise ValueError("control_points must not all lie in one place")

@@ -7,7 +7,8 @@ the skin follows the upper lip, though the lower one may be closer through the a
 there are four fields.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +49,11 @@ class Regions:
     def whole(cls, vertex_count: int, /, anchors: NDArray[np.float64] | None = None) -> "Regions":
         """Return one field over everything: every control point acts everywhere."""
         return cls((Field(np.ones(vertex_count), ()),), np.empty((0, 3)) if anchors is None else anchors)
+
+    def without(self, points: Sequence[int], /) -> "Regions":
+        """Return the same regions with some control points acting nowhere."""
+        fields = tuple(Field(field.weights, (*field.left_out, *points)) for field in self.fields)
+        return replace(self, fields=fields)
 
 
 def split_regions(surface: Surface, points: NDArray[np.float64], /, *, anchors: NDArray[np.float64]) -> Regions:
