@@ -4,7 +4,7 @@ Strategy: nobody sits still for a photograph at the start of a call, and the ave
 each frame counts, region by region, by how quiet the blendshapes say that region is: a talker's brows are neutral long
 before his mouth is. A mean face stands in with the weight of a moment. Some faces never look quiet, their brows simply
 lie high: the mean face loses its weight as it becomes plain that a face gets no quieter. A mouth a little open in the
-quietest frames is shut by hand, because a neutral mouth is.
+quietest frames is shut by hand, and lids nearly shut are opened, because a neutral mouth is and a neutral eye is not.
 """
 
 from dataclasses import dataclass
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_COUNT, INDEX, LOWER_LIP, indices
+from conf.sender import lids
 from conf.sender.blendshapes import INDEX as SHAPE
 from conf.sender.mean_face import MEAN_FACE
 
@@ -26,6 +27,7 @@ QUIET = 0.12  # a shape this strong makes a frame count 1/e
 FRONTAL = np.radians(20)  # so does a head turned this far
 MAX_STEP_S = 0.2  # a pause between frames is not a long look
 LIP_GAP_CM = 0.05  # between the inner lip landmarks of a shut mouth, seen on the clips
+MIN_LID_GAP_CM = 0.4  # narrower eyes are on their way to shut
 CHIN_SHARE = 0.7  # of what the lower lip moves to shut, the chin moves this much
 
 
@@ -86,7 +88,7 @@ class NeutralPose:
 
     def take(self, points: NDArray[np.float64], /) -> None:
         """Take control points (n, 3) cm as the neutral pose, at once and for good."""
-        self._points, self._taken = close_mouth(points), True
+        self._points, self._taken = compose_face(points), True
 
     def restart(self) -> None:
         """Begin a new row of timestamps, with the best that is known in use at once."""
@@ -113,7 +115,7 @@ class NeutralPose:
         most = MEMORY_S * np.exp(-np.minimum(self._least, MAX_FLOOR) / QUIET)
         keep = np.minimum(1.0, most / (self._weights + weights))  # of the past, when memory is full
         self._weights = (self._weights + weights) * keep
-        self._sums = (self._sums + weights[_REGION_OF, None] * close_mouth(points)) * keep[_REGION_OF, None]
+        self._sums = (self._sums + weights[_REGION_OF, None] * compose_face(points)) * keep[_REGION_OF, None]
 
     def at(self, timestamp: float, /) -> NDArray[np.float64]:
         """Return the neutral pose to use at a time, (n, 3) cm: it follows what was learned without a jump."""
@@ -136,16 +138,20 @@ class NeutralPose:
         return np.asarray((prior * MEAN_FACE + self._sums) / (prior + self._weights[_REGION_OF, None]))
 
 
-def close_mouth(points: NDArray[np.float64], /) -> NDArray[np.float64]:
-    """Return control points (n, 3) in cm with the lower lip raised until the mouth is shut, and the chin after it."""
-    shut = points.copy()
+def compose_face(points: NDArray[np.float64], /) -> NDArray[np.float64]:
+    """Return control points (n, 3) in cm with the mouth shut and the eyes open.
+
+    The lower lip is raised until it meets the upper and the chin follows; an upper lid is raised off the lower one.
+    """
+    composed = points.copy()
     for upper, lower in _FACING_LIPS:
-        shut[lower, 1] += max(0.0, points[upper, 1] - points[lower, 1] - LIP_GAP_CM)
+        composed[lower, 1] += max(0.0, points[upper, 1] - points[lower, 1] - LIP_GAP_CM)
     middle = INDEX["inner_lip_lower_mid"]
-    gap = shut[middle, 1] - points[middle, 1]
-    shut[_OUTER_LOWER_LIP, 1] += gap
-    shut[_CHIN, 1] += gap * CHIN_SHARE
-    return shut
+    gap = composed[middle, 1] - points[middle, 1]
+    composed[_OUTER_LOWER_LIP, 1] += gap
+    composed[_CHIN, 1] += gap * CHIN_SHARE
+    composed[lids.UPPER, 1] += np.maximum(0.0, MIN_LID_GAP_CM - lids.gaps(points))
+    return composed
 
 
 _FACING_LIPS = [(INDEX[f"inner_lip_upper_{at}"], INDEX[f"inner_lip_lower_{at}"]) for at in ("mid", "l", "r")]

@@ -14,15 +14,13 @@ from conf.face.control_points import CONTROL_POINT_COUNT, INDEX, LANDMARKS, indi
 from conf.face.fapu import UNITS_PER_DISTANCE, Fapu
 from conf.face.head_pose import HeadPose
 from conf.protocol.messages import MotionFrame
+from conf.sender import lids
 from conf.sender.calibration import NeutralPose
 from conf.sender.canonical_face import CanonicalFace
+from conf.sender.lids import LidGauge
 from conf.sender.pose import remove_head_pose
 from conf.sender.smoothing import OneEuroFilter
 from conf.sender.tracker import Tracking
-
-SHUT_LID_GAP = (
-    0.12  # what is left between the lid landmarks of a shut eye, as a share of the open gap, seen on the clips
-)
 
 
 class MotionExtractor:
@@ -36,6 +34,7 @@ class MotionExtractor:
         self._canonical = canonical
         self._size = size
         self._neutral = NeutralPose()
+        self._lids = LidGauge()
         self._points_filter = OneEuroFilter(min_cutoff=_MIN_CUTOFF, beta=_BETA)
         self._pose_filter = OneEuroFilter(min_cutoff=_POSE_MIN_CUTOFF, beta=_POSE_BETA)
         self._points: NDArray[np.float64] | None = None
@@ -44,7 +43,7 @@ class MotionExtractor:
     @property
     def fapu(self) -> Fapu:
         """Return the units of this person's neutral face, in cm."""
-        return Fapu.measure(self._neutral.points, closed_lid_gap=SHUT_LID_GAP)
+        return Fapu.measure(self._neutral.points, closed_lid_gap=float(self._lids.shut_shares.mean()))
 
     @property
     def calibrated(self) -> bool:
@@ -77,11 +76,17 @@ class MotionExtractor:
             self._take_next = False
             self._neutral.take(self._points)
         if tracking.blendshapes_age == 0:
-            turn = turn_from_camera(pose)
-            self._neutral.learn(self._points, tracking.blendshapes, turn=turn, timestamp=timestamp)
+            self._learn(self._points, tracking.blendshapes, pose, timestamp)
         neutral = self._neutral.at(timestamp)
-        displacements = to_displacements(self._points, neutral, self.fapu)
+        openness = self._lids.openness(self._points, neutral)
+        displacements = to_displacements(self._points, neutral, self.fapu, openness)
         return MotionFrame(timestamp, displacements.astype(np.float32), smooth_pose)
+
+    def _learn(
+        self, points: NDArray[np.float64], blendshapes: NDArray[np.float32], pose: HeadPose, timestamp: float
+    ) -> None:
+        self._neutral.learn(points, blendshapes, turn=turn_from_camera(pose), timestamp=timestamp)
+        self._lids.learn(points, self._neutral.points, blendshapes)
 
 
 def turn_from_camera(pose: HeadPose, /) -> float:
@@ -89,26 +94,23 @@ def turn_from_camera(pose: HeadPose, /) -> float:
     return float(np.arccos(np.clip(pose.matrix()[2, 2], -1, 1)))
 
 
-def to_displacements(points: NDArray[np.float64], neutral: NDArray[np.float64], fapu: Fapu, /) -> NDArray[np.float64]:
+def to_displacements(
+    points: NDArray[np.float64], neutral: NDArray[np.float64], fapu: Fapu, openness: NDArray[np.float64], /
+) -> NDArray[np.float64]:
     """Return how far control points are from the neutral pose, (n, 3) in FAPU units.
 
     points, neutral : (n, 3) cm in face axes, of the same face
+    openness : (2,) of the left and right eye: 0 brings the upper lid down onto the lower on any face
     """
     moved = points - neutral
     for pupil, corners in _EYES:
         moved[pupil] -= moved[corners].mean(axis=0)
         moved[pupil, 2] = 0.0
-    moved[:, 2] *= _DEPTH_TRUST
     units = moved / fapu.lengths()
-    for upper, lower in _LIDS:
-        open_gap = (neutral[upper, 1] - neutral[lower, 1]) * (1 - SHUT_LID_GAP)
-        gap = points[upper, 1] - points[lower, 1] - open_gap * SHUT_LID_GAP / (1 - SHUT_LID_GAP)
-        openness = max(gap / open_gap, 0.0)
-        units[upper, 1] = units[lower, 1] + (openness - 1) * UNITS_PER_DISTANCE
+    units[lids.UPPER, 1] = units[lids.LOWER, 1] + (openness - 1) * UNITS_PER_DISTANCE
     return units
 
 
-_LIDS = [(INDEX[f"eyelid_upper_{side}"], INDEX[f"eyelid_lower_{side}"]) for side in "lr"]
 _EYES = [(INDEX[f"pupil_{s}"], [INDEX[f"eye_inner_corner_{s}"], INDEX[f"eye_outer_corner_{s}"]]) for s in "lr"]
 
 
@@ -120,9 +122,10 @@ def _per_point(usual: float, **by_name: float) -> NDArray[np.float64]:
     return values
 
 
-# Hz, and Hz for each cm a second.
-_MIN_CUTOFF = _per_point(1.5, eyelid=4.0, inner_lip=2.5, outer_lip=2.5, cupids_bow=2.5, pupil=2.0)
-_BETA = _per_point(2.0, eyelid=4.0, pupil=4.0)
-_DEPTH_TRUST = _per_point(1.0)[:, 0]
-_POSE_MIN_CUTOFF = np.array([1.5, 1.5, 1.5, 2.0, 2.0, 1.5])
-_POSE_BETA = np.array([8.0, 8.0, 8.0, 20.0, 20.0, 8.0])  # radians, picture heights, e-folds a second
+# The filters' cutoffs in Hz, and betas in Hz for each cm (radian, picture height, e-fold) a second. Chosen on clips:
+# speech moves lips at 5 Hz and a blink lasts 0.2 s, and both get through nearly whole; of a still face's jitter, 0.2 mm
+# at 320x240, half is left.
+_MIN_CUTOFF = _per_point(2.0, inner_lip=5.0, outer_lip=5.0, cupids_bow=5.0, eyelid=5.0, pupil=4.0)
+_BETA = _per_point(3.0, inner_lip=6.0, outer_lip=6.0, cupids_bow=6.0, eyelid=6.0, pupil=6.0)
+_POSE_MIN_CUTOFF = np.array([2.0, 2.0, 2.0, 4.0, 4.0, 2.0])
+_POSE_BETA = np.array([20.0, 20.0, 20.0, 60.0, 60.0, 20.0])
