@@ -12,9 +12,12 @@ from tools.head.control_vertices import VERTICES
 from tools.head.edge_rings import FAR, edge_rings
 from tools.head.eyeballs import build_eyeball
 from tools.head.files import TEXTURE, join, write_obj, write_ppc, write_rig, write_shapes
+from tools.head.hair import build_hair
 from tools.head.lips import close_lips
 from tools.head.paint import paint_atlas
-from tools.head.part import Part
+from tools.head.part import Part, split_quads
+from tools.head.scalp import build_scalp
+from tools.head.shirt import build_shirt
 from tools.head.source import Source
 from tools.head.teeth import build_teeth
 
@@ -27,7 +30,8 @@ def build_head(source: Source, folder: Path) -> Part:
     body, origin = build_body(character)
     eyes = {side: _eye(character, side) for side in "lr"}
     balls = [build_eyeball(f"eye_{side}", centre, radius) for side, (centre, radius) in eyes.items()]
-    head = join([body, *balls, *_teeth(character)])
+    scalp = build_scalp(body.vertices, split_quads(body.groups["skin"])[..., 0])
+    head = join([body, *balls, *_teeth(character), build_shirt(character), build_hair(scalp)])
     control_points = _control_points(character, balls)
     write_obj(folder, head)
     write_ppc(folder, control_points)

@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 from tools.head.character import Character
 from tools.head.part import FRAMES, Part
+from tools.head.shirt import angle_below_collar
 
 # Islands of the base mesh's texture layout: (lowest u, v, highest u, v) of a face's centre.
 _FACE_ISLAND = (0.63, 0.145, 1.0, 0.83)
 _MOUTH_ISLAND = (0.755, 0.0, 0.925, 0.145)
-_NECK_FLOOR = -19.0  # cm below the eyes: the shirt hides what is lower
-_NECK_REACH = 12.5  # cm from the midline
+_TUCKED = 5.0  # degrees of neck that the shirt's collar hides
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,8 @@ def find_islands(character: Character) -> Islands:
     face = near & _inside(uv, _FACE_ISLAND)
     mouth = near & _inside(uv, _MOUTH_ISLAND)
     socket = near & (uv[:, 0] < 0.16) & (uv[:, 1] > 0.5) & (uv[:, 1] < 0.7)
-    neck = body & ~face & ~mouth & ~socket & (np.abs(centre[:, 0]) < _NECK_REACH) & (centre[:, 1] > _NECK_FLOOR)
+    trunk = body & ~face & ~mouth & ~socket & (centre[:, 1] > -25.0)
+    neck = trunk & (angle_below_collar(centre) < _TUCKED)
     return Islands(face, mouth, neck, base.groups == "helper-tongue")
 
 

@@ -9,7 +9,9 @@ from scipy.ndimage import distance_transform_edt
 
 from tools.head.occlusion import ambient_occlusion
 from tools.head.paint_eyes import paint_eye
+from tools.head.paint_hair import paint_hair
 from tools.head.paint_mouth import paint_bag, paint_teeth, paint_tongue
+from tools.head.paint_shirt import paint_shirt
 from tools.head.paint_skin import paint_skin
 from tools.head.part import Part
 from tools.head.texels import Texels, bake_texels, vertex_normals
@@ -21,6 +23,8 @@ _PAINTERS: dict[str, Callable[[Texels], NDArray[np.float64]]] = {
     "teeth_lower": paint_teeth,
     "tongue": paint_tongue,
     "mouth": paint_bag,
+    "shirt": paint_shirt,
+    "hair": paint_hair,
 }
 
 
@@ -33,16 +37,17 @@ def paint_atlas(head: Part, rings: NDArray[np.float64], points: Points, *, size:
     normals = vertex_normals(head.vertices, triangles)
     sky = ambient_occlusion(head.vertices, normals, head.vertices, triangles)
     attributes = np.concatenate([head.vertices, normals, sky[:, None], rings], axis=1)
-    picture = np.zeros((size, size, 3))
+    picture = np.full((size, size, 4), 255.0)
     drawn = np.zeros((size, size), dtype=bool)
     for group in head.groups:
         texels = bake_texels(size, head, group, attributes)
         if group == "skin":
-            picture[texels.row, texels.column] = paint_skin(texels, points)
+            colours = paint_skin(texels, points)
         elif group in _PAINTERS:
-            picture[texels.row, texels.column] = _PAINTERS[group](texels)
+            colours = _PAINTERS[group](texels)
         else:
             continue
+        picture[texels.row, texels.column, : colours.shape[1]] = colours
         drawn[texels.row, texels.column] = True
     nearest = distance_transform_edt(~drawn, return_distances=False, return_indices=True)
     return Image.fromarray(np.rint(picture[tuple(nearest)]).astype(np.uint8))

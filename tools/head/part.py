@@ -25,9 +25,13 @@ class Part:
 
     def triangles(self) -> NDArray[np.int64]:
         """Return the (F, 3, 2) corners of all groups, quads split."""
-        corners = np.concatenate(list(self.groups.values()))
-        second = corners[corners[:, 3, 0] != NONE][:, [0, 2, 3]]
-        return np.concatenate([corners[:, :3], second])
+        return split_quads(np.concatenate(list(self.groups.values())))
+
+
+def split_quads(corners: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the (F, 3, 2) corners of triangles for (Q, 4, 2) corners of quads and triangles."""
+    second = corners[corners[:, 3, 0] != NONE][:, [0, 2, 3]]
+    return np.concatenate([corners[:, :3], second])
 
 
 @dataclass(frozen=True)
