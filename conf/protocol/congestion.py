@@ -7,6 +7,7 @@ report comes.
 Source: RFC 8083 (circuit breaker); RFC 8085, 3.1 (datagram congestion control).
 """
 
+import math
 from collections import deque
 from dataclasses import dataclass
 
@@ -27,7 +28,7 @@ LADDER = (Rung("rich"), Rung("live"), Rung("live", 2), Rung("narrow"))
 MAX_LOSS = 0.05
 CALM_LOSS = 0.02
 MAX_QUEUEING_S = 0.2
-LOSS_WINDOW_S = 5.0
+LOSS_WINDOW_S = 10.0
 MIN_EXPECTED = 20  # fewer datagrams than this say nothing about five per cent
 SETTLE_S = 3.0
 RECOVER_S = 10.0
@@ -58,6 +59,12 @@ class LossMeter:
     def expected(self) -> int:
         """How many datagrams the figure rests on."""
         return self._totals[-1][1] - self._totals[0][1] if self._totals else 0
+
+    @property
+    def heavy(self) -> bool:
+        """Whether the loss is above 5 % by more than chance: by two standard deviations of what 5 % loses."""
+        allowed = MAX_LOSS * self.expected
+        return self.enough and self.fraction * self.expected > allowed + 2 * math.sqrt(allowed)
 
     @property
     def enough(self) -> bool:
@@ -100,12 +107,11 @@ class CongestionControl:
         self.loss.reported(report, now)
         if now < self._changed + SETTLE_S:
             return
-        loss = self.loss.fraction if self.loss.enough else 0.0
         queueing, queueing_limit = round_trip.queueing_s, max(MAX_QUEUEING_S, (round_trip.floor_s or 0.0) / 2)
-        if loss > MAX_LOSS or queueing > queueing_limit:
+        if self.loss.heavy or queueing > queueing_limit:
             self._calm_since = now
             self._step_down(now)
-        elif loss > CALM_LOSS or queueing > queueing_limit / 2 or not self.loss.enough:
+        elif self.loss.fraction > CALM_LOSS or queueing > queueing_limit / 2 or not self.loss.enough:
             self._calm_since = now
         elif now >= self._calm_since + self._recover_s:
             self._step_up(now)

@@ -119,6 +119,6 @@ class Opener:
             raise DatagramError(Reason.SEAL) from None
         self.window.accept(counter)
         if epoch + 1 == self._chain.next_epoch:
-            self._keys[self._chain.next_epoch] = self._chain.advance()
+            self._keys[epoch + 1] = self._chain.advance()
             self._keys.pop(epoch - 2, None)
         return counter, body

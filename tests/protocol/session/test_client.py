@@ -1,0 +1,248 @@
+"""The sender's session: it connects through any network that lets something pass, and reconnects by itself."""
+
+from collections.abc import Callable, Iterable
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from conf.protocol.session.client import IDLE_S, SILENCE_S
+from conf.protocol.session.events import Connected, LossReason, Lost, NoAnswer, Refused, WrongCode
+from conf.protocol.session.handshake import Refusal
+from conf.protocol.session.initiator import CONFIRM_TIMEOUT_S
+from conf.protocol.session.packet import Kind, handshake_datagram
+from conf.protocol.session.reasons import Reason
+from tests.protocol.session.world import RECEIVER, SENDER, WRONG, World, at_once
+
+# What becomes of the first datagrams, one entry each: the delays of the copies that arrive. Later ones arrive.
+FATES = st.lists(st.lists(st.sampled_from([0.0, 0.1, 0.3, 1.0, 3.0]), max_size=3), max_size=24)
+
+
+def listed(fates: list[list[float]]) -> Callable[[bytes], Iterable[float]]:
+    rest = iter(fates)
+    return lambda _: next(rest, [0.0])
+
+
+def lose_all(_data: bytes) -> list[float]:
+    return []
+
+
+def connected() -> World:
+    world = World()
+    world.add_sender()
+    world.run(0.1)
+    assert world.senders[SENDER].session is not None
+    return world
+
+
+def keep_talking(world: World, seconds: float) -> None:
+    """Send a body and a report twice a second, as the program above does."""
+    for _ in range(int(seconds / 0.5)):
+        world.run(0.5)
+        for session in list(world.receiver.sessions):
+            report = world.receiver.seal_body(session, b"report")
+            assert report is not None
+            world.send(report.datagram, RECEIVER, report.address)
+        for address, sender in world.senders.items():
+            if sender.session is not None:
+                world.send_body(b"motion", address)
+        world.settle()
+
+
+@given(FATES)
+def test_any_loss_duplication_and_reordering_connects_in_the_end(fates: list[list[float]]) -> None:
+    world = World(listed(fates))
+    sender = world.add_sender()
+    world.run_until(lambda: sender.session in world.receiver.sessions, 90.0)
+    world.fate = at_once
+    world.send_body(b"motion")
+    world.settle()
+    assert world.bodies() == [b"motion"]
+    assert not any(isinstance(event, WrongCode) for event in world.events())
+
+
+@given(FATES)
+def test_a_wrong_code_never_connects_and_is_told_on_both_sides(fates: list[list[float]]) -> None:
+    world = World(listed(fates))
+    sender = world.add_sender(code=WRONG)
+    world.run_until(lambda: sender.stopped, 90.0)
+    assert sender.session is None and not world.receiver.sessions
+    assert sum(isinstance(event, WrongCode) for event in world.events(SENDER)) == 1
+    assert any(event == WrongCode(4, SENDER) for event in world.events())
+    assert sender.seal_body(b"") is None
+    assert sender.get_timer() is None
+
+
+def test_the_handshake_in_bytes() -> None:
+    world = connected()
+    assert [len(data) for _, _, data in world.traffic] == [57, 25, 57, 49, 34, 34]
+
+
+def test_a_full_receiver_is_told_and_final() -> None:
+    world = World(max_sessions=1)
+    world.add_sender()
+    world.run(0.1)
+    late = ("198.51.100.8", 1)
+    sender = world.add_sender(late)
+    world.run(0.1)
+    assert world.events(late) == [Refused(Refusal.FULL, None)]
+    assert sender.stopped
+
+
+def test_a_locked_receiver_is_tried_again_by_itself() -> None:
+    world = World()
+    for n in range(5):
+        world.add_sender(("198.51.100.9", n), WRONG)
+    world.run(0.5)
+    sender = world.add_sender()
+    world.run(1.0)
+    refused = world.events(SENDER)[0]
+    assert isinstance(refused, Refused) and refused.refusal is Refusal.LOCKED and refused.wait_s
+    assert 55 < refused.wait_s <= 60
+    sent = len(world.traffic)
+    world.run(50.0)
+    assert len(world.traffic) == sent
+    world.run(12.0)
+    assert sender.session in world.receiver.sessions
+
+
+def test_nobody_answers() -> None:
+    world = World(lose_all)
+    sender = world.add_sender()
+    world.run(40.0)
+    (told,) = world.events(SENDER)
+    assert isinstance(told, NoAnswer) and told.seconds == pytest.approx(5.0, abs=0.2)
+    assert sender.get_timer() is not None
+    world.fate = at_once
+    world.run(5.0)
+    assert sender.session is not None
+
+
+def test_a_restarted_receiver_with_the_same_code_is_found_again() -> None:
+    world = connected()
+    keep_talking(world, 5.0)
+    first = world.senders[SENDER].session
+    world.restart_receiver()
+    at = world.now
+    keep_talking(world, 4.0)
+    assert world.senders[SENDER].session in world.receiver.sessions
+    assert Lost(first, LossReason.REPLACED) in world.events(SENDER)  # type: ignore[arg-type]
+    assert world.bodies()[-1] == b"motion"
+    assert world.now - at <= 4.1
+
+
+@pytest.mark.parametrize("hints", [True, False])
+def test_two_restarts_with_and_without_the_receivers_hint(hints: bool) -> None:
+    world = connected()
+    world.fate = lambda data: [0.0] if hints or data[:3] != b"\x93\x02\x06" else []
+    for seed in ("second", "third"):
+        keep_talking(world, 3.0)
+        world.restart_receiver(seed)
+        keep_talking(world, SILENCE_S + 2.0)
+        assert world.senders[SENDER].session in world.receiver.sessions
+
+
+def test_a_receiver_restarted_with_another_code_ends_it_clearly() -> None:
+    world = connected()
+    keep_talking(world, 2.0)
+    world.restart_receiver(code=WRONG)
+    keep_talking(world, IDLE_S + 5.0)
+    told = [event for event in world.events(SENDER) if not isinstance(event, Connected)]
+    assert told == [WrongCode(4, RECEIVER), Lost(told[1].session, LossReason.IDLE)]  # type: ignore[union-attr]
+
+
+def test_a_forged_hint_does_nothing_to_a_live_session_and_cannot_end_a_silent_one() -> None:
+    world = connected()
+    sender = world.senders[SENDER]
+    keep_talking(world, 2.0)
+    session = sender.session
+    assert session is not None
+    forged = handshake_datagram(Kind.UNKNOWN, session)
+    sender.receive_datagram(forged, RECEIVER, world.now)
+    world.run(0.1)
+    assert not any(data[0] == 0x93 for _, _, data in world.traffic[6:])
+    world.fate = lose_all
+    world.run(1.5)
+    sender.receive_datagram(forged, RECEIVER, world.now)
+    world.run(2.0)
+    assert sender.session == session
+    world.fate = at_once
+    keep_talking(world, 3.0)
+    assert sender.session in world.receiver.sessions
+    assert len(world.receiver.sessions) == 1
+
+
+def test_an_outage_shorter_than_the_idle_time_keeps_a_session() -> None:
+    world = connected()
+    keep_talking(world, 2.0)
+    world.fate = lose_all
+    keep_talking(world, 20.0)
+    world.fate = at_once
+    keep_talking(world, 5.0)
+    assert len(world.receiver.sessions) == 1
+    assert world.senders[SENDER].session in world.receiver.sessions
+    assert not any(isinstance(e, Lost) and e.reason is LossReason.IDLE for e in world.events())
+
+
+def test_a_false_receiver_gets_at_most_three_proofs_a_minute() -> None:
+    """It refuses or keeps silent after each proof, hoping for another guess."""
+    for refusal in (None, Refusal.BUSY, Refusal.LOCKED):
+        world = World()
+        world.add_sender(code=WRONG)
+        proofs: set[bytes] = set()
+
+        def fate(data: bytes, proofs: set[bytes] = proofs, refusal: Refusal | None = refusal) -> list[float]:
+            if data[2] == Kind.CONFIRM:
+                proofs.add(data)
+                if refusal is not None:
+                    world.send(handshake_datagram(Kind.REFUSED, data[5:13], refusal, 0), RECEIVER, SENDER)  # noqa: B023
+                return []
+            return [0.0]
+
+        world.fate = fate
+        world.run(60.0)
+        assert 2 <= len(proofs) <= 60 / CONFIRM_TIMEOUT_S
+
+
+def test_a_silent_session_is_lost_in_the_end_but_not_given_up() -> None:
+    world = connected()
+    sender = world.senders[SENDER]
+    world.fate = lose_all
+    world.run(IDLE_S + 1.0)
+    assert sender.session is None
+    kinds = [type(event) for event in world.events(SENDER)]
+    assert kinds == [Connected, Lost, NoAnswer]
+    world.fate = at_once
+    world.run(5.0)
+    assert sender.session is not None
+
+
+def test_counters_are_short_once_acknowledged() -> None:
+    world = connected()
+    sender = world.senders[SENDER]
+    for _ in range(200):
+        sealed = sender.seal_body(b"")
+    assert sealed is not None and len(sealed.datagram) == 15
+    sender.acknowledge(sealed.counter)
+    assert len(sender.seal_body(b"").datagram) == 14  # type: ignore[union-attr]
+
+
+def test_an_exhausted_session_is_followed_by_a_new_one() -> None:
+    world = connected()
+    sender = world.senders[SENDER]
+    assert sender._link is not None
+    sender._link.sealer.counter = 1 << 32
+    assert sender.seal_body(b"motion") is None
+    world.run(0.2)
+    assert [type(event) for event in world.events(SENDER)] == [Connected, Lost, Connected]
+    world.send_body(b"motion")
+    world.settle()
+    assert world.bodies() == [b"motion"]
+
+
+def test_what_belongs_to_no_handshake_is_counted() -> None:
+    world = connected()
+    sender = world.senders[SENDER]
+    sender.receive_datagram(handshake_datagram(Kind.RETRY, bytes(8), bytes(8)), RECEIVER, world.now)
+    sender.receive_datagram(bytes((0x94, 2, (sender.session or 0) ^ 1, 0, 0xC4, 8)) + bytes(8), RECEIVER, world.now)
+    assert sender.dropped == {Reason.UNKNOWN_ATTEMPT: 1, Reason.UNKNOWN_SESSION: 1}

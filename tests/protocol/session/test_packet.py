@@ -1,0 +1,144 @@
+"""Framing: one spelling for every datagram, msgpack as the oracle, and a counted error for all else."""
+
+import msgpack
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from conf.protocol.session.packet import (
+    FIELDS,
+    MAX_COUNTER,
+    MAX_DATAGRAM,
+    NEAR,
+    TAG_BYTES,
+    VERSION,
+    DataPacket,
+    HandshakePacket,
+    Kind,
+    data_header,
+    handshake_datagram,
+    parse,
+    restore_counter,
+)
+from conf.protocol.session.reasons import DatagramError, Reason
+
+SEALED = st.binary(min_size=TAG_BYTES, max_size=1180)
+
+
+def reason_of(data: bytes) -> Reason | None:
+    try:
+        parse(data)
+    except DatagramError as error:
+        return error.reason
+    return None
+
+
+@given(st.integers(0, 127), st.integers(0, MAX_COUNTER), SEALED)
+def test_a_data_datagram_is_a_msgpack_array_and_parses_back(session: int, counter: int, sealed: bytes) -> None:
+    header = data_header(session, counter, -1000, len(sealed) - TAG_BYTES)
+    assert msgpack.unpackb(header + sealed) == [VERSION, session, counter, sealed]
+    assert header + sealed == msgpack.packb([VERSION, session, counter, sealed])
+    assert parse(header + sealed) == DataPacket(session, counter, header, sealed)
+
+
+@pytest.mark.parametrize("kind", Kind)
+def test_a_handshake_datagram_is_a_msgpack_array_and_parses_back(kind: Kind) -> None:
+    fields = FIELDS[kind].unpack(bytes(range(FIELDS[kind].size)))
+    data = handshake_datagram(kind, *fields)
+    version, on_wire, body = msgpack.unpackb(data)
+    assert (version, on_wire, body[:-4]) == (VERSION, kind, bytes(range(FIELDS[kind].size)))
+    assert parse(data) == HandshakePacket(kind, fields)
+
+
+def test_framing_and_seal_of_a_small_body_cost_14_bytes() -> None:
+    for body_bytes in range(248):
+        assert len(data_header(5, 1000, 960, body_bytes)) + TAG_BYTES == 14
+    assert len(data_header(5, 1000, 960, 248)) + TAG_BYTES == 15
+
+
+@given(st.integers(0, MAX_COUNTER - 200), st.integers(0, NEAR - 1), st.integers(0, NEAR))
+@example(0, 0, 0)
+@example(127, 0, 1)
+def test_a_short_counter_is_restored_whatever_arrived_in_between(highest: int, ahead: int, behind: int) -> None:
+    """The receiver has `highest`; the datagram is up to 64 ahead of it, or overtaken by at most 62 others."""
+    counter = highest + 1 + ahead if ahead else max(0, highest - min(behind, NEAR - 2))
+    acknowledged = min(highest, counter - 1)
+    data = data_header(0, counter, acknowledged, 0) + bytes(TAG_BYTES)
+    packet = parse(data)
+    assert isinstance(packet, DataPacket)
+    assert restore_counter(packet.counter, highest) == counter
+
+
+@given(st.integers(0, 127), st.integers(-1, 70))
+def test_the_first_128_counters_need_no_acknowledgement(counter: int, highest: int) -> None:
+    packet = parse(data_header(0, counter, -1, 0) + bytes(TAG_BYTES))
+    assert isinstance(packet, DataPacket)
+    assert restore_counter(packet.counter, min(highest, counter - 1)) == counter
+
+
+@given(st.binary(max_size=1300))
+def test_any_bytes_parse_or_give_a_datagram_error(data: bytes) -> None:
+    reason_of(data)
+
+
+@given(st.sampled_from([0x94, 0x93]), st.just(VERSION), st.binary(max_size=80))
+def test_nearly_right_bytes_have_one_spelling(mark: int, version: int, rest: bytes) -> None:
+    data = bytes((mark, version)) + rest
+    if reason_of(data) is None:
+        assert msgpack.packb(msgpack.unpackb(data)) == data
+
+
+@given(st.integers(0, 127), st.integers(0, MAX_COUNTER), SEALED, st.data())
+def test_every_truncation_and_extension_is_rejected(
+    session: int, counter: int, sealed: bytes, data: st.DataObject
+) -> None:
+    whole = data_header(session, counter, -1000, len(sealed) - TAG_BYTES) + sealed
+    assert reason_of(whole[: data.draw(st.integers(0, len(whole) - 1))]) is not None
+    assert reason_of(whole + b"\0") is not None
+
+
+@pytest.mark.parametrize("kind", Kind)
+def test_every_single_bit_and_every_cut_of_a_handshake_datagram_is_noticed(kind: Kind) -> None:
+    data = handshake_datagram(kind, *FIELDS[kind].unpack(bytes(FIELDS[kind].size)))
+    for bit in range(8 * len(data)):
+        damaged = bytearray(data)
+        damaged[bit // 8] ^= 1 << bit % 8
+        assert reason_of(bytes(damaged)) is not None, bit
+    for size in range(len(data)):
+        assert reason_of(data[:size]) is not None
+
+
+TAG = "00" * 8
+
+
+@pytest.mark.parametrize(
+    ("hexes", "reason"),
+    [
+        ("", Reason.SIZE),
+        ("94020505c4080000", Reason.SIZE),
+        ("00" * (MAX_DATAGRAM + 1), Reason.SIZE),
+        (f"94010505c408{TAG}", Reason.VERSION),
+        (f"93010005c408{TAG}", Reason.VERSION),
+        (f"95020505c408{TAG}", Reason.SYNTAX),
+        (f"94028005c408{TAG}", Reason.SYNTAX),  # session 128
+        (f"940205cc7fc408{TAG}", Reason.SYNTAX),  # counter 127 as uint8: not its shortest form
+        (f"940205cd00ffc408{TAG}", Reason.SYNTAX),
+        (f"940205ce0000ffffc408{TAG}", Reason.SYNTAX),
+        (f"940205cf0000000100000000c408{TAG}", Reason.SYNTAX),  # counters end at 2^32
+        (f"940205d0ffc408{TAG}", Reason.SYNTAX),  # a negative counter
+        (f"94020505c50008{TAG}", Reason.SYNTAX),  # bin16 where bin8 would do
+        (f"94020505d908{TAG}", Reason.SYNTAX),  # a string
+        (f"94020505c407{TAG}", Reason.SYNTAX),  # a byte too many
+        (f"94020505c409{TAG}", Reason.SYNTAX),  # a byte too few
+        ("94020505c40700000000000000", Reason.SYNTAX),  # no room for a tag
+        ("930206c405057a4a1d9e", Reason.CHECKSUM),
+        ("930207c405057a4a1d9d", Reason.SYNTAX),  # no such kind
+    ],
+)
+def test_what_is_wrong_is_counted_by_its_reason(hexes: str, reason: Reason) -> None:
+    assert reason_of(bytes.fromhex(hexes)) is reason
+
+
+def test_a_body_that_does_not_fit_is_the_callers_fault() -> None:
+    with pytest.raises(ValueError, match="a body of 1200 B does not fit a datagram of 1200 B"):
+        data_header(0, 0, -1, 1200)

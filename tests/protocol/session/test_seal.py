@@ -1,0 +1,116 @@
+"""Seals: what was sealed opens once, in any order; nothing else opens; keys change by themselves."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from conf.protocol.session import seal
+from conf.protocol.session.packet import DataPacket, parse
+from conf.protocol.session.reasons import DatagramError, Reason
+from conf.protocol.session.seal import CounterExhausted, KeyChain, Opener, Sealer
+from tests.protocol.session.world import state
+
+SECRET = bytes(range(32))
+
+
+def open_datagram(opener: Opener, data: bytes) -> tuple[int, bytes]:
+    packet = parse(data)
+    assert isinstance(packet, DataPacket)
+    return opener.open(packet)
+
+
+def reason_of(opener: Opener, data: bytes) -> Reason:
+    before = state(opener)
+    with pytest.raises(DatagramError) as caught:
+        open_datagram(opener, data)
+    assert state(opener) == before
+    return caught.value.reason
+
+
+@given(st.lists(st.binary(max_size=300), max_size=20), st.integers(4, 40))
+def test_bodies_open_in_any_order_once_across_key_changes(bodies: list[bytes], epoch: int) -> None:
+    sealer, opener = Sealer(7, SECRET, epoch_length=epoch), Opener(SECRET, epoch_length=epoch)
+    datagrams = [(index, body, sealer.seal(body)) for index, body in enumerate(bodies)]
+    for index, body, data in sorted(datagrams, key=lambda d: (d[0] // 4, -d[0])):  # fours, each back to front
+        assert open_datagram(opener, data) == (index, body)
+    for *_, data in datagrams:
+        assert reason_of(opener, data) is Reason.REPLAYED
+
+
+def test_a_key_change_costs_no_byte_and_old_keys_are_forgotten() -> None:
+    sealer, opener = Sealer(7, SECRET, epoch_length=4), Opener(SECRET, epoch_length=4)
+    datagrams = []
+    for counter in range(16):
+        data = sealer.seal(b"body")
+        datagrams.append(data)
+        sealer.acknowledge(counter)
+        assert open_datagram(opener, data) == (counter, b"body")
+    assert {len(data) for data in datagrams} == {18}
+    assert sorted(opener._keys) == [2, 3, 4]
+
+
+def test_each_epoch_and_direction_has_its_own_key_and_salt() -> None:
+    chain, other = KeyChain(SECRET), KeyChain(bytes(32))
+    keys = [chain.advance(), chain.advance(), other.advance()]
+    sealed = {key.cipher.encrypt(bytes(13), b"body", b"") for key in keys}
+    assert len(sealed) == len({key.salt for key in keys}) == 3
+
+
+def test_a_counter_beyond_the_next_epoch_is_refused_before_any_work() -> None:
+    sealer, opener = Sealer(7, SECRET, epoch_length=100), Opener(SECRET, epoch_length=100)
+    datagrams = [sealer.seal(b"") for _ in range(201)]
+    assert reason_of(opener, datagrams[200]) is Reason.COUNTER
+    assert open_datagram(opener, datagrams[150]) == (150, b"")
+    assert open_datagram(opener, datagrams[200]) == (200, b"")
+
+
+def test_every_single_bit_matters_and_changes_nothing() -> None:
+    opener = Opener(SECRET)
+    sealer = Sealer(7, SECRET)
+    data = [sealer.seal(b"body") for _ in range(3)][2]
+    for bit in range(8 * len(data)):
+        damaged = bytearray(data)
+        damaged[bit // 8] ^= 1 << bit % 8
+        before = state(opener)
+        with pytest.raises(DatagramError):
+            open_datagram(opener, bytes(damaged))
+        assert state(opener) == before
+    assert open_datagram(opener, data) == (2, b"body")
+
+
+def test_a_datagram_behind_the_window_is_too_old() -> None:
+    sealer, opener = Sealer(7, SECRET), Opener(SECRET)
+    datagrams = [sealer.seal(b"") for _ in range(300)]
+    open_datagram(opener, datagrams[299])
+    assert reason_of(opener, datagrams[200]) is Reason.TOO_OLD
+
+
+def test_counters_are_never_used_twice_and_end() -> None:
+    sealer = Sealer(7, SECRET, epoch_length=1 << 32)
+    sealer.counter = 0xFFFFFFFF
+    assert sealer.seal(b"")[:8].hex() == "940207ceffffffff"
+    with pytest.raises(CounterExhausted):
+        sealer.seal(b"")
+
+
+def test_a_body_too_long_uses_no_counter() -> None:
+    sealer = Sealer(7, SECRET)
+    with pytest.raises(ValueError, match="does not fit"):
+        sealer.seal(bytes(1190))
+    assert sealer.counter == 0
+
+
+def test_acknowledging_what_was_not_sent_is_ignored() -> None:
+    sealer = Sealer(7, SECRET)
+    for _ in range(200):
+        sealer.seal(b"")
+    sealer.acknowledge(10**6)
+    assert len(sealer.seal(b"")) == 15
+    sealer.acknowledge(199)
+    sealer.acknowledge(3)
+    assert len(sealer.seal(b"")) == 14
+
+
+def test_nonces_are_thirteen_bytes() -> None:
+    assert len(KeyChain(SECRET).advance().nonce(5)) == 13
+    assert seal.EPOCH_LENGTH == 1 << 20

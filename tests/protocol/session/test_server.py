@@ -1,0 +1,257 @@
+"""The receiver's sessions as a whole: joining, roaming, replay, junk, limits, silence."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from conf.protocol.session.client import SenderSession
+from conf.protocol.session.events import BodyReceived, Connected, LossReason, Lost, Roamed, WrongCode
+from conf.protocol.session.packet import VERSION, Kind, handshake_datagram, parse
+from conf.protocol.session.reasons import DatagramError, Reason
+from conf.protocol.session.server import IDLE_S, STRANGERS_PER_SECOND, ReceiverSessions
+from tests.protocol.session.world import CODE, RECEIVER, SENDER, WRONG, World, seeded, state
+
+ELSEWHERE = ("203.0.113.9", 40001)
+
+
+@pytest.fixture
+def world() -> World:
+    world = World()
+    world.add_sender()
+    world.run(0.1)
+    return world
+
+
+def session_of(world: World) -> int:
+    (session,) = world.receiver.sessions
+    return session
+
+
+def test_bodies_go_both_ways(world: World) -> None:
+    world.send_body(b"motion")
+    answer = world.receiver.seal_body(session_of(world), b"report")
+    assert answer is not None and answer.address == SENDER
+    world.send(answer.datagram, RECEIVER, SENDER)
+    world.settle()
+    assert world.bodies() == [b"motion"]
+    assert world.bodies(SENDER) == [b"report"]
+    assert world.events() == [Connected(session_of(world), SENDER)]
+
+
+def test_the_two_directions_do_not_share_keys(world: World) -> None:
+    sealed = world.senders[SENDER].seal_body(b"motion")
+    assert sealed is not None
+    world.senders[SENDER].receive_datagram(sealed.datagram, RECEIVER, world.now)
+    assert world.senders[SENDER].dropped == {Reason.SEAL: 1}
+
+
+def test_a_replayed_datagram_is_dropped_and_does_not_keep_a_session_alive(world: World) -> None:
+    sealed = world.senders[SENDER].seal_body(b"motion")
+    assert sealed is not None
+    for _ in range(3):
+        world.send(sealed.datagram, SENDER, RECEIVER)
+    world.settle()
+    assert world.bodies() == [b"motion"]
+    assert world.receiver.dropped == {Reason.REPLAYED: 2}
+    del world.senders[SENDER]
+    for _ in range(31):
+        world.run(1.0)
+        world.send(sealed.datagram, SENDER, RECEIVER)
+    assert world.events()[-1] == Lost(session_of_first(world), LossReason.IDLE)
+
+
+def session_of_first(world: World) -> int:
+    connected = world.events()[0]
+    assert isinstance(connected, Connected)
+    return connected.session
+
+
+def test_a_newer_datagram_from_a_new_address_moves_the_session(world: World) -> None:
+    old = world.senders[SENDER].seal_body(b"late")
+    assert old is not None
+    world.senders[ELSEWHERE] = world.senders.pop(SENDER)
+    world.heard[ELSEWHERE] = []
+    world.send_body(b"moved", ELSEWHERE)
+    world.settle()
+    assert world.events()[-1] == Roamed(session_of(world), ELSEWHERE)
+    world.send(old.datagram, SENDER, RECEIVER)
+    world.settle()
+    assert world.bodies() == [b"moved", b"late"]
+    assert world.events()[-1] == Roamed(session_of(world), ELSEWHERE)
+    assert world.receiver.sessions[session_of(world)].address == ELSEWHERE
+
+
+def test_a_copy_of_a_datagram_does_not_move_the_session_again(world: World) -> None:
+    sealed = world.senders[SENDER].seal_body(b"motion")
+    assert sealed is not None
+    world.send(sealed.datagram, SENDER, RECEIVER)
+    world.send(sealed.datagram, ELSEWHERE, RECEIVER)
+    world.settle()
+    assert world.receiver.sessions[session_of(world)].address == SENDER
+
+
+def test_several_senders_each_have_their_own_session() -> None:
+    world = World()
+    addresses = [("198.51.100.7", 40000 + n) for n in range(9)]
+    for address in addresses:
+        world.add_sender(address)
+    world.run(5.0)
+    assert len(world.receiver.sessions) == 9
+    for address in addresses:
+        world.send_body(str(address[1]).encode(), address)
+    world.settle()
+    got = {(event.address, event.body) for event in world.heard[RECEIVER] if isinstance(event, BodyReceived)}
+    assert got == {(address, str(address[1]).encode()) for address in addresses}
+
+
+def test_silence_ends_a_session_and_frees_its_place() -> None:
+    world = World(max_sessions=1)
+    world.add_sender()
+    world.run(0.1)
+    session = session_of(world)
+    del world.senders[SENDER]
+    assert world.receiver.get_timer() is not None
+    world.run(IDLE_S + 0.2)
+    assert world.events() == [Connected(session, SENDER), Lost(session, LossReason.IDLE)]
+    assert world.receiver.get_timer() is None
+    world.add_sender(ELSEWHERE)
+    world.run(0.1)
+    assert len(world.receiver.sessions) == 1
+
+
+def test_the_same_address_shaking_hands_again_replaces_its_session() -> None:
+    world = World(max_sessions=1)
+    world.add_sender()
+    world.run(0.1)
+    first = session_of(world)
+    world.senders[SENDER] = SenderSession(CODE, RECEIVER, seeded("restarted"), world.now)
+    world.run(0.1)
+    second = session_of(world)
+    assert second != first
+    expected = [Connected(first, SENDER), Lost(first, LossReason.REPLACED), Connected(second, SENDER)]
+    assert world.events() == expected
+
+
+def test_close_frees_the_place(world: World) -> None:
+    session = session_of(world)
+    world.receiver.close(session)
+    world.receiver.close(session)
+    assert world.receiver.seal_body(session, b"") is None
+    assert world.receiver.next_event() == Lost(session, LossReason.CLOSED)
+    assert world.receiver.next_event() is None
+
+
+def test_a_wrong_code_is_reported_with_the_tries_left() -> None:
+    world = World()
+    for n in range(6):
+        world.add_sender(("198.51.100.7", n), WRONG)
+    world.run(0.1)
+    tries = [event.tries_left for event in world.events() if isinstance(event, WrongCode)]
+    assert tries == [4, 3, 2, 1, 0]
+    assert not world.receiver.sessions
+
+
+def test_an_unknown_session_is_answered_with_less_and_not_too_often(world: World) -> None:
+    data = bytes((0x94, VERSION, (session_of(world) + 1) % 128, 0, 0xC4, 8)) + bytes(8)
+    for _ in range(1000):
+        world.receiver.receive_datagram(data, ELSEWHERE, world.now)
+    answers = world.receiver.datagrams_to_send(world.now)
+    assert 0 < len(answers) <= STRANGERS_PER_SECOND
+    assert all(len(answer) < len(data) for answer, _ in answers)
+    assert world.receiver.dropped == {Reason.UNKNOWN_SESSION: 1000}
+
+
+def test_a_flood_of_hellos_gets_few_answers_and_no_memory(world: World) -> None:
+    before = state(world.receiver)
+    answered = 0
+    for n in range(5000):
+        hello = handshake_datagram(Kind.HELLO, n.to_bytes(8), bytes(8), bytes(32))
+        world.receiver.receive_datagram(hello, (f"10.0.{n % 256}.1", n), world.now)
+        answers = world.receiver.datagrams_to_send(world.now)
+        answered += len(answers)
+        assert all(len(answer) <= len(hello) for answer, _ in answers)
+    assert answered <= STRANGERS_PER_SECOND
+    assert state(world.receiver) == before
+    assert world.receiver.dropped[Reason.RATE] == 5000 - answered
+
+
+@given(st.data())
+def test_corrupted_mutated_and_random_datagrams_change_nothing(data: st.DataObject) -> None:
+    """Whatever strangers make of overheard datagrams: no exception, no event, no larger answer, no change."""
+    world = World()
+    world.add_sender()
+    world.run(0.1)
+    for n in range(3):
+        world.send_body(b"body %d" % n)
+    world.settle()
+    overheard = [d for _, _, d in world.traffic]
+    before = {side: state(side) for side in (world.receiver, world.senders[SENDER])}
+    for _ in range(10):
+        junk = data.draw(st.binary(max_size=64) | mutations(overheard))
+        for side in (world.receiver, world.senders[SENDER]):
+            side.receive_datagram(junk, SENDER, world.now)
+            answers = side.datagrams_to_send(world.now)
+            assert sum(len(answer) for answer, _ in answers) <= len(junk)
+            assert side.next_event() is None
+            assert state(side) == before[side]
+
+
+def mutations(datagrams: list[bytes]) -> st.SearchStrategy[bytes]:
+    """Return datagrams with one to four bits flipped, cut, or joined; never one of the originals."""
+
+    @st.composite
+    def mutated(draw: st.DrawFn) -> bytes:
+        data = bytearray(draw(st.sampled_from(datagrams)))
+        for _ in range(draw(st.integers(1, 4))):
+            bit = draw(st.integers(0, 8 * len(data) - 1))
+            data[bit // 8] ^= 1 << bit % 8
+        end = draw(st.integers(0, len(data)) | st.just(len(data)))
+        result = bytes(data[:end]) + draw(st.just(b"") | st.binary(max_size=4))
+        return b"" if result in datagrams else result
+
+    return mutated()
+
+
+def test_every_single_bit_of_every_datagram_of_a_handshake_may_flip() -> None:
+    """Each damaged copy comes just before the good one, on both sides: all connects, no try is used up."""
+    clean = World()
+    clean.add_sender()
+    clean.run(0.1)
+    for index in range(len(clean.traffic)):
+        for bit in range(8 * len(clean.traffic[index][2])):
+            if bit % 7 == index % 7:  # a seventh of all bits, spread evenly, for the time it takes
+                world = FlipWorld(index, bit)
+                world.add_sender()
+                world.run(0.1)
+                assert world.senders[SENDER].session is not None
+                assert not any(isinstance(event, WrongCode) for event in world.events())
+
+
+class FlipWorld(World):
+    """Deliver a copy of one datagram with one bit flipped before the datagram itself."""
+
+    def __init__(self, index: int, bit: int) -> None:
+        super().__init__()
+        self._index, self._bit = index, bit
+
+    def send(self, data: bytes, source: tuple[str, int], target: tuple[str, int]) -> None:  # type: ignore[override]
+        if len(self.traffic) == self._index:
+            damaged = bytearray(data)
+            damaged[self._bit // 8] ^= 1 << self._bit % 8
+            super().send(bytes(damaged), source, target)
+        super().send(data, source, target)
+
+
+@given(st.binary(min_size=1, max_size=60))
+def test_only_counted_errors_leave_the_parser(data: bytes) -> None:
+    receiver = ReceiverSessions(CODE, seeded("r"))
+    receiver.receive_datagram(data, SENDER, 0.0)
+    try:
+        parse(data)
+    except DatagramError:
+        assert receiver.dropped.total() == 1
+
+
+def test_no_more_sessions_than_can_be_numbered() -> None:
+    with pytest.raises(ValueError, match="max_sessions must be from 1 to 127"):
+        ReceiverSessions(CODE, seeded("r"), max_sessions=128)

@@ -1,0 +1,154 @@
+"""The ladder goes down quickly and up slowly, the breaker breaks and mends, the cap holds over any ten seconds."""
+
+import random
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from conf.protocol.congestion import (
+    BREAK_AFTER_S,
+    LADDER,
+    MAX_RECOVER_S,
+    SETTLE_S,
+    CircuitBreaker,
+    CongestionControl,
+    RateCap,
+    Rung,
+)
+from conf.protocol.feedback import Report, RoundTrip
+
+RICH, LIVE, BUNDLED, NARROW = LADDER
+RATES = {RICH: 30, LIVE: 15, BUNDLED: 8, NARROW: 3}
+
+
+class Link:
+    """A sender with a control, a link that loses and delays, and a receiver that reports twice a second."""
+
+    def __init__(self, **options: int) -> None:
+        self.now = 0.0
+        self.control = CongestionControl(0.0, **options)
+        self.trip = RoundTrip()
+        self.highest = -1
+        self.lost = 0
+        self.random = random.Random(1)
+        self.history: list[tuple[float, Rung]] = []
+
+    def run(self, seconds: float, *, loss: float = 0.0, delay: float = 0.1) -> None:
+        end = self.now + seconds
+        while self.now < end:
+            self.now += 0.5
+            for _ in range(max(1, RATES[self.control.rung] // 2)):
+                self.highest += 1
+                self.lost += self.random.random() < loss
+            self.trip.sent(self.highest, self.now - delay)
+            report = Report(self.highest, 0, min(self.lost, self.highest), 0, 0)
+            self.trip.reported(report, self.now)
+            self.control.reported(report, self.trip, self.now)
+            if not self.history or self.history[-1][1] != self.control.rung:
+                self.history.append((self.now, self.control.rung))
+
+
+def test_it_starts_live_and_a_good_link_reaches_rich() -> None:
+    link = Link()
+    assert link.control.rung == LIVE
+    link.run(20)
+    assert link.control.rung == RICH
+
+
+def test_it_never_climbs_above_the_top() -> None:
+    link = Link(top=1)
+    link.run(100)
+    assert link.control.rung == LIVE
+
+
+@pytest.mark.parametrize("loss", [0.12, 0.3, 1.0])
+def test_loss_leads_down_to_narrow_and_stays_there(loss: float) -> None:
+    link = Link()
+    link.run(60, loss=loss)
+    assert link.control.rung == NARROW
+    link.run(60, loss=loss)
+    assert link.control.rung == NARROW
+
+
+def test_a_growing_queue_leads_down() -> None:
+    link = Link()
+    link.run(8)
+    link.run(12, delay=0.5)
+    assert link.control.rung in (BUNDLED, NARROW)
+
+
+def test_a_long_way_is_not_a_queue() -> None:
+    link = Link()
+    link.run(30, delay=2.0)
+    assert link.control.rung == RICH
+
+
+def test_little_loss_neither_leads_down_nor_lets_climb() -> None:
+    link = Link()
+    link.run(60, loss=0.035)
+    assert all(rung in (RICH, LIVE) for _, rung in link.history)
+
+
+def test_steps_are_apart_and_recovery_comes_by_itself() -> None:
+    link = Link()
+    link.run(30, loss=0.3)
+    times = [time for time, _ in link.history[1:]]
+    assert all(later - earlier >= SETTLE_S for earlier, later in pairwise(times))
+    link.run(120)
+    assert link.control.rung == RICH
+
+
+def test_a_rung_that_fails_again_and_again_is_tried_less_and_less_often() -> None:
+    link = Link()
+    for _ in range(1600):
+        link.run(0.5, loss=0.3 if link.control.rung == RICH else 0.0)
+    climbs = [time for time, rung in link.history if rung == RICH]
+    gaps = [later - earlier for earlier, later in pairwise(climbs)]
+    assert gaps[0] < gaps[1] < gaps[2]
+    assert max(gaps) <= MAX_RECOVER_S + 20
+
+
+def test_a_still_face_says_nothing_about_the_link() -> None:
+    """One keep-alive a second, one of them lost: that is no 50 % of anything."""
+    control, trip = CongestionControl(0.0), RoundTrip()
+    for second in range(30):
+        control.reported(Report(second, 0, min(second, 1), 0, 0), trip, float(second))
+    assert control.rung == LIVE
+
+
+def test_the_breaker_breaks_after_ten_seconds_probes_and_mends_by_itself() -> None:
+    breaker = CircuitBreaker(0.0)
+    assert not breaker.broken(BREAK_AFTER_S - 0.1)
+    assert not breaker.probe(BREAK_AFTER_S - 0.1)
+    assert breaker.broken(BREAK_AFTER_S)
+    probes = [t / 10 for t in range(100, 500) if breaker.probe(t / 10)]
+    assert probes == [10.0, 11.0, 13.0, 17.0, 25.0, 33.0, 41.0, 49.0]
+    breaker.reported(50.0)
+    assert not breaker.broken(50.0)
+    assert [t / 10 for t in range(500, 630) if breaker.probe(t / 10)] == [60.0, 61.0]
+
+
+@given(st.lists(st.tuples(st.floats(0, 2), st.integers(42, 180)), max_size=80), st.sampled_from([2.4, 5.8, 16.0]))
+def test_the_cap_holds_over_any_ten_seconds(asks: list[tuple[float, int]], kbps: float) -> None:
+    cap, now, sent = RateCap(kbps), 0.0, list[tuple[float, int]]()
+    for step, size in asks:
+        now += step
+        if cap.take(size, now):
+            sent.append((now, size))
+        assert sum(size for time, size in sent if time > now - 10) * 8 <= kbps * 10_000 + 1e-6
+
+
+def test_a_greedy_sender_gets_nearly_all_of_the_cap() -> None:
+    cap, total = RateCap(5.8), 0
+    for step in range(10_000):
+        total += 48 * cap.take(48, step / 100)
+    assert 0.93 * 5.8 < total * 8 / 1000 / 100 <= 5.8
+    assert cap.wait(48, 100.0) < 0.1
+    assert cap.wait(int(cap.largest) + 1, 100.0) == float("inf")
+
+
+def test_a_cap_of_nothing_is_the_callers_fault() -> None:
+    with pytest.raises(ValueError, match="kbps must be above 0"):
+        RateCap(0)
