@@ -27,7 +27,7 @@ from conf.face.shapes import Shapes, load_shapes
 
 DEFAULT_HEAD = Path(str(files("conf"))) / "assets" / "head" / "head.obj"
 _EYE_MIDDLE = np.array([0.0, 2.845, 3.8])  # between the default head's pupils, model centimetres
-_CACHE_VERSION = 2  # one more whenever the way from the files to the operator changes
+_CACHE_VERSION = 4  # one more whenever the way from the files to the operator changes
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,7 @@ class Deformer:
     degree : of the polynomial, -1 none to 1 linear; None takes the least that is sound
     smoothing : lambda
     split : keep the lips and the lids apart by regions of influence
+    learned : refine the operator on the face's sculpted shapes, if it has any
     """
 
     kernel: str = "multiquadric"
@@ -46,6 +47,7 @@ class Deformer:
     degree: int | None = None
     smoothing: float = 0.0
     split: bool = True
+    learned: bool = True
 
 
 @dataclass(frozen=True)
@@ -138,7 +140,8 @@ def make_face(
     deformer = deformer or Deformer()
     if deformer.kernel not in KERNELS:
         raise ValueError(f"kernel must be one of {', '.join(KERNELS)}, got {deformer.kernel!r}")
-    anchors = choose_anchors(mesh.vertices, points, eye_distance=ES0_CM) if rig is None else rig.anchors
+    known = None if rig is None else rig.anchors
+    anchors = choose_anchors(mesh.vertices, points, eye_distance=ES0_CM, known=known)
     learned = b"" if shapes is None else shapes.offsets
     jaw = b"" if rig is None or rig.jaw is None else rig.jaw.arms
     key = cache_key(_CACHE_VERSION, mesh.vertices, mesh.triangles, points, anchors, jaw, learned, deformer)
@@ -161,21 +164,21 @@ def _operator(
     surface = Surface(mesh.vertices, mesh.triangles)
     whole = Regions.whole(len(mesh.vertices), anchors=anchors)
     regions = split_regions(surface, points, anchors=anchors) if deformer.split else whole
+    regions = regions.without(PUPILS)  # a pupil turns its eyeball; skin does not follow it
     operator = build_operator(
         mesh.vertices,
         points,
         kernel=kernel,
         epsilon=deformer.epsilon or kernel.epsilon,
-        # A pupil turns its eyeball; skin does not follow it.
-        regions=regions.without(PUPILS),
+        regions=regions,
         smoothing=deformer.smoothing,
     )
     matrix = operator.matrix
-    if shapes is not None:
+    if shapes is not None and deformer.learned:
         displacements, offsets = shapes.at(surface.snap(points, tolerance=0.0)), shapes.offsets
         if rig is not None and rig.jaw is not None:
             displacements, offsets = without_jaw(rig.jaw, points, displacements, offsets)
-        matrix = refine_operator(matrix, displacements, offsets)
+        matrix = refine_operator(matrix, displacements, offsets, regions=regions)
     if rig is not None:
         matrix[rig.rigid] = 0.0
     return Operator(matrix, operator.smoothing)

@@ -5,11 +5,10 @@ carries the control points' displacements D of the shapes to their vertex offset
 matrix where the shapes say nothing: min |B D - X|^2 + lambda |B - B_rbf|^2, ridge regression with a prior.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.face.regions import Regions
 from conf.face.rig import CHIN, Jaw, swing
 from conf.face.shapes import Shapes
 
@@ -23,6 +22,7 @@ def refine_operator(
     offsets: NDArray[np.float32],
     /,
     *,
+    regions: Regions,
     smoothing: float = SMOOTHING,
 ) -> NDArray[np.float32]:
     """Return the matrix that fits the shapes, with the given one as prior.
@@ -30,15 +30,22 @@ def refine_operator(
     matrix : (V, n) the RBF operator
     displacements : (S, n, 3) of the control points in each shape, model units
     offsets : (S, V, 3) of the vertices in each shape, model units
+    regions : those of the operator: what a field leaves out is not learned in it either
     smoothing : lambda, model units squared: how much of the prior is kept
     Returns (V, n) float32.
     """
     n = matrix.shape[1]
     D = displacements.transpose(1, 0, 2).reshape(n, -1)
     X = offsets.transpose(1, 0, 2).reshape(len(matrix), -1)
-    wide = D.astype(np.float64)
-    correction = np.linalg.solve(wide @ wide.T + smoothing * np.eye(n), wide).astype(np.float32)
-    return np.asarray(matrix + (X - matrix @ D) @ correction.T, dtype=np.float32)
+    left = X - matrix @ D
+    refined = matrix.copy()
+    for field in regions.fields:
+        known = np.setdiff1d(np.arange(n), field.left_out)
+        wide = D[known].astype(np.float64)
+        correction = np.linalg.solve(wide @ wide.T + smoothing * np.eye(len(known)), wide).astype(np.float32)
+        rows = np.flatnonzero(field.weights)
+        refined[np.ix_(rows, known)] += field.weights[rows, None].astype(np.float32) * (left[rows] @ correction.T)
+    return refined
 
 
 def without_jaw(
@@ -58,13 +65,12 @@ def without_jaw(
     return displacements, offsets
 
 
-def jaw_shares(shapes: Shapes, nearest: NDArray[np.integer], /, *, left_out: Sequence[str] = ()) -> NDArray[np.float64]:
+def jaw_shares(shapes: Shapes, nearest: NDArray[np.integer], /) -> NDArray[np.float64]:
     """Return the (V,) shares by which vertices follow the jaw, from the shapes that shift it: 0 not at all, 1 wholly.
 
     nearest : (n,) the vertex of each control point
-    left_out : shapes not to look at
     """
-    used = [i for i, name in enumerate(shapes.names) if name in _JAW_SHIFTS and name not in left_out]
+    used = [i for i, name in enumerate(shapes.names) if name in _JAW_SHIFTS]
     chin = shapes.offsets[used][:, nearest[CHIN]].mean(axis=1).astype(np.float64)
     along = np.einsum("svi,si->v", shapes.offsets[used], chin)
     return np.asarray(np.clip(along / max(float((chin**2).sum()), 1e-9), 0.0, 1.0))

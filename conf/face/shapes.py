@@ -1,6 +1,7 @@
 """Sculpted shapes of a head: what its vertices do in each of a set of expressions."""
 
 import zipfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,6 +22,10 @@ class Shapes:
 
     names: tuple[str, ...]
     offsets: NDArray[np.float32]
+
+    def only(self, rows: Sequence[int], /) -> "Shapes":
+        """Return some of the shapes."""
+        return Shapes(tuple(self.names[i] for i in rows), self.offsets[list(rows)])
 
     def at(self, vertices: NDArray[np.integer], /) -> NDArray[np.float32]:
         """Return the (S, len(vertices), 3) offsets of some vertices."""
