@@ -1,4 +1,4 @@
-"""What lies between the face and the framebuffer: the face's own picture, the background, smooth edges."""
+"""What the face is drawn on before it goes into the framebuffer: background and depth, then smooth edges."""
 
 import moderngl
 import numpy as np
@@ -8,6 +8,10 @@ from conf.receiver.programs import program
 
 # sRGB, from the top of the picture to its bottom: a quiet studio wall, lighter behind the shoulders.
 WALL = np.array([(34, 38, 46), (48, 54, 64), (58, 62, 70), (40, 42, 48)], dtype=np.float64)
+# The first pass composes and marks edges with depth 0, the second smooths what is marked. Without a GPU a pixel that
+# fails the depth test costs nothing, while both sides of a branch are always paid for.
+PASSES = ("compose", "smooth")
+DEPTH_FUNCS = ("1", ">")  # always; where something nearer was marked
 VIGNETTE = 0.38  # how much darker the corners are
 
 
@@ -29,46 +33,44 @@ def paint_wall(size: tuple[int, int]) -> NDArray[np.uint8]:
 
 
 class Canvas:
-    """A picture of the face alone, that is put over the background with its edges smoothed."""
+    """A picture of its own size that is shown with its edges smoothed."""
 
     def __init__(self, ctx: moderngl.Context, size: tuple[int, int]) -> None:
         self.size = size
         self._ctx = ctx
-        self._scene = ctx.texture(size, 4)
-        self._scene.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._picture = ctx.texture(size, 4)
+        self._picture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self.depth = ctx.depth_texture(size)
         self.depth.compare_func = ""
         self.depth.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self._background = ctx.texture(size, 4, paint_wall(size).tobytes())
-        self._background.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self._framebuffer = ctx.framebuffer(self._scene, self.depth)
-        self._program = program(ctx, "screen", "screen")
-        self._program["scene"] = 0
-        self._program["background"] = 1
-        self._triangle = ctx.vertex_array(self._program, [])
+        self._wall = ctx.framebuffer(self._background)
+        self._framebuffer = ctx.framebuffer(self._picture, self.depth)
+        self._passes = [program(ctx, "screen", name) for name in PASSES]
+        for step in self._passes:
+            step["canvas"] = 0
+        self._triangles = [ctx.vertex_array(step, []) for step in self._passes]
 
     def begin(self) -> None:
-        """Clear the face's picture and draw into it from now on."""
+        """Hang the background and draw before it from now on."""
         self._framebuffer.use()
-        self._framebuffer.clear(0.0, 0.0, 0.0, 0.0)
+        self._framebuffer.clear()
+        self._ctx.copy_framebuffer(self._framebuffer, self._wall)
+        self._framebuffer.use()
 
     def show(self, framebuffer: moderngl.Framebuffer, corner: tuple[int, int]) -> None:
-        """Put the face over the background into a framebuffer; corner is the lower left one, in pixels."""
+        """Put the picture, its edges smoothed, into a framebuffer; corner is the lower left one, in pixels."""
         framebuffer.use()
-        self._ctx.enable_only(moderngl.NOTHING)
-        self._scene.use(0)
-        self._background.use(1)
-        self._program["origin"] = corner
-        self._triangle.render(moderngl.TRIANGLES, vertices=3)
+        self._ctx.enable_only(moderngl.DEPTH_TEST)
+        self._picture.use(0)
+        for step, triangle, depth_func in zip(self._passes, self._triangles, DEPTH_FUNCS, strict=True):
+            step["origin"] = corner
+            self._ctx.depth_func = depth_func
+            triangle.render(moderngl.TRIANGLES, vertices=3)
+        self._ctx.depth_func = "<"
 
     def release(self) -> None:
         """Free everything on the card."""
-        for thing in (
-            self._triangle,
-            self._program,
-            self._framebuffer,
-            self.depth,
-            self._background,
-            self._scene,
-        ):
+        textures = (self.depth, self._background, self._picture)
+        for thing in (*self._triangles, *self._passes, self._framebuffer, self._wall, *textures):
             thing.release()

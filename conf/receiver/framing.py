@@ -11,8 +11,8 @@ import numpy as np
 from conf.face.head_pose import HeadPose
 
 SETTLE_SECONDS = 3.0  # how fast the frame follows a person who moves to another seat
-CENTRE = np.array([0.0, -0.03])  # picture heights: where the face's origin rests, a little low to leave room for hair
-LOG_SCALE = math.log(0.033)  # a model centimetre in picture heights: the head fills three quarters of the height
+CENTRE = np.array([0.0, -0.025])  # picture heights: where the face's origin rests, a little low to leave room for hair
+LOG_SCALE = math.log(0.0315)  # a model centimetre in picture heights: the head fills three quarters of the height
 
 
 class Framer:

@@ -38,7 +38,9 @@ def paint_labels(count: int) -> NDArray[np.uint8]:
 class ControlPointMarks:
     """Marks that travel with the vertices nearest to the control points."""
 
-    def __init__(self, ctx: moderngl.Context, control_points: NDArray[np.float64], vertices: NDArray[np.float64]) -> None:
+    def __init__(
+        self, ctx: moderngl.Context, control_points: NDArray[np.float64], vertices: NDArray[np.float64]
+    ) -> None:
         """control_points : (n, 3), vertices : (V, 3), both of the neutral face."""
         self._ctx = ctx
         _, self._nearest = KDTree(vertices).query(control_points)

@@ -53,7 +53,8 @@ class OffscreenWindow:
         return []
 
     def begin(self) -> None:
-        """Start a frame: black, and drawn into from now on."""
+        """Start a frame: black, and drawn into from now on. Other windows' contexts step back."""
+        self.ctx.__enter__()
         self.framebuffer.use()
         self.framebuffer.clear()
 
@@ -66,6 +67,9 @@ class OffscreenWindow:
     def read(self) -> NDArray[np.uint8]:
         """Return the picture as (H, W, 3) uint8 BGR."""
         return read_pixels(self.framebuffer, self.size)
+
+    def toggle_full_screen(self) -> None:
+        """Do nothing: there is no screen."""
 
     def release(self) -> None:
         """Free everything; the window cannot be used any more."""

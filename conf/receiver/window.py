@@ -29,7 +29,7 @@ HINTS = (
     (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
     (glfw.OPENGL_FORWARD_COMPAT, True),
     (glfw.SCALE_TO_MONITOR, True),
-    (glfw.DEPTH_BITS, 0),  # the face is drawn into a canvas of its own
+    (glfw.DEPTH_BITS, 24),
 )
 NAMED_KEYS = {
     glfw.KEY_SPACE: "space",
@@ -105,6 +105,7 @@ class GlfwWindow:
 
     def begin(self) -> None:
         """Start a frame: black, as large as the window is now, and drawn into from now on."""
+        glfw.make_context_current(self._window)
         self.size = self._measure()
         self.framebuffer.viewport = (0, 0, *self.size)
         self.framebuffer.use()

@@ -18,7 +18,7 @@ void main() {
     vec3 albedo = to_linear(texture(atlas, uv).rgb);
 
     vec3 wrapped = clamp((dot(n, KEY) + WRAP) / (1.0 + WRAP), 0.0, 1.0);
-    vec3 reach = vec3(mix(open, sqrt(open), 0.6), open, open);  // red light leaks into the edge of a shadow
+    vec3 reach = vec3(mix(open, sqrt(open), 0.3), open, open);  // red light leaks into the edge of a shadow
     float fill = clamp(dot(n, FILL) * 0.6 + 0.4, 0.0, 1.0);
     vec3 diffuse = albedo * (KEY_COLOUR * wrapped * wrapped * reach + FILL_COLOUR * fill + ambient(n));
 
