@@ -66,8 +66,8 @@ def build_operator(
             blended = np.zeros((len(values), n))
             for field, (coefficients, _) in zip(regions.fields, solved, strict=True):
                 weights = field.weights[rows]
-                if weights.any():
-                    blended += weights[:, None] * (values @ coefficients)
+                here = np.flatnonzero(weights)  # most vertices know one field only
+                blended[here] += weights[here, None] * (values[here] @ coefficients)
             matrix[rows] = blended
     return Operator(matrix, max(used for _, used in solved))
 

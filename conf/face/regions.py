@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from conf.face.control_points import LOWER_LID, LOWER_LIP, PUPILS, UPPER_LID, UPPER_LIP
 from conf.face.geodesics import Surface
 
-# How far along the surface lips or lids still divide it, in eye distances; beyond it both fields count alike.
+# How far along the surface lips or lids divide it, in eye distances, and over which share of that they cease to.
 _MOUTH_REACH = 1.0
 _EYE_REACH = 0.6
+_FADE = 0.3
 _SNAP = 0.05  # how much farther than the nearest vertex the skin may be, in eye distances
 
 
@@ -65,8 +66,9 @@ def split_regions(surface: Surface, points: NDArray[np.float64], /, *, anchors: 
     """
     eye_distance = float(np.linalg.norm(points[PUPILS[0]] - points[PUPILS[1]]))
     seeds = surface.snap(points, tolerance=_SNAP * eye_distance)
-    mouth = _lower_share(surface, seeds, (UPPER_LIP, LOWER_LIP), _MOUTH_REACH * eye_distance)
-    eyes = _lower_share(surface, seeds, (UPPER_LID, LOWER_LID), _EYE_REACH * eye_distance)
+    carriers = surface.carriers(seeds)
+    mouth = _lower_share(surface, seeds, (UPPER_LIP, LOWER_LIP), _MOUTH_REACH * eye_distance)[carriers]
+    eyes = _lower_share(surface, seeds, (UPPER_LID, LOWER_LID), _EYE_REACH * eye_distance)[carriers]
     fields = (
         Field((1 - mouth) * (1 - eyes), (*LOWER_LIP, *LOWER_LID)),
         Field((1 - mouth) * eyes, (*LOWER_LIP, *UPPER_LID)),
@@ -79,8 +81,15 @@ def split_regions(surface: Surface, points: NDArray[np.float64], /, *, anchors: 
 def _lower_share(
     surface: Surface, seeds: NDArray[np.intp], groups: tuple[list[int], list[int]], reach: float
 ) -> NDArray[np.float64]:
-    """Return the (V,) share of the lower field: 0 next to the upper group, 1 next to the lower, smooth between."""
+    """Return the (V,) share of the lower field: 0 next to the upper group, 1 next to the lower, smooth between.
+
+    Beyond the reach of both it fades to 0: the skull goes with the upper field.
+    """
     upper, lower = (surface.distances(seeds[group], limit=reach) for group in groups)
-    middle = 0.5 + 0.9 * (upper - lower) / np.maximum(upper + lower, 1e-9 * reach)
-    share = np.clip(middle, 0.0, 1.0)
-    return surface.spread(share * share * (3.0 - 2.0 * share), seeds)
+    share = _smoothstep(0.5 + 0.9 * (upper - lower) / np.maximum(upper + lower, 1e-9 * reach))
+    return share * _smoothstep((reach - np.minimum(upper, lower)) / (_FADE * reach))
+
+
+def _smoothstep(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    x = np.clip(x, 0.0, 1.0)
+    return x * x * (3.0 - 2.0 * x)
