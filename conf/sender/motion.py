@@ -71,12 +71,13 @@ class MotionExtractor:
         """Return the motion of a frame taken at `timestamp`, seconds."""
         aligned, pose = remove_head_pose(tracking.landmarks, self._canonical, self._size)
         smooth_pose = self._pose_filter.smooth(pose.to_vector(), timestamp)
-        self._points = self._points_filter.smooth(aligned[LANDMARKS], timestamp)
+        seen = aligned[LANDMARKS]
+        self._points = self._points_filter.smooth(seen, timestamp)
         if self._take_next:
             self._take_next = False
             self._neutral.take(self._points)
         if tracking.blendshapes_age == 0:
-            self._learn(self._points, tracking.blendshapes, pose, timestamp)
+            self._learn(seen, tracking.blendshapes, pose, timestamp)
         neutral = self._neutral.at(timestamp)
         openness = self._lids.openness(self._points, neutral)
         displacements = to_displacements(self._points, neutral, self.fapu, openness)
@@ -125,7 +126,7 @@ def _per_point(usual: float, **by_name: float) -> NDArray[np.float64]:
 # The filters' cutoffs in Hz, and betas in Hz for each cm (radian, picture height, e-fold) a second. Chosen on clips:
 # speech moves lips at 5 Hz and a blink lasts 0.2 s, and both get through nearly whole; of a still face's jitter, 0.2 mm
 # at 320x240, half is left.
-_MIN_CUTOFF = _per_point(2.0, inner_lip=5.0, outer_lip=5.0, cupids_bow=5.0, eyelid=5.0, pupil=4.0)
-_BETA = _per_point(3.0, inner_lip=6.0, outer_lip=6.0, cupids_bow=6.0, eyelid=6.0, pupil=6.0)
+_MIN_CUTOFF = _per_point(2.0, inner_lip=5.0, outer_lip=5.0, cupids_bow=5.0, eyelid=6.0, pupil=4.0)
+_BETA = _per_point(3.0, inner_lip=6.0, outer_lip=6.0, cupids_bow=6.0, eyelid=20.0, pupil=6.0)
 _POSE_MIN_CUTOFF = np.array([2.0, 2.0, 2.0, 4.0, 4.0, 2.0])
 _POSE_BETA = np.array([20.0, 20.0, 20.0, 60.0, 60.0, 20.0])
