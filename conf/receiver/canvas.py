@@ -71,6 +71,8 @@ class Canvas:
 
     def release(self) -> None:
         """Free everything on the card."""
-        textures = (self.depth, self._background, self._picture)
-        for thing in (*self._triangles, *self._passes, self._framebuffer, self._wall, *textures):
+        for triangle, step in zip(self._triangles, self._passes, strict=True):
+            triangle.release()
+            step.release()
+        for thing in (self._framebuffer, self._wall, self.depth, self._background, self._picture):
             thing.release()

@@ -34,7 +34,7 @@ class ImGuiDrawing:
             self._update(texture)
         framebuffer.use()
         self._ctx.enable_only(moderngl.BLEND)
-        self._ctx.blend_func = moderngl.DEFAULT_BLENDING
+        self._ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
         self._program["size"] = size
         for commands in data.cmd_lists:
             _fill(self._vertices, commands.vtx_buffer, imgui.VERTEX_SIZE)
@@ -43,10 +43,10 @@ class ImGuiDrawing:
                 left, top, right, bottom = (int(edge) for edge in command.clip_rect)
                 if right <= left or bottom <= top:
                     continue
-                framebuffer.scissor = (left, size[1] - bottom, right - left, bottom - top)
+                self._ctx.scissor = (left, size[1] - bottom, right - left, bottom - top)
                 self._textures[command.tex_ref.get_tex_id()].use(0)
                 self._array.render(moderngl.TRIANGLES, vertices=command.elem_count, first=command.idx_offset)
-        framebuffer.scissor = None
+        self._ctx.scissor = None
 
     def release(self) -> None:
         """Free everything on the card; ImGui is told that its textures are gone."""

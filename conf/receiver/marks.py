@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from conf.receiver.programs import program
+from conf.receiver.programs import program, set_matrix
 
 GRID = (10, 5)
 CELL = 64  # pixels a side in the atlas
@@ -43,7 +43,7 @@ class ControlPointMarks:
     ) -> None:
         """control_points : (n, 3), vertices : (V, 3), both of the neutral face."""
         self._ctx = ctx
-        _, self._nearest = KDTree(vertices).query(control_points)
+        self._nearest: NDArray[np.intp] = np.asarray(KDTree(vertices).query(control_points)[1])
         self._offsets = (control_points - vertices[self._nearest]).astype(np.float32)
         labels = paint_labels(len(control_points))
         self._labels = ctx.texture((labels.shape[1], labels.shape[0]), 4, np.ascontiguousarray(labels[::-1]).tobytes())
@@ -65,7 +65,7 @@ class ControlPointMarks:
         self._ctx.enable_only(moderngl.BLEND | moderngl.PROGRAM_POINT_SIZE)
         self._labels.use(0)
         depth.use(1)
-        self._program["clip"].write(clip)
+        set_matrix(self._program, "clip", clip)
         self._program["side"] = CELL * MARK_SCALE * max(1.0, depth.height / 640)
         self._array.render(moderngl.POINTS)
 

@@ -1,6 +1,7 @@
 """A window that nobody sees: an OpenGL context without a display, with the interface of the real window."""
 
 from types import TracebackType
+from typing import Any
 
 import cv2
 import moderngl
@@ -15,6 +16,8 @@ NO_OPENGL = (
     "`sudo apt install libegl1 libgl1 libgl1-mesa-dri` and try again"
 )
 
+EGL: dict[str, Any] = {"backend": "egl"}
+
 
 def create_offscreen_context() -> moderngl.Context:
     """Make an OpenGL 3.3 context through EGL.
@@ -22,7 +25,7 @@ def create_offscreen_context() -> moderngl.Context:
     Raises GraphicsError that names the packages when there is no EGL or no driver.
     """
     try:
-        return moderngl.create_standalone_context(require=330, backend="egl")
+        return moderngl.create_context(require=330, standalone=True, **EGL)
     except Exception as error:  # glcontext raises bare Exception whatever is missing
         raise GraphicsError(NO_OPENGL) from error
 
@@ -54,7 +57,7 @@ class OffscreenWindow:
 
     def begin(self) -> None:
         """Start a frame: black, and drawn into from now on. Other windows' contexts step back."""
-        self.ctx.__enter__()
+        self.ctx.__enter__()  # type: ignore[no-untyped-call]
         self.framebuffer.use()
         self.framebuffer.clear()
 
@@ -67,9 +70,6 @@ class OffscreenWindow:
     def read(self) -> NDArray[np.uint8]:
         """Return the picture as (H, W, 3) uint8 BGR."""
         return read_pixels(self.framebuffer, self.size)
-
-    def toggle_full_screen(self) -> None:
-        """Do nothing: there is no screen."""
 
     def release(self) -> None:
         """Free everything; the window cannot be used any more."""

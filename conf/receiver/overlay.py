@@ -101,7 +101,9 @@ PANEL_FLAGS = (
 
 
 @contextmanager
-def panel(name: str, place: tuple[float, float], pivot: tuple[float, float], size: tuple[float, float]) -> Iterator[None]:
+def panel(
+    name: str, place: tuple[float, float], pivot: tuple[float, float], size: tuple[float, float]
+) -> Iterator[None]:
     """Open a panel: the point `pivot` of it, (0, 0) upper left and (1, 1) lower right, lies at pixel `place`.
 
     size : width and height of what it holds, in pixels. ImGui could find it out, but hides the panel for a frame then.

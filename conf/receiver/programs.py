@@ -4,6 +4,8 @@ import re
 from importlib.resources import files
 
 import moderngl
+import numpy as np
+from numpy.typing import NDArray
 
 VERSION = "#version 330\n"
 _INCLUDE = re.compile(r'^#include "([\w.]+)"$', re.MULTILINE)
@@ -21,3 +23,15 @@ def program(ctx: moderngl.Context, vertex: str, fragment: str) -> moderngl.Progr
         vertex_shader=VERSION + source(f"{vertex}.vert.glsl"),
         fragment_shader=VERSION + source(f"{fragment}.frag.glsl"),
     )
+
+
+def columns(matrix: NDArray[np.float64]) -> bytes:
+    """Return a matrix as shaders take it: float32, column after column."""
+    return matrix.T.astype(np.float32).tobytes()
+
+
+def set_matrix(step: moderngl.Program, name: str, matrix: bytes) -> None:
+    """Give a program a matrix from `columns`; a program that does not use it is left alone."""
+    uniform = step.get(name, None)
+    if isinstance(uniform, moderngl.Uniform):
+        uniform.write(matrix)

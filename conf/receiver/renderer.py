@@ -4,6 +4,8 @@ Each frame the normals are computed again from the vertices (surface.py), both a
 drawn with its material's shader into a canvas, and the canvas goes over the background with its edges smoothed.
 """
 
+from dataclasses import replace
+
 import cv2
 import moderngl
 import numpy as np
@@ -16,11 +18,11 @@ from conf.face.head_pose import HeadPose
 from conf.face.mesh import Mesh
 from conf.receiver.canvas import Canvas
 from conf.receiver.marks import ControlPointMarks
-from conf.receiver.materials import EYE, MOUTH, SKIN, Material, material_of
-from conf.receiver.programs import program
+from conf.receiver.materials import EYE, MOUTH, SKIN, material_of
+from conf.receiver.programs import columns, program, set_matrix
 from conf.receiver.scene import View, clip_matrix, rotation
 from conf.receiver.shadow import Shadow, lamp_matrix
-from conf.receiver.surface import Surface
+from conf.receiver.surface import Surface, inside_out
 from conf.receiver.wireframe import Wireframe
 
 HALF = np.array([[0.5, 0, 0, 0.5], [0, 0.5, 0, 0.5], [0, 0, 0.5, 0.5], [0, 0, 0, 1]])  # clip to texture coordinates
@@ -31,13 +33,19 @@ class FaceRenderer:
     """Draws one face again and again."""
 
     def __init__(self, ctx: moderngl.Context, face: FaceModel) -> None:
-        mesh = face.mesh
+        mesh = facing_outwards(face.mesh)
         self._ctx = ctx
         self._surface = Surface(mesh.triangles, mesh.render_vertices)
         self._canvas: Canvas | None = None
         self._atlas = load_atlas(ctx, mesh)
         self._moving = ctx.buffer(reserve=len(mesh.render_vertices) * 24)
-        self._parts = [Part(ctx, face, group, self._moving) for group in ordered_groups(mesh)]
+        self._uvs = ctx.buffer(texture_coordinates(mesh).tobytes())
+        self._parts = [
+            Part(ctx, group, mesh.render_triangles[triangles], (self._moving, self._uvs))
+            for group, triangles in ordered_groups(mesh)
+        ]
+        for part in self._parts:
+            part.place(face)
         self._wireframe = Wireframe(ctx, mesh, self._moving)
         self._shadow = Shadow(ctx, mesh, self._moving)
         self._marks = ControlPointMarks(ctx, face.control_points, mesh.vertices)
@@ -69,18 +77,18 @@ class FaceRenderer:
         """Third part of `draw`: draw what was uploaded last."""
         x, y, width, height = framebuffer.viewport
         canvas = self._canvas_of((width, height))
-        clip = clip_matrix(pose, view, aspect=width / height).T.astype("f4").tobytes()
-        turn = rotation(pose, view).T.astype("f4").tobytes()
+        clip = columns(clip_matrix(pose, view, aspect=width / height))
+        turn = columns(rotation(pose, view))
         if view.wireframe:
             canvas.begin()
             self._wireframe.draw(clip, turn)
         else:
             lamp = lamp_matrix(rotation(pose, view))
-            self._shadow.draw(lamp.T.astype("f4").tobytes())
+            self._shadow.draw(columns(lamp))
             canvas.begin()
             self._atlas.use(0)
             self._shadow.depth.use(1)
-            to_texture = (HALF @ lamp).T.astype("f4").tobytes()
+            to_texture = columns(HALF @ lamp)
             for part in self._parts:
                 part.draw(clip, turn, to_texture)
         canvas.show(framebuffer, (x, y))
@@ -91,7 +99,7 @@ class FaceRenderer:
         """Free everything on the card."""
         for part in self._parts:
             part.release()
-        for thing in (self._wireframe, self._shadow, self._marks, self._canvas, self._moving, self._atlas):
+        for thing in (self._wireframe, self._shadow, self._marks, self._canvas, self._uvs, self._moving, self._atlas):
             if thing is not None:
                 thing.release()
 
@@ -106,62 +114,69 @@ class FaceRenderer:
 class Part:
     """One group of triangles with its shader."""
 
-    def __init__(self, ctx: moderngl.Context, face: FaceModel, group: str, moving: moderngl.Buffer) -> None:
-        mesh = face.mesh
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        group: str,
+        triangles: NDArray[np.int32],
+        buffers: tuple[moderngl.Buffer, moderngl.Buffer],
+    ) -> None:
+        """triangles : (F, 3) render vertices; buffers : (R, 6) positions and normals, (R, 2) texture coordinates"""
+        self.group = group
         self.material = material_of(group)
         self._ctx = ctx
         self._program = program(ctx, "skin" if self.material is SKIN else "face", self.material.shader)
-        triangles = mesh.render_triangles[mesh.groups[group]] if group in mesh.groups else mesh.render_triangles
         self._indices = ctx.buffer(np.ascontiguousarray(triangles, dtype=np.int32).tobytes())
-        self._uvs = ctx.buffer(texture_coordinates(mesh).tobytes())
-        self._array = ctx.vertex_array(
-            self._program,
-            [(moving, "3f4 3f4", "in_position", "in_normal"), (self._uvs, "2f4", "in_uv")],
-            self._indices,
-            skip_errors=True,
-        )
+        moving, uvs = buffers
+        layout = [(moving, "3f4 3f4", "in_position", "in_normal"), (uvs, "2f4", "in_uv")]
+        self._array = ctx.vertex_array(self._program, layout, self._indices, skip_errors=True)
         for unit, name in enumerate(("atlas", "shadow")):
             if name in self._program:
                 self._program[name] = unit
-        for name, value in places(face, group, self.material).items():
-            self._program[name] = value
+
+    def place(self, face: FaceModel) -> None:
+        """Tell the shader where its part of the neutral face lies."""
+        if self.material is EYE:
+            ball = face.mesh.vertices[face.mesh.group_vertices(self.group)]
+            self._program["centre"] = tuple((ball.min(axis=0) + ball.max(axis=0)) / 2)
+            self._program["radius"] = np.ptp(ball[:, 1]) / 2
+        if self.material is MOUTH:
+            lips = face.control_points[[INDEX["inner_lip_upper_mid"], INDEX["inner_lip_lower_mid"]]]
+            self._program["centre"] = tuple(lips.mean(axis=0))
 
     def draw(self, clip: bytes, turn: bytes, lamp: bytes) -> None:
-        """Draw the group: the matrices as float32, column after column."""
+        """Draw the group: the matrices as `columns` gives them."""
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         if not self.material.two_sided:
             self._ctx.enable(moderngl.CULL_FACE)
         if self.material.blended:
             self._ctx.enable(moderngl.BLEND)
-        self._program["clip"].write(clip)
-        self._program["turn"].write(turn)
-        if "lamp" in self._program:
-            self._program["lamp"].write(lamp)
+        set_matrix(self._program, "clip", clip)
+        set_matrix(self._program, "turn", turn)
+        set_matrix(self._program, "lamp", lamp)
         self._array.render(moderngl.TRIANGLES)
 
     def release(self) -> None:
         """Free everything on the card."""
-        for thing in (self._array, self._indices, self._uvs, self._program):
+        for thing in (self._array, self._indices, self._program):
             thing.release()
 
 
-def ordered_groups(mesh: Mesh) -> list[str]:
-    """Return the groups in the order they are drawn: skin first, as it hides the most, blended ones last."""
-    groups = [name for name, triangles in mesh.groups.items() if len(triangles)] or ["skin"]
-    return sorted(groups, key=lambda name: (material_of(name).blended, material_of(name).shader != "skin"))
+def facing_outwards(mesh: Mesh) -> Mesh:
+    """Return the mesh with its triangles the right way out: what faces inwards is not drawn."""
+    if not inside_out(mesh.triangles, mesh.vertices):
+        return mesh
+    return replace(mesh, triangles=mesh.triangles[:, ::-1], render_triangles=mesh.render_triangles[:, ::-1])
 
 
-def places(face: FaceModel, group: str, material: Material) -> dict[str, tuple[float, ...] | float]:
-    """Return what a material's shader must know about where its part lies, face axes, cm."""
-    mesh = face.mesh
-    if material is EYE:
-        ball = mesh.vertices[np.unique(mesh.triangles[mesh.groups[group]])]
-        centre = (ball.min(axis=0) + ball.max(axis=0)) / 2
-        return {"centre": tuple(map(float, centre)), "radius": float(np.ptp(ball[:, 1]) / 2)}
-    if material is MOUTH:
-        lips = face.control_points[[INDEX["inner_lip_upper_mid"], INDEX["inner_lip_lower_mid"]]]
-        return {"centre": tuple(map(float, lips.mean(axis=0)))}
-    return {}
+def ordered_groups(mesh: Mesh) -> list[tuple[str, NDArray[np.int64]]]:
+    """Return the groups with their triangles in the order they are drawn: skin first, as it hides the most."""
+    rest = np.ones(len(mesh.triangles), dtype=bool)
+    for triangles in mesh.groups.values():
+        rest[triangles] = False
+    groups = [*mesh.groups.items(), ("in no group", np.flatnonzero(rest))]
+    filled = [(name, triangles) for name, triangles in groups if len(triangles)]
+    return sorted(filled, key=lambda group: (material_of(group[0]).blended, material_of(group[0]) is not SKIN))
 
 
 def texture_coordinates(mesh: Mesh) -> NDArray[np.float32]:

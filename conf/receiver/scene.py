@@ -6,6 +6,7 @@ little larger, the ears a little smaller.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,7 +59,8 @@ class View:
         """Switch one of wireframe, points, meter, help, centred."""
         if name not in TOGGLES:
             raise ValueError(f"name must be one of {', '.join(TOGGLES)}, got {name!r}")
-        return replace(self, **{name: not getattr(self, name)})
+        switched: dict[str, Any] = {name: not getattr(self, name)}
+        return replace(self, **switched)
 
     def reset(self) -> "View":
         """Look straight at the face again; what is switched on stays on."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from conf.face.mesh import Mesh
 from conf.receiver.materials import material_of
-from conf.receiver.programs import program
+from conf.receiver.programs import program, set_matrix
 
 SIDE = 256  # pixels of the lamp's picture
 REACH_CM = 18.0  # the lamp's picture shows this far around the face's origin
@@ -48,11 +48,11 @@ class Shadow:
         self._array = ctx.vertex_array(self._program, [(moving, "3f4 3x4", "in_position")], self._indices)
 
     def draw(self, lamp: bytes) -> None:
-        """Take the lamp's picture: the matrix of `lamp_matrix` as float32, column after column."""
+        """Take the lamp's picture: the matrix of `lamp_matrix` as `columns` gives it."""
         self._framebuffer.use()
         self._framebuffer.clear()
         self._ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
-        self._program["light"].write(lamp)
+        set_matrix(self._program, "light", lamp)
         self._array.render(moderngl.TRIANGLES)
 
     def release(self) -> None:

@@ -75,7 +75,8 @@ class GlfwWindow:
         glfw.make_context_current(self._window)
         glfw.swap_interval(1)
         glfw.set_window_size_limits(self._window, SMALLEST, SMALLEST, glfw.DONT_CARE, glfw.DONT_CARE)
-        self.ctx = moderngl.create_context(require=330, context=_Loader())
+        found_by_glfw: dict[str, Any] = {"context": _Loader()}
+        self.ctx = moderngl.create_context(require=330, **found_by_glfw)
         self.framebuffer = self.ctx.screen
         self.size = self._measure()  # of the framebuffer: more than the window's points on a HiDPI display
         self._events: list[Event] = []
@@ -128,7 +129,7 @@ class GlfwWindow:
                 mode = glfw.get_video_mode(monitor)
                 glfw.set_window_monitor(self._window, monitor, 0, 0, *mode.size, mode.refresh_rate)
         else:
-            glfw.set_window_monitor(self._window, None, *self._before_full_screen, glfw.DONT_CARE)
+            glfw.set_window_monitor(self._window, None, *self._before_full_screen, glfw.DONT_CARE)  # type: ignore[arg-type]
             self._before_full_screen = None
 
     def release(self) -> None:

@@ -4,7 +4,7 @@ import moderngl
 import numpy as np
 
 from conf.face.mesh import Mesh
-from conf.receiver.programs import program
+from conf.receiver.programs import program, set_matrix
 
 SOLID = (0.075, 0.095, 0.125)  # sRGB: hides what lies behind
 EDGES = (0.45, 0.78, 0.95)
@@ -22,10 +22,10 @@ class Wireframe:
         self._array = ctx.vertex_array(self._program, layout, self._indices)
 
     def draw(self, clip: bytes, turn: bytes) -> None:
-        """Draw into the current framebuffer: the two matrices as float32, column after column."""
+        """Draw into the current framebuffer: the two matrices as `columns` gives them."""
         self._ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
-        self._program["clip"].write(clip)
-        self._program["turn"].write(turn)
+        set_matrix(self._program, "clip", clip)
+        set_matrix(self._program, "turn", turn)
         self._program["ink"] = SOLID
         self._ctx.polygon_offset = (1.0, 1.0)
         self._array.render(moderngl.TRIANGLES)
