@@ -13,6 +13,7 @@ from tools.head.edge_rings import FAR, edge_rings
 from tools.head.eyeballs import build_eyeball
 from tools.head.files import TEXTURE, join, write_obj, write_ppc, write_rig, write_shapes
 from tools.head.hair import build_hair
+from tools.head.lashes import build_lashes
 from tools.head.lips import close_lips
 from tools.head.paint import paint_atlas
 from tools.head.part import Part, split_quads
@@ -30,8 +31,11 @@ def build_head(source: Source, folder: Path) -> Part:
     body, origin = build_body(character)
     eyes = {side: _eye(character, side) for side in "lr"}
     balls = [build_eyeball(f"eye_{side}", centre, radius) for side, (centre, radius) in eyes.items()]
+    body_rings = edge_rings(character, find_islands(character))[origin]
+    names = list(character.shapes)
+    lashes = build_lashes(body, body_rings[:, 1], {"l": names.index("eyeBlinkLeft"), "r": names.index("eyeBlinkRight")})
     scalp = build_scalp(body.vertices, split_quads(body.groups["skin"])[..., 0])
-    head = join([body, *balls, *_teeth(character), build_shirt(character), build_hair(scalp)])
+    head = join([body, *balls, *_teeth(character), build_shirt(character), lashes, build_hair(scalp)])
     control_points = _control_points(character, balls)
     write_obj(folder, head)
     write_ppc(folder, control_points)
@@ -39,7 +43,7 @@ def build_head(source: Source, folder: Path) -> Part:
     write_rig(folder, _rig(character, eyes))
     points = dict(zip((p.name for p in CONTROL_POINTS), control_points, strict=True))
     rings = np.full((len(head.vertices), 2), FAR)
-    rings[: len(origin)] = edge_rings(character, find_islands(character))[origin]
+    rings[: len(origin)] = body_rings
     paint_atlas(head, rings, points, size=_ATLAS_SIZE).save(folder / TEXTURE, quality=88, method=6)
     return head
 
@@ -53,8 +57,8 @@ def _eye(character: Character, side: str) -> tuple[NDArray[np.float64], float]:
 def _teeth(character: Character) -> list[Part]:
     lips = character.vertices[VERTICES["inner_lip_upper_mid"]]
     return [
-        build_teeth("upper", lips + [0.0, 0.9, -0.25], 2.7, 3.6),
-        build_teeth("lower", lips + [0.0, -0.75, -0.5], 2.5, 3.4),
+        build_teeth("upper", lips + [0.0, 0.62, -0.25], 2.7, 3.6),
+        build_teeth("lower", lips + [0.0, -1.0, -0.58], 2.5, 3.4),
     ]
 
 

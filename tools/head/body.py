@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from tools.head.character import Character
 from tools.head.part import FRAMES, Part
 from tools.head.shirt import angle_below_collar
+from tools.head.unwrap import spread_face
 
 # Islands of the base mesh's texture layout: (lowest u, v, highest u, v) of a face's centre.
 _FACE_ISLAND = (0.63, 0.145, 1.0, 0.83)
@@ -76,11 +77,26 @@ def _unwrap(name: str, character: Character, mask: NDArray[np.bool_], used: NDAr
     base = character.base
     flat = base.uvs[used]
     if name == "face":  # the island lies on its side
-        flat = np.stack([flat[:, 1], -flat[:, 0]], axis=1)
+        flat = spread_face(np.stack([flat[:, 1], -flat[:, 0]], axis=1), _face_marks(character, mask, used))
     if name == "neck":
         flat = _around(character, mask, used)
     low, high = flat.min(axis=0), flat.max(axis=0)
     return (flat - low) / (high - low)
+
+
+def _face_marks(
+    character: Character, mask: NDArray[np.bool_], used: NDArray[np.int64]
+) -> dict[str, NDArray[np.int64]]:
+    """Return which of the used texture coordinates lie at eyes, mouth and ears."""
+    base = character.base
+    position = np.zeros((len(base.uvs), 3))
+    position[base.face_uvs[mask]] = character.vertices[base.faces[mask]]
+    x, y, z = position[used].T
+    marks = {"mouth": (np.hypot(x / 2.6, (y + 4.3) / 1.2) < 1) & (z > 3)}
+    for side, sign in (("l", 1.0), ("r", -1.0)):
+        marks[f"eye_{side}"] = (np.hypot((x * sign - 3.2) / 1.7, (y - 2.7) / 0.7) < 1) & (z > 1)
+        marks[f"ear_{side}"] = (x * sign > 8.2) & (np.abs(y) < 4)
+    return {name: np.flatnonzero(chosen) for name, chosen in marks.items()}
 
 
 def _around(character: Character, mask: NDArray[np.bool_], used: NDArray[np.int64]) -> NDArray[np.float64]:

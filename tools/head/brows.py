@@ -9,7 +9,7 @@ from scipy.ndimage import map_coordinates
 
 from tools.head.texels import Texels
 
-_SCALE = 110  # pixels a centimetre
+_SCALE = 120  # pixels a centimetre
 _WIDTH, _HEIGHT = 7.0, 3.2  # cm: the plane from x = 0, centred on the brow
 _HAIRS = 520
 _OVERSAMPLE = 16  # cv2's fractional bits are 4
@@ -41,7 +41,7 @@ def _draw(
     across = np.clip(random.normal(0, 0.45, _HAIRS), -1, 1)
     for s, d in zip(along, across, strict=True):
         x, y, slope = _spine(s, inner, top, outer)
-        thick = 0.34 * np.interp(s, [0, 0.12, 0.6, 1], [0.62, 1.0, 0.75, 0.15])
+        thick = 0.34 * np.interp(s, [0, 0.12, 0.6, 1], [0.7, 1.0, 0.75, 0.2])
         lean = np.interp(s, [0, 0.25, 1], [1.15, 0.55, 0.05]) - 0.35 * d + random.normal(0, 0.12)
         angle = slope + lean
         length = random.uniform(0.42, 0.62) * np.interp(s, [0, 0.3, 1], [0.8, 1.0, 0.75])
@@ -50,8 +50,8 @@ def _draw(
         end = middle + length * 0.45 * np.array([np.cos(angle - 0.25), np.sin(angle - 0.25)])
         path = (np.array([start, middle, end]) * _SCALE * _OVERSAMPLE).astype(np.int32)
         hair = np.zeros_like(plane)
-        strength = int(random.uniform(120, 215) * np.interp(s, [0, 0.15], [0.7, 1.0]))
-        cv2.polylines(hair, [path], False, strength, 2, cv2.LINE_AA, 4)
+        strength = int(random.uniform(110, 205) * np.interp(s, [0, 0.15, 0.7, 1], [0.65, 1.0, 1.0, 0.6]))
+        cv2.polylines(hair, [path], False, strength, 3, cv2.LINE_AA, 4)
         plane = np.maximum(plane, hair)
     soft = cv2.GaussianBlur(plane, (0, 0), 0.22 * _SCALE * 0.5)
     return np.clip(plane.astype(np.float32) / 255 * 0.85 + soft.astype(np.float32) / 255 * 0.45, 0, 0.95)
@@ -61,7 +61,7 @@ def _spine(
     s: float, inner: NDArray[np.float64], top: NDArray[np.float64], outer: NDArray[np.float64]
 ) -> tuple[float, float, float]:
     """Return x, y and slope of the brow's middle line at s from 0 (inner end) to 1 (outer end)."""
-    start, peak, end = inner[:2] + [-0.15, -0.35], top[:2] + [0.05, -0.22], outer[:2] + [-0.1, -0.15]
+    start, peak, end = inner[:2] + [-0.1, -0.42], top[:2] + [-0.1, -0.2], outer[:2] + [-0.45, 0.12]
     control = 2 * peak - (start + end) / 2
     x, y = (1 - s) ** 2 * start + 2 * s * (1 - s) * control + s**2 * end
     dx, dy = 2 * (1 - s) * (control - start) + 2 * s * (end - control)

@@ -14,6 +14,7 @@ from tools.head.part import FRAMES, Part, grid, rigid
 from tools.head.scalp import Scalp, hairline
 
 LOCK_KINDS = 4
+FLAT_KINDS = 2  # the first of them: wide sheets of strands that lie close; the others are curls with a tip
 _AROUND, _ROWS = 56, 13
 _LOCK_ROWS, _LOCK_COLUMNS = 6, 3
 
@@ -36,12 +37,14 @@ class Zone:
 
 
 _ZONES = (
-    Zone(26, (-3.14, 3.14), (0.62, 0.8), (1.6, 2.4), 1.3, 0.16, 0.0),
-    Zone(34, (-3.14, 3.14), (0.38, 0.62), (2.4, 3.4), 1.5, 0.3, 0.25),
-    Zone(26, (-1.15, 1.15), (0.78, 0.9), (2.2, 3.4), 1.25, 0.5, 0.5),
-    Zone(26, (-1.3, 1.3), (0.55, 0.75), (3.0, 4.4), 1.5, 0.7, 0.55),
-    Zone(30, (-3.14, 3.14), (0.12, 0.42), (3.2, 4.6), 1.7, 0.6, 0.5),
+    Zone(34, (-3.14, 3.14), (0.6, 0.76), (2.6, 3.8), 2.3, 0.1, 0.0),
+    Zone(34, (-3.14, 3.14), (0.38, 0.58), (3.6, 4.8), 2.4, 0.16, 0.15),
+    Zone(26, (-1.2, 1.2), (0.8, 0.9), (2.2, 3.4), 1.15, 0.5, 0.5),
+    Zone(32, (-1.4, 1.4), (0.54, 0.76), (3.2, 4.8), 1.3, 0.65, 0.6),
+    Zone(34, (-3.14, 3.14), (0.08, 0.4), (3.4, 5.0), 1.7, 0.45, 0.5),
 )
+_SINK = 0.6  # share of its height that a lock's root lies under the shell; flat locks lie wholly above it
+_FLAT = 0.2  # cm
 
 
 def shell_height(around: NDArray[np.float64], share: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -105,7 +108,8 @@ def _lock(scalp: Scalp, root: tuple[float, float, Zone], random: np.random.Gener
         down += stride * np.cos(angle)
     thick = shell_height(path[:, 0], np.clip(path[:, 1] / hairline(path[:, 0]), 0, 0.86))
     rise = zone.height * random.uniform(0.7, 1.25)
-    height = thick + rise * np.array([-0.6, 0.45, 0.95, 1.0, 0.8, 0.35])
+    root = 0.2 if zone.height < _FLAT else -_SINK
+    height = thick + rise * np.array([root, 0.55, 0.95, 1.0, 0.8, 0.35])
     spine = scalp.points(path[:, 0], path[:, 1], height)
     along = np.gradient(spine, axis=0)
     out = scalp.points(path[:, 0], path[:, 1], height + 1) - spine
@@ -120,7 +124,7 @@ def _lock(scalp: Scalp, root: tuple[float, float, Zone], random: np.random.Gener
         + side[:, None] * half[:, None, None] * columns[:, None]
         + out[:, None] * (bulge + tilt * 0.3 * columns)[:, None]
     )
-    kind = random.integers(LOCK_KINDS)
+    kind = random.integers(FLAT_KINDS) if zone.height < _FLAT else random.integers(FLAT_KINDS, LOCK_KINDS)
     u, v = np.meshgrid((kind + (columns + 1) / 2 * 0.94 + 0.03) / LOCK_KINDS, 1 - steps)
     uvs = FRAMES["lock"].place(np.stack([u.ravel(), v.ravel()], axis=1))
     return vertices.reshape(-1, 3), uvs, grid(_LOCK_ROWS, _LOCK_COLUMNS)

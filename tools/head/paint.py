@@ -10,13 +10,15 @@ from scipy.ndimage import distance_transform_edt
 from tools.head.occlusion import ambient_occlusion
 from tools.head.paint_eyes import paint_eye
 from tools.head.paint_hair import paint_hair
+from tools.head.paint_lashes import paint_lashes
 from tools.head.paint_mouth import paint_bag, paint_teeth, paint_tongue
 from tools.head.paint_shirt import paint_shirt
 from tools.head.paint_skin import paint_skin
-from tools.head.part import Part
+from tools.head.part import Part, split_quads
 from tools.head.texels import Texels, bake_texels, vertex_normals
 
 Points = Mapping[str, NDArray[np.float64]]
+_CASTS_NO_SHADOW = ("lashes",)
 _PAINTERS: dict[str, Callable[[Texels], NDArray[np.float64]]] = {
     "eye_l": paint_eye,
     "teeth_upper": paint_teeth,
@@ -25,6 +27,7 @@ _PAINTERS: dict[str, Callable[[Texels], NDArray[np.float64]]] = {
     "mouth": paint_bag,
     "shirt": paint_shirt,
     "hair": paint_hair,
+    "lashes": paint_lashes,
 }
 
 
@@ -33,9 +36,9 @@ def paint_atlas(head: Part, rings: NDArray[np.float64], points: Points, *, size:
 
     rings : (V, 2) edge loops from lip contact and lid; points : control points by name
     """
-    triangles = head.triangles()[..., 0]
-    normals = vertex_normals(head.vertices, triangles)
-    sky = ambient_occlusion(head.vertices, normals, head.vertices, triangles)
+    normals = vertex_normals(head.vertices, head.triangles()[..., 0])
+    solid = np.concatenate([split_quads(c) for name, c in head.groups.items() if name not in _CASTS_NO_SHADOW])
+    sky = ambient_occlusion(head.vertices, normals, head.vertices, solid[..., 0])
     attributes = np.concatenate([head.vertices, normals, sky[:, None], rings], axis=1)
     picture = np.full((size, size, 4), 255.0)
     drawn = np.zeros((size, size), dtype=bool)

@@ -3,14 +3,16 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from tools.head.hair import LOCK_KINDS
+from tools.head.hair import FLAT_KINDS, LOCK_KINDS
 from tools.head.noise import noise, smoothstep
 from tools.head.part import FRAMES
+from tools.head.scalp import hairline
 from tools.head.texels import Texels
 
 DARK = np.array([34.0, 24, 19])
-MIDDLE = np.array([72.0, 51, 38])
-LIGHT = np.array([112.0, 82, 58])
+MIDDLE = np.array([66.0, 46, 34])
+LIGHT = np.array([110.0, 80, 56])
+_SKULL = 9.0  # cm, radius of the skull
 
 
 def paint_hair(texels: Texels) -> NDArray[np.float64]:
@@ -21,11 +23,13 @@ def paint_hair(texels: Texels) -> NDArray[np.float64]:
 
 
 def strands(across: NDArray[np.float64], along: NDArray[np.float64], *, density: float) -> NDArray[np.float32]:
-    """Return (N,) -1 to 1: fine lines along the second coordinate that wander a little."""
-    wander = 0.6 * noise(np.stack([across * density * 0.2, along * 3, 0 * along], axis=1), 1.0)
-    fine = noise(np.stack([across * density + wander, along * 1.3, 0 * along + 5], axis=1), 1.0)
-    coarse = noise(np.stack([across * density * 0.3 + wander, along * 0.9, 0 * along + 9], axis=1), 1.0)
-    return np.asarray(0.6 * fine + 0.6 * coarse)
+    """Return (N,) about -1 to 1: fine lines along the second coordinate that wander a little, in clumps."""
+    wander = noise(np.stack([across * density * 0.08, along * 1.5, 0 * along], axis=1), 1.0)
+    lines = [
+        noise(np.stack([across * density * scale + wander, along * run, 0 * along + 5 * scale], axis=1), 1.0)
+        for scale, run in ((1.0, 0.9), (0.45, 0.7), (0.16, 0.5))
+    ]
+    return np.asarray(0.6 * lines[0] + 0.45 * lines[1] + 0.2 * lines[2])
 
 
 def tint(value: NDArray[np.floating]) -> NDArray[np.float64]:
@@ -38,10 +42,13 @@ def _shell(texels: Texels) -> NDArray[np.float64]:
     frame = FRAMES["hair"]
     across, up = ((texels.uv - [frame.left, frame.bottom]) / [frame.width, frame.height]).T
     share = 1 - up
-    lines = strands(across, share * 3, density=230.0)
-    shade = 0.35 + 0.65 * np.clip(texels.sky, 0, 1)
-    colours = tint(lines * 0.75 - 0.35 + 0.2 * (share - 0.6)) * shade[:, None]
-    alpha = smoothstep(1.0, 0.86, share + 0.09 * lines)
+    lines = strands(across, share * 5, density=300.0)
+    shade = 0.3 + 0.7 * np.clip(texels.sky, 0, 1)
+    colours = tint(lines * 0.8 - 0.3) * shade[:, None]
+    around = (across - 0.5) * 2 * np.pi
+    depth = (1 - share) * hairline(around) * _SKULL  # cm inside the hairline
+    reach = strands(across + 3.0, share * 0.5, density=420.0)
+    alpha = smoothstep(0.05, 0.75, depth + 0.45 * reach)
     return np.concatenate([colours, 255 * alpha[:, None]], axis=1)
 
 
@@ -50,11 +57,21 @@ def _locks(texels: Texels) -> NDArray[np.float64]:
     across, up = ((texels.uv - [frame.left, frame.bottom]) / [frame.width, frame.height]).T
     share = 1 - up
     kind = np.floor(across * LOCK_KINDS)
+    flat = kind < FLAT_KINDS
     inside = across * LOCK_KINDS - kind
-    lines = strands(inside + kind * 3, share, density=16.0)
-    colours = tint(lines * 0.9 - 0.35 + 0.5 * share)
-    edge = np.abs(inside - 0.5) * 2
-    limit = 1.0 - 0.55 * share**1.6 + 0.3 * lines * (0.25 + share)
-    alpha = smoothstep(limit + 0.06, limit - 0.12, edge) * smoothstep(0.0, 0.12, share)
-    alpha = alpha * smoothstep(1.0, 0.86, share + 0.16 * lines)
+    middle = 0.5 + np.where(flat, 0.0, 0.1 * np.sin(kind * 2.4) * share)
+    squeezed = 0.5 + (inside - middle) / (1 - np.where(flat, 0.0, 0.45) * share**2)
+    lines = np.where(
+        flat,
+        strands(squeezed + kind * 3, share * 1.5, density=46.0),
+        strands(squeezed + kind * 3, share * 1.2, density=24.0),
+    )
+    edge = np.abs(squeezed - 0.5) * 2
+    length = noise(np.stack([squeezed * np.where(flat, 40, 19) + kind * 57, 0 * share, 0 * share + 2], axis=1), 1.0)
+    slope = np.where(flat, 0.12, 0.55)
+    colours = tint(lines * 0.85 - 0.3 + slope * (share - 0.3) - np.where(flat, 0.05, 0.25) * edge**2)
+    limit = np.where(flat, 0.72, 0.86) + 0.2 * lines
+    alpha = smoothstep(limit + 0.12, limit - 0.12, edge) * smoothstep(0.02, 0.3, share + 0.12 * lines)
+    end = np.where(flat, 0.7 + 0.32 * length, 0.84 + 0.15 * length) - 0.28 * edge**2
+    alpha = alpha * smoothstep(end + 0.06, end - 0.12, share)
     return np.concatenate([colours, 255 * alpha[:, None]], axis=1)

@@ -7,7 +7,7 @@ from tools.head.noise import layered, noise, smoothstep
 from tools.head.part import FRAMES
 from tools.head.texels import Texels
 
-_ENAMEL = np.array([228.0, 220, 204])
+_ENAMEL = np.array([240.0, 228, 208])
 _GUM = np.array([172.0, 98, 92])
 _TONGUE = np.array([176.0, 98, 92])
 _BAG = np.array([112.0, 46, 44])
@@ -26,7 +26,7 @@ def paint_teeth(texels: Texels) -> NDArray[np.float64]:
     colours = colours + (_GUM - colours) * gum
     colours = colours * (1 - 0.55 * inside)
     back = smoothstep(0.16, 0.5, np.abs(along - 0.5))[:, None]
-    return np.clip(colours * (1 - 0.72 * back * [0.85, 1, 1]) * _depth(texels, 0.5), 0, 255)
+    return np.clip(colours * (1 - 0.6 * back * [0.85, 1, 1]), 0, 255)
 
 
 def paint_tongue(texels: Texels) -> NDArray[np.float64]:
@@ -44,6 +44,3 @@ def paint_bag(texels: Texels) -> NDArray[np.float64]:
     colours = _BAG * (1 + 0.08 * layered(texels.position, 1.5, 2))[:, None]
     return np.clip(colours * (1 - 0.86 * back), 0, 255)
 
-
-def _depth(texels: Texels, strength: float) -> NDArray[np.float64]:
-    return np.asarray(1 - strength * (1 - np.clip(texels.sky, 0, 1))[:, None])

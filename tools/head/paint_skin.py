@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from tools.head.brows import brow_coverage
 from tools.head.noise import layered, noise, smoothstep
+from tools.head.scalp import hairline, polar
 from tools.head.texels import Texels
 
 Points = Mapping[str, NDArray[np.float64]]
@@ -21,7 +22,8 @@ _SHADE = (176, 128, 112)
 _LID = (196, 144, 124)
 _LIP = (184, 112, 102)
 _LIP_INNER = (138, 70, 66)
-_WET = (196, 118, 106)
+_WET = (204, 138, 124)
+_ROOTS = (52, 38, 31)
 _LASH = (44, 30, 26)
 _BROW = (58, 42, 34)
 
@@ -29,7 +31,7 @@ _BROW = (58, 42, 34)
 def paint_skin(texels: Texels, points: Points) -> Colours:
     """Return (N, 3) sRGB colours 0 to 255 of the skin's texels."""
     colours = np.tile(np.array(_TONE, dtype=float), (len(texels.row), 1))
-    for layer in (_flush, _beard, _around_eyes, _lips, _brows):
+    for layer in (_flush, _beard, _scalp, _around_eyes, _lips, _brows):
         layer(colours, texels, points)
     _grain(colours, texels)
     return _shadow(colours, texels)
@@ -53,12 +55,12 @@ def _flush(colours: Colours, texels: Texels, points: Points) -> None:
     nose = (points["nose_bottom_edge_l"] + points["nose_bottom_edge_r"]) / 2 + [0, 0.6, 1.0]
     cheek = points["cheekbone_l"] * [0.9, 1, 1] + [0, -0.3, 0]
     chin = points["chin_boss"] + [0, 0.3, 0]
-    ear = np.array([7.4, 1.0, -5.5])
+    ear = np.array([8.9, 0.6, -6.5])
     for centre, radius, amount in (
         (nose, (1.7, 1.5, 2.2), 0.42),
         (cheek, (2.6, 2.0, 4.0), 0.34),
         (chin, (1.8, 1.2, 2.5), 0.16),
-        (ear, (2.0, 3.6, 3.0), 0.4),
+        (ear, (1.1, 3.2, 2.6), 0.34),
     ):
         blend(colours, _FLUSH, np.clip(amount * mottle * _blob(texels, np.asarray(centre), radius), 0, 1))
     blend(colours, _SALLOW, 0.5 * smoothstep(4.5, 8.0, texels.position[:, 1]) * smoothstep(-4, 2, texels.position[:, 2]))
@@ -71,6 +73,16 @@ def _beard(colours: Colours, texels: Texels, points: Points) -> None:
     moustache = np.exp(-(((y - lip - 0.5) / 0.55) ** 2)) * smoothstep(2.6, 1.6, np.abs(x)) * smoothstep(2, 4, z)
     fine = 1 + 0.6 * noise(texels.position, 16.0)
     blend(colours, _STUBBLE, np.clip(0.17 * np.maximum(jaw, moustache) * fine, 0, 1))
+
+
+def _scalp(colours: Colours, texels: Texels, points: Points) -> None:
+    """Darken the skin between the roots of the hair, fading out where the hair begins."""
+    around, down, out = polar(texels.position)
+    depth = (hairline(around) - down) * out
+    x, y, z = texels.position.T
+    ear = smoothstep(1.15, 0.85, np.hypot((y - 0.6) / 3.1, (z + 6.6) / 2.9)) * smoothstep(7.6, 7.9, np.abs(x))
+    roots = smoothstep(-0.25, 0.9, depth + 0.25 * noise(texels.position, 5.0)) * (1 - ear)
+    blend(colours, _ROOTS, 0.86 * roots)
 
 
 def _around_eyes(colours: Colours, texels: Texels, points: Points) -> None:
@@ -119,11 +131,11 @@ def _grain(colours: Colours, texels: Texels) -> None:
     blotches = 0.022 * layered(position, 0.6, 4)
     pores = 0.016 * noise(position, 11.0) + 0.014 * noise(position, 21.0)
     colours *= (1 + blotches + pores)[:, None]
-    freckles = smoothstep(0.80, 0.93, noise(position + 7.0, 4.2)) * smoothstep(-3.5, 1.0, position[:, 2])
-    blend(colours, (158, 104, 80), 0.22 * freckles)
+    freckles = smoothstep(0.84, 0.97, noise(position + 7.0, 4.2)) * smoothstep(-3.5, 1.0, position[:, 2])
+    blend(colours, (172, 118, 94), 0.16 * freckles)
 
 
 def _shadow(colours: Colours, texels: Texels) -> Colours:
     """Darken what sees little sky; light that leaves skin again is red, so red darkens least."""
     sky = np.clip(texels.sky, 0.05, 1)[:, None]
-    return np.clip(colours * sky ** np.array([0.42, 0.62, 0.68]) * 1.02, 0, 255)
+    return np.clip(colours * sky ** np.array([0.5, 0.62, 0.66]) * 1.02, 0, 255)
