@@ -19,7 +19,7 @@ class Reason(StrEnum):
     TOO_OLD = "too_old"  # behind the replay window
     COUNTER = "counter"  # a counter too far ahead for the keys at hand
     SHARE = "share"  # not a point of the curve
-    RATE = "rate"  # more hellos a second than are looked at
+    RATE = "rate"  # more hellos a second than are answered
     DIRECTION = "direction"  # a kind that this side never receives
 
 

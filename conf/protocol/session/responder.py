@@ -19,6 +19,8 @@ from conf.protocol.token_bucket import TokenBucket
 MAX_ATTEMPTS = 32
 MAX_ATTEMPTS_PER_HOST = 8
 ATTEMPT_LIFE_S = 30.0
+# Cookies a second: a flood of hellos must not fill a narrow link with our answers. Who has his cookie is not held up.
+RETRIES_PER_SECOND = 200.0
 SHARES_PER_SECOND = 5.0
 SHARES_AT_ONCE = 10.0
 BUSY_WAIT_S = 2
@@ -54,6 +56,7 @@ class Responder:
         self._has_room = has_room
         self._accept = accept
         self._cookies = CookieJar(random)
+        self._retries = TokenBucket(RETRIES_PER_SECOND, RETRIES_PER_SECOND)
         self._shares = TokenBucket(SHARES_PER_SECOND, SHARES_AT_ONCE)
 
     def expire(self, now: float) -> None:
@@ -62,12 +65,14 @@ class Responder:
             del self.attempts[name]
 
     def hello(self, fields: tuple[bytes, bytes, bytes], address: Address, now: float) -> bytes:
-        """Return the answer to a hello: RETRY, ANSWER or REFUSED. Raises DatagramError if its share is none."""
+        """Return the answer to a hello: RETRY, ANSWER or REFUSED. Raises DatagramError if it gets none."""
         name, cookie, share = fields
         known = self.attempts.get(name)
         if known is not None and (known.address, known.share) == (address, share):
             return known.answer
         if not self._cookies.check(cookie, name + share, address, now):
+            if not self._retries.take(1, now):
+                raise DatagramError(Reason.RATE)
             return handshake_datagram(Kind.RETRY, name, self._cookies.bake(name + share, address, now))
         if known is not None:
             raise DatagramError(Reason.UNKNOWN_ATTEMPT)

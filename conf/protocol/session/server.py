@@ -14,8 +14,7 @@ from conf.protocol.token_bucket import TokenBucket
 
 MAX_SESSIONS = 9
 IDLE_S = 30.0
-# Answers to strangers, all together: a flood of hellos must not fill a narrow link with our answers.
-STRANGERS_PER_SECOND = 100.0
+HINTS_PER_SECOND = 10.0
 
 
 @dataclass
@@ -46,7 +45,7 @@ class ReceiverSessions:
         self._max_sessions = max_sessions
         self._epoch_length = epoch_length
         self._responder = Responder(code, random, has_room=self._has_room, accept=self._accept)
-        self._strangers = TokenBucket(STRANGERS_PER_SECOND, STRANGERS_PER_SECOND)
+        self._hints = TokenBucket(HINTS_PER_SECOND, HINTS_PER_SECOND)
         self._next_session = random(1)[0] % (MAX_SESSION + 1)
         self._events: deque[Event] = deque()
         self._outbox: list[tuple[bytes, Address]] = []
@@ -108,7 +107,7 @@ class ReceiverSessions:
     def _receive_data(self, packet: DataPacket, address: Address, now: float) -> None:
         peer = self.sessions.get(packet.session)
         if peer is None:
-            if self._strangers.take(1, now):
+            if self._hints.take(1, now):
                 self._outbox.append((handshake_datagram(Kind.UNKNOWN, packet.session), address))
             raise DatagramError(Reason.UNKNOWN_SESSION)
         newest = peer.opener.window.highest
@@ -121,8 +120,6 @@ class ReceiverSessions:
 
     def _receive_handshake(self, packet: HandshakePacket, address: Address, now: float) -> None:
         if packet.kind is Kind.HELLO:
-            if not self._strangers.take(1, now):
-                raise DatagramError(Reason.RATE)
             self._outbox.append((self._responder.hello(packet.fields, address, now), address))
         elif packet.kind is Kind.CONFIRM:
             answer, tries_left = self._responder.confirm(packet.fields, address, now)

@@ -8,8 +8,9 @@ from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import BodyReceived, Connected, LossReason, Lost, Roamed, WrongCode
 from conf.protocol.session.packet import VERSION, Kind, handshake_datagram, parse
 from conf.protocol.session.reasons import DatagramError, Reason
-from conf.protocol.session.server import IDLE_S, STRANGERS_PER_SECOND, ReceiverSessions
-from tests.protocol.session.world import CODE, RECEIVER, SENDER, WRONG, World, seeded, state
+from conf.protocol.session.responder import RETRIES_PER_SECOND
+from conf.protocol.session.server import HINTS_PER_SECOND, IDLE_S, ReceiverSessions
+from tests.protocol.session.world import CODE, RECEIVER, SENDER, WRONG, World, at_once, seeded, state
 
 ELSEWHERE = ("203.0.113.9", 40001)
 
@@ -156,7 +157,7 @@ def test_an_unknown_session_is_answered_with_less_and_not_too_often(world: World
     for _ in range(1000):
         world.receiver.receive_datagram(data, ELSEWHERE, world.now)
     answers = world.receiver.datagrams_to_send(world.now)
-    assert 0 < len(answers) <= STRANGERS_PER_SECOND
+    assert 0 < len(answers) <= HINTS_PER_SECOND
     assert all(len(answer) < len(data) for answer, _ in answers)
     assert world.receiver.dropped == {Reason.UNKNOWN_SESSION: 1000}
 
@@ -170,7 +171,7 @@ def test_a_flood_of_hellos_gets_few_answers_and_no_memory(world: World) -> None:
         answers = world.receiver.datagrams_to_send(world.now)
         answered += len(answers)
         assert all(len(answer) <= len(hello) for answer, _ in answers)
-    assert answered <= STRANGERS_PER_SECOND
+    assert answered <= RETRIES_PER_SECOND
     assert state(world.receiver) == before
     assert world.receiver.dropped[Reason.RATE] == 5000 - answered
 
@@ -194,6 +195,10 @@ def test_corrupted_mutated_and_random_datagrams_change_nothing(data: st.DataObje
             assert sum(len(answer) for answer, _ in answers) <= len(junk)
             assert side.next_event() is None
             assert state(side) == before[side]
+    world.send_body(b"good")
+    world.settle()
+    assert world.bodies()[-1] == b"good"
+    assert state(world.receiver) != before[world.receiver]
 
 
 def mutations(datagrams: list[bytes]) -> st.SearchStrategy[bytes]:
@@ -250,6 +255,34 @@ def test_only_counted_errors_leave_the_parser(data: bytes) -> None:
         parse(data)
     except DatagramError:
         assert receiver.dropped.total() == 1
+
+
+def test_keys_change_on_both_sides_without_a_word_and_under_loss() -> None:
+    world = World(epoch_length=8)
+    world.add_sender(epoch_length=8)
+    world.run(0.1)
+    sent = []
+    for n in range(100):
+        sent.append(b"body %d" % n)
+        world.fate = at_once if n % 3 else lambda _: []
+        world.send_body(sent[-1])
+        world.settle()
+    assert world.bodies() == [body for n, body in enumerate(sent) if n % 3]
+    assert not world.receiver.dropped
+
+
+def test_a_flood_of_spoofed_hellos_does_not_hold_up_who_has_his_cookie(world: World) -> None:
+    late = world.add_sender(ELSEWHERE)
+    for data, _ in late.datagrams_to_send(world.now):
+        world.receiver.receive_datagram(data, ELSEWHERE, world.now)
+    for data, _ in world.receiver.datagrams_to_send(world.now):
+        late.receive_datagram(data, RECEIVER, world.now)
+    for n in range(1000):
+        hello = handshake_datagram(Kind.HELLO, n.to_bytes(8), bytes(8), bytes(32))
+        world.receiver.receive_datagram(hello, ("10.0.0.1", n), world.now)
+    assert world.receiver.dropped[Reason.RATE]
+    world.settle()
+    assert late.session in world.receiver.sessions
 
 
 def test_no_more_sessions_than_can_be_numbered() -> None:

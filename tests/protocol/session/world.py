@@ -123,13 +123,12 @@ class World:
 
 def state(side: object) -> object:
     """Return all that a side knows, but for its counts of dropped datagrams and the tokens of its limits."""
-    plain = {name: value for name, value in vars(side).items() if name not in {"dropped", "_strangers"}}
-    return _flatten(plain)
+    return _flatten(vars(side))
 
 
 def _flatten(value: object) -> object:
     if isinstance(value, dict):
-        return {key: _flatten(item) for key, item in value.items()}
+        return {key: _flatten(item) for key, item in value.items() if key not in {"dropped", "_hints", "_retries"}}
     if isinstance(value, list | tuple | set) or type(value).__name__ == "deque":
         return [_flatten(item) for item in value]  # type: ignore[attr-defined]
     if type(value).__module__.startswith("conf.protocol.") and hasattr(value, "__dict__"):
