@@ -12,6 +12,8 @@ from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.protocol.messages import StreamParameters
 from conf.protocol.outbound import Outbound
 from conf.protocol.statistics import HEADER_BYTES, raw_bytes
+from conf.receiver.chart import Bar, bar_chart
+from conf.receiver.recorder import save_picture
 from conf.sender.canonical_face import read_canonical_face
 from conf.sender.models import fetch_models
 from conf.sender.motion import MotionExtractor
@@ -65,4 +67,9 @@ def measure(clip: Path, on_progress: Progress | None = None) -> list[Stage]:
 
 
 def plot(stages: list[Stage], path: Path) -> None:
-    """Draw the stages as bars of logarithmic length."""
+    """Draw the stages as bars on a logarithmic scale. Raises RecordingError, GraphicsError."""
+    bars = [
+        Bar(stage.name, stage.bytes_per_frame, f"{stage.bytes_per_frame:,.0f} B, {stage.kbps:,.1f} kbit/s")
+        for stage in stages
+    ]
+    save_picture(path, bar_chart("bytes a frame", bars))

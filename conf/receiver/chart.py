@@ -1,0 +1,63 @@
+"""Charts as pictures: bars on a logarithmic scale, drawn offscreen with ImPlot."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from imgui_bundle import imgui, implot
+from numpy.typing import NDArray
+
+from conf.receiver.offscreen import OffscreenWindow
+from conf.receiver.overlay import ACCENT, Overlay, panel
+
+SIZE = (900, 460)
+LABELS_ROOM = 10.0  # the value's text stands right of its bar: the axis goes on so many times further
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One bar: what stands left of it, how long it is, what stands right of it."""
+
+    name: str
+    value: float
+    text: str
+
+
+def bar_chart(title: str, bars: list[Bar], *, size: tuple[int, int] = SIZE) -> NDArray[np.uint8]:
+    """Return (H, W, 3) uint8 BGR: horizontal bars, the first on top, lengths on a logarithmic scale.
+
+    Raises ValueError if there are no bars or one is not positive, GraphicsError without OpenGL.
+    """
+    if not bars or not all(bar.value > 0 for bar in bars):
+        raise ValueError("bars must be there and positive")
+    plot = (size[0] - 20.0, size[1] - 16.0)
+    with OffscreenWindow(*size) as window:
+        overlay = Overlay(window.ctx)
+        try:
+            for _ in range(2):  # ImPlot lays its axes out in the first frame
+                window.begin()
+                with overlay.frame(window.framebuffer, size, 1.0), panel("chart", (0, 0), (0.0, 0.0), plot):
+                    _draw(title, bars, plot)
+                window.end()
+            return window.read()
+        finally:
+            overlay.release()
+
+
+def _draw(title: str, bars: list[Bar], size: tuple[float, float]) -> None:
+    places = np.arange(len(bars), dtype=np.float64)[::-1].copy()
+    values = np.array([bar.value for bar in bars])
+    flags = implot.Flags_.no_legend | implot.Flags_.no_mouse_text | implot.Flags_.no_inputs
+    if not implot.begin_plot(title, imgui.ImVec2(*size), flags):
+        return
+    bare = implot.AxisFlags_.no_grid_lines | implot.AxisFlags_.no_tick_marks
+    implot.setup_axes("", "", implot.AxisFlags_.no_decorations, bare)
+    implot.setup_axis_scale(implot.ImAxis_.x1, implot.Scale_.log10)
+    low, high = values.min() / 3, values.max() * LABELS_ROOM
+    implot.setup_axes_limits(low, high, -0.6, len(bars) - 0.4, imgui.Cond_.always)
+    implot.setup_axis_ticks(implot.ImAxis_.y1, places.tolist(), [bar.name for bar in bars], False)
+    colour = implot.Spec(fill_color=imgui.ImVec4(*ACCENT), flags=implot.BarsFlags_.horizontal)
+    implot.plot_bars("bars", values, places, 0.6, spec=colour)
+    for bar, place in zip(bars, places, strict=True):
+        half = imgui.calc_text_size(bar.text).x / 2
+        implot.plot_text(bar.text, bar.value, float(place), imgui.ImVec2(half + 8, 0))
+    implot.end_plot()
