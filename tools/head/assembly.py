@@ -15,6 +15,7 @@ from tools.head.files import TEXTURE, join, write_obj, write_ppc, write_rig, wri
 from tools.head.hair import build_hair
 from tools.head.lashes import build_lashes
 from tools.head.lips import close_lips
+from tools.head.nose import soften_nose_wings
 from tools.head.paint import paint_atlas
 from tools.head.part import Part, split_quads
 from tools.head.scalp import build_scalp
@@ -27,7 +28,7 @@ _ATLAS_SIZE = 2048
 
 def build_head(source: Source, folder: Path) -> Part:
     """Build every part, paint the atlas, write all files into the folder and return the head."""
-    character = close_lips(align_to_canonical(build_character(source)))
+    character = soften_nose_wings(close_lips(align_to_canonical(build_character(source))))
     body, origin = build_body(character)
     eyes = {side: _eye(character, side) for side in "lr"}
     balls = [build_eyeball(f"eye_{side}", centre, radius) for side, (centre, radius) in eyes.items()]
@@ -44,7 +45,7 @@ def build_head(source: Source, folder: Path) -> Part:
     points = dict(zip((p.name for p in CONTROL_POINTS), control_points, strict=True))
     rings = np.full((len(head.vertices), 2), FAR)
     rings[: len(origin)] = body_rings
-    paint_atlas(head, rings, points, size=_ATLAS_SIZE).save(folder / TEXTURE, quality=88, method=6)
+    paint_atlas(head, rings, points, size=_ATLAS_SIZE).save(folder / TEXTURE, quality=90, method=6)
     return head
 
 

@@ -9,9 +9,9 @@ from scipy.ndimage import map_coordinates
 
 from tools.head.texels import Texels
 
-_SCALE = 120  # pixels a centimetre
+_SCALE = 160  # pixels a centimetre
 _WIDTH, _HEIGHT = 7.0, 3.2  # cm: the plane from x = 0, centred on the brow
-_HAIRS = 520
+_HAIRS = 640
 _OVERSAMPLE = 16  # cv2's fractional bits are 4
 
 
@@ -37,12 +37,12 @@ def _draw(
     random: np.random.Generator,
 ) -> NDArray[np.float32]:
     plane = np.zeros((int(_HEIGHT * _SCALE), int(_WIDTH * _SCALE)), dtype=np.uint8)
-    along = random.uniform(0, 1, _HAIRS) ** 0.9
+    along = random.uniform(0, 0.97, _HAIRS) ** 0.9
     across = np.clip(random.normal(0, 0.45, _HAIRS), -1, 1)
     for s, d in zip(along, across, strict=True):
         x, y, slope = _spine(s, inner, top, outer)
-        thick = 0.34 * np.interp(s, [0, 0.12, 0.6, 1], [0.7, 1.0, 0.75, 0.2])
-        lean = np.interp(s, [0, 0.25, 1], [1.15, 0.55, 0.05]) - 0.35 * d + random.normal(0, 0.12)
+        thick = 0.34 * np.interp(s, [0, 0.12, 0.6, 1], [0.7, 1.0, 0.75, 0.25])
+        lean = np.interp(s, [0, 0.25, 1], [1.15, 0.55, 0.12]) - 0.35 * d + random.normal(0, 0.12)
         angle = slope + lean
         length = random.uniform(0.42, 0.62) * np.interp(s, [0, 0.3, 1], [0.8, 1.0, 0.75])
         start = np.array([x - 0.12, y - bottom + d * thick])
@@ -61,7 +61,7 @@ def _spine(
     s: float, inner: NDArray[np.float64], top: NDArray[np.float64], outer: NDArray[np.float64]
 ) -> tuple[float, float, float]:
     """Return x, y and slope of the brow's middle line at s from 0 (inner end) to 1 (outer end)."""
-    start, peak, end = inner[:2] + [-0.1, -0.42], top[:2] + [-0.1, -0.2], outer[:2] + [-0.45, 0.12]
+    start, peak, end = inner[:2] + [-0.1, -0.42], top[:2] + [-0.1, -0.2], outer[:2] + [-0.4, 0.3]
     control = 2 * peak - (start + end) / 2
     x, y = (1 - s) ** 2 * start + 2 * s * (1 - s) * control + s**2 * end
     dx, dy = 2 * (1 - s) * (control - start) + 2 * s * (end - control)

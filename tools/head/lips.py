@@ -8,12 +8,13 @@ from tools.head.character import Character
 from tools.head.control_vertices import VERTICES
 from tools.head.edge_rings import edge_rings
 
-_OVERLAP = 0.05  # cm: how far the lower lip rises behind the line of the upper
+_OVERLAP = 0.05  # cm: how far the lips reach past each other
+_UPPER_SHARE = 0.6  # of the way that the upper lip comes down: its edge hides the lower lip's turned-in rim
 _FALLOFF = np.array([1.0, 1.0, 0.85, 0.55, 0.25, 0.08])  # share of the lift by edge ring
 
 
 def close_lips(character: Character) -> Character:
-    """Lift the lower lip's inner rings until they meet the upper lip."""
+    """Move the inner rings of both lips until they meet."""
     islands = find_islands(character)
     ring = edge_rings(character, islands)[:, 0].astype(int)
     face = character.base.faces[islands.face]
@@ -26,9 +27,9 @@ def close_lips(character: Character) -> Character:
     gap = np.interp(across, across[seam_upper], y[seam_upper]) - np.interp(across, across[seam_lower], y[seam_lower])
     corner = across[VERTICES["inner_lip_corner_l"]]
     fade = np.clip((corner - across) / 0.15, 0, 1)
-    lift = np.clip(gap + _OVERLAP, 0, 0.2) * fade * _FALLOFF[np.clip(ring, 0, 5)] * (lips & lower)
+    way = np.clip(gap + _OVERLAP, 0, 0.2) * fade * _FALLOFF[np.clip(ring, 0, 5)] * lips
     vertices = character.vertices.copy()
-    vertices[:, 1] += lift
+    vertices[:, 1] += np.where(lower, (1 - _UPPER_SHARE) * way, -_UPPER_SHARE * way)
     return Character(character.base, vertices, character.shapes)
 
 

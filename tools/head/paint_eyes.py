@@ -8,7 +8,7 @@ from tools.head.noise import noise, smoothstep
 from tools.head.part import FRAMES
 from tools.head.texels import Texels
 
-_SCLERA = (226, 218, 212)
+_SCLERA = (218, 208, 201)
 _IRIS_OUTER = (74, 62, 50)
 _IRIS_INNER = (128, 96, 62)
 _RIM = (36, 30, 28)

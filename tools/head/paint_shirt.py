@@ -21,6 +21,6 @@ def paint_shirt(texels: Texels) -> NDArray[np.float64]:
     light = 1 + 0.08 * layered(texels.position, 0.35, 3) + 0.04 * noise(texels.position, 6.0)
     light = light * (1 + collar * (0.1 * ribs - 0.02))
     light = light * (1 - 0.45 * np.exp(-(((down - _COLLAR_SHARE) / 0.012) ** 2)))
-    light = light * (0.45 + 0.55 * smoothstep(-34, -24, texels.position[:, 1]))
-    light = light * (0.35 + 0.65 * np.clip(texels.sky, 0, 1))
+    light = light * (0.7 + 0.3 * smoothstep(-34, -26, texels.position[:, 1]))
+    light = light * (0.45 + 0.55 * np.clip(texels.sky, 0, 1))
     return np.clip(_CLOTH * light[:, None], 0, 255)

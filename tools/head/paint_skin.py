@@ -129,7 +129,7 @@ def _brows(colours: Colours, texels: Texels, points: Points) -> None:
 def _grain(colours: Colours, texels: Texels) -> None:
     position = texels.position
     blotches = 0.022 * layered(position, 0.6, 4)
-    pores = 0.016 * noise(position, 11.0) + 0.014 * noise(position, 21.0)
+    pores = 0.02 * noise(position, 10.0) + 0.024 * noise(position, 22.0)
     colours *= (1 + blotches + pores)[:, None]
     freckles = smoothstep(0.84, 0.97, noise(position + 7.0, 4.2)) * smoothstep(-3.5, 1.0, position[:, 2])
     blend(colours, (172, 118, 94), 0.16 * freckles)

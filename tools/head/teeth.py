@@ -10,7 +10,7 @@ _WIDTHS = {"upper": (0.86, 0.66, 0.76, 0.7, 0.68, 1.0), "lower": (0.54, 0.6, 0.6
 _HEIGHTS = {"upper": (1.0, 0.86, 0.97, 0.84, 0.78, 0.7), "lower": (0.8, 0.82, 0.9, 0.82, 0.76, 0.7)}
 _ACROSS = np.array([0.0, 0.14, 0.5, 0.86])  # columns of a tooth, in shares of its width
 _ROUND = np.array([0.0, 0.75, 1.0, 0.75])  # how far each column stands out of the gap between teeth
-_EDGE = np.array([0.80, 0.97, 1.0, 0.97])  # length of each column
+_EDGE = np.array([0.89, 0.985, 1.0, 0.985])  # length of each column
 
 # Section of a row: (share of the height from the gum's root, distance inwards in cm), outside first.
 _SECTION = np.array([(-0.75, 0.12), (-0.2, 0.0), (0.0, 0.03), (0.08, 0.0), (0.45, -0.05), (0.85, 0.02), (1.0, 0.12)])
