@@ -1,0 +1,47 @@
+from pathlib import Path
+
+import numpy as np
+
+from conf.face.control_points import (
+    CONTROL_POINT_COUNT,
+    CONTROL_POINTS,
+    INDEX,
+    LANDMARKS,
+    LOWER_LID,
+    LOWER_LIP,
+    PUPILS,
+    UPPER_LID,
+    UPPER_LIP,
+    indices,
+)
+
+
+def test_fifty_points_each_with_its_own_name_number_and_landmark() -> None:
+    assert CONTROL_POINT_COUNT == 50
+    assert [point.index for point in CONTROL_POINTS] == list(range(50))
+    for column in ("name", "feature_point", "landmark"):
+        assert len({getattr(point, column) for point in CONTROL_POINTS}) == 50
+    assert LANDMARKS.max() < 478
+
+
+def test_the_table_is_the_designs(shared: Path) -> None:
+    rows = (shared / "control_points.csv").read_text().splitlines()[1:]
+    ours = [f"{p.index},{p.feature_point},{p.name},{p.landmark}" for p in CONTROL_POINTS]
+    assert ours == [row.strip() for row in rows]
+
+
+def test_left_and_right_come_in_pairs() -> None:
+    for name in INDEX:
+        if name.endswith("_l"):
+            assert name[:-1] + "r" in INDEX
+
+
+def test_the_groups_that_part_share_no_point() -> None:
+    groups = [UPPER_LIP, LOWER_LIP, UPPER_LID, LOWER_LID, PUPILS]
+    assert [len(group) for group in groups] == [8, 6, 4, 4, 2]
+    assert len(np.unique(np.concatenate(groups))) == sum(map(len, groups))
+
+
+def test_indices_by_prefix() -> None:
+    assert indices("pupil") == [INDEX["pupil_l"], INDEX["pupil_r"]]
+    assert indices("nobody") == []

@@ -1,0 +1,47 @@
+import numpy as np
+import pytest
+
+from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
+from conf.face.fapu import UNITS_PER_DISTANCE, Fapu
+from tests.face.conftest import SheetFace
+
+
+def test_measures_the_five_distances(face: SheetFace) -> None:
+    fapu = Fapu.measure(face.points)
+    assert fapu.es0 == pytest.approx(6.4)
+    assert fapu.mw0 == pytest.approx(5.0)
+    assert fapu.irisd0 == pytest.approx(0.7, abs=0.01)
+    assert 4 < fapu.ens0 < 5
+    assert 2 < fapu.mns0 < 3
+
+
+def test_units_grow_with_the_face(face: SheetFace) -> None:
+    small, large = Fapu.measure(face.points), Fapu.measure(face.points * 2.5)
+    assert large.lengths() == pytest.approx(small.lengths() * 2.5)
+
+
+def test_each_axis_has_the_distance_that_governs_it() -> None:
+    lengths = Fapu(es0=1, ens0=2, mns0=3, mw0=4, irisd0=5).lengths() * UNITS_PER_DISTANCE
+    assert lengths.shape == (CONTROL_POINT_COUNT, 3)
+    for name, axes in {
+        "inner_lip_corner_l": (4, 3, 4),
+        "chin_bottom": (4, 3, 4),
+        "eyelid_upper_r": (1, 5, 1),
+        "pupil_l": (1, 1, 1),
+        "brow_inner_r": (2, 2, 2),
+        "cheek_center_l": (2, 2, 2),
+        "nostril_border_l": (2, 2, 2),
+        "eye_upper_outer_lid_l": (1, 1, 1),
+    }.items():
+        assert lengths[INDEX[name]] == pytest.approx(axes), name
+
+
+def test_the_gap_of_a_shut_eye_is_not_part_of_the_lids_way(face: SheetFace) -> None:
+    open_gap = Fapu.measure(face.points).irisd0
+    assert Fapu.measure(face.points, closed_lid_gap=0.25).irisd0 == pytest.approx(0.75 * open_gap)
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, np.nan, np.inf])
+def test_a_distance_must_be_positive(bad: float) -> None:
+    with pytest.raises(ValueError, match="every FAPU distance must be positive"):
+        Fapu(es0=bad, ens0=1, mns0=1, mw0=1, irisd0=1)

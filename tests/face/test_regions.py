@@ -1,0 +1,83 @@
+import numpy as np
+import pytest
+
+from conf.face.control_points import INDEX, LOWER_LID, LOWER_LIP, UPPER_LID, UPPER_LIP
+from conf.face.geodesics import Surface
+from conf.face.kernels import KERNELS
+from conf.face.rbf import build_operator
+from conf.face.regions import Regions, split_regions
+from tests.face.conftest import SheetFace
+
+NO_ANCHORS = np.empty((0, 3))
+
+
+def split(face: SheetFace) -> Regions:
+    surface = Surface(face.mesh.vertices, face.mesh.triangles)
+    return split_regions(surface, face.points, anchors=NO_ANCHORS)
+
+
+def matrix_of(face: SheetFace, regions: Regions | None) -> np.ndarray:
+    return build_operator(
+        face.mesh.vertices, face.points, kernel=KERNELS["multiquadric"], epsilon=1.0, regions=regions
+    ).matrix
+
+
+def lips(face: SheetFace) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices of the upper and the lower lip, away from the corners."""
+    x, y = face.mesh.vertices[:, 0], face.mesh.vertices[:, 1]
+    near = (np.abs(x) < 1.3) & np.isin(np.arange(len(x)), face.mesh.triangles)
+    return np.flatnonzero(near & (y > -4.15) & (y < -3.2)), np.flatnonzero(near & (y < -4.45) & (y > -5.5))
+
+
+@pytest.mark.parametrize("mouth", ["face", "shut_face"])
+def test_the_weights_of_the_fields_add_up_to_one(mouth: str, request: pytest.FixtureRequest) -> None:
+    regions = split(request.getfixturevalue(mouth))
+    weights = np.array([field.weights for field in regions.fields])
+    assert weights.sum(axis=0) == pytest.approx(1)
+    assert weights.min() >= 0
+
+
+def test_no_lip_moves_with_the_other(face: SheetFace) -> None:
+    matrix, (upper, lower) = matrix_of(face, split(face)), lips(face)
+    assert np.abs(matrix[lower][:, UPPER_LIP]).max() < 0.02
+    assert np.abs(matrix[upper][:, LOWER_LIP]).max() < 0.02
+    whole = matrix_of(face, None)
+    assert np.abs(whole[lower][:, UPPER_LIP]).max() > 0.2  # what the split is for
+
+
+def test_each_lip_follows_its_own_points(face: SheetFace) -> None:
+    offsets = np.zeros((50, 3), dtype=np.float32)
+    offsets[UPPER_LIP, 1], offsets[LOWER_LIP, 1] = 0.5, -1.0
+    moved, (upper, lower) = matrix_of(face, split(face)) @ offsets, lips(face)
+    assert moved[upper, 1] == pytest.approx(0.5, abs=0.2)
+    assert moved[lower, 1] == pytest.approx(-1.0, abs=0.3)
+
+
+def test_the_fields_leave_out_what_parts_from_them(face: SheetFace) -> None:
+    regions = split(face)
+    nearest = Surface(face.mesh.vertices, face.mesh.triangles).snap(face.points, tolerance=0.3)
+    for group in (UPPER_LIP, LOWER_LIP, UPPER_LID, LOWER_LID):
+        for point in group:
+            field = max(regions.fields, key=lambda field: field.weights[nearest[point]])
+            assert point not in field.left_out
+
+
+def test_a_sheet_is_bent_smoothly_where_it_has_no_mouth(shut_face: SheetFace) -> None:
+    weights = split(shut_face).fields[0].weights
+    ends = shut_face.mesh.triangles[:, :2]
+    near_lips = np.abs(shut_face.mesh.vertices[ends[:, 0], 1] + 4.3) < 2
+    steps = np.abs(weights[ends[:, 0]] - weights[ends[:, 1]])[near_lips]
+    assert steps.max() < 0.9
+
+
+def test_without_points(face: SheetFace) -> None:
+    regions = split(face).without([INDEX["pupil_l"]])
+    assert all(INDEX["pupil_l"] in field.left_out for field in regions.fields)
+    assert not matrix_of(face, regions)[:, INDEX["pupil_l"]].any()
+
+
+def test_an_even_motion_moves_left_and_right_alike(face: SheetFace) -> None:
+    offsets = np.zeros((50, 3), dtype=np.float32)
+    offsets[UPPER_LIP, 1], offsets[LOWER_LIP, 1] = 0.5, -1.0
+    moved = (matrix_of(face, split(face)) @ offsets).reshape(-1, 81, 3)
+    assert moved[..., 1] == pytest.approx(moved[:, ::-1, 1], abs=0.15)
