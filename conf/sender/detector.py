@@ -19,7 +19,6 @@ INPUT_SIZE = 128
 MIN_SCORE = 0.5
 MAX_OVERLAP = 0.3  # detections that overlap more than this are one face
 TILE_SHARE = 0.5  # side of a tile over the picture's short side: finds faces down to a twentieth of the picture
-SMALL_PICTURE = 2 * INPUT_SIZE  # tiles of less than the network's own input would show it nothing new
 
 
 @dataclass(frozen=True)
@@ -63,7 +62,7 @@ class FaceDetector:
         whole = max(height, width)
         corner = ((width - whole) / 2, (height - whole) / 2)
         faces = self._find_in_square(pixels, corner, whole)
-        if not faces and whole >= SMALL_PICTURE:
+        if not faces and min(width, height) >= INPUT_SIZE:  # smaller tiles would show it nothing new
             found = [self._find_in_square(pixels, corner, side) for corner, side in tiles(width, height)]
             faces = merge_overlapping([face for part in found for face in part])
         middle = np.array([width, height]) / 2

@@ -174,11 +174,11 @@ def _matches(path: Path, sha256: str) -> bool:
 
 def _write_atomically(path: Path, data: bytes) -> None:
     """Write a file so that another process sees it whole or not at all. Raises ModelError."""
+    unfinished = path.with_name(f"{path.name}.{os.getpid()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
-            file.write(data)
-        os.replace(file.name, path)
+        unfinished.write_bytes(data)
+        unfinished.replace(path)
     except OSError as error:
         raise ModelError(
             f"{path} cannot be written ({error.strerror}): name a folder that can be in {FOLDER_VARIABLE}."

@@ -110,11 +110,8 @@ class Camera(_CaptureSource):
 class Clip(_CaptureSource):
     """A video file or a row of pictures."""
 
-    def __init__(
-        self, path: str, capture: Capture, first: NDArray[np.uint8], *, again: Callable[[], Capture] | None
-    ) -> None:
+    def __init__(self, capture: Capture, first: NDArray[np.uint8], *, again: Callable[[], Capture] | None) -> None:
         super().__init__(capture, first)
-        self._path = path
         self._again = again  # opens the clip anew for a loop; None plays it once
         self._start = 0.0  # what the file's own time is added to; grows with each round
         self._last: float | None = None
@@ -196,7 +193,7 @@ def open_clip(path: Path | str, /, *, loop: bool = False, opener: Opener = open_
     if first is None:
         capture.release()
         raise CameraError(f"{name} cannot be played: give a video that OpenCV can decode, as AVI, MP4, MPG or MOV.")
-    return Clip(name, capture, first, again=(lambda: opener(name)) if loop else None)
+    return Clip(capture, first, again=(lambda: opener(name)) if loop else None)
 
 
 def _why_no_camera(name: str, device: Path) -> str:
