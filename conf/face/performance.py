@@ -1,0 +1,102 @@
+"""An expression over time: it comes, stays and goes, over whatever else the face does.
+
+The two sides of a face do not start together (section 3.3 of the thesis): the right one follows a little later.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.face.control_points import INDEX
+from conf.face.symmetry import one_side
+
+SIDE_LAG = 0.03  # seconds
+LIDS_SHUT = -1400.0  # upper minus lower lid, FAPU units: the sculpted blink comes to -1384 on its way round the eyeball
+LIDS = [(INDEX[f"eyelid_upper_{side}"], INDEX[f"eyelid_lower_{side}"]) for side in "lr"]
+
+
+@dataclass(frozen=True)
+class Envelope:
+    """How strong something is over time: it rises, holds and falls, without a corner.
+
+    onset, hold, release : seconds of rising, staying and falling; an infinite hold stays
+    intensity : at its strongest
+    """
+
+    onset: float = 0.4
+    hold: float = 1.5
+    release: float = 0.8
+    intensity: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not (0 <= self.onset < math.inf and 0 <= self.hold and 0 <= self.release < math.inf):
+            raise ValueError(f"onset, hold and release must not be negative, nor onset and release infinite: {self}")
+        if not math.isfinite(self.intensity):
+            raise ValueError(f"intensity must be finite, got {self.intensity}")
+
+    def __call__(self, elapsed: float, /) -> float:
+        """Return the strength at a time in seconds since the beginning, 0 before it and after the end."""
+        falling = elapsed - self.onset - self.hold
+        if falling > 0:
+            return self.intensity * (1 - ease(falling, self.release))
+        return self.intensity * ease(elapsed, self.onset)
+
+    @property
+    def duration(self) -> float:
+        """Seconds until it has gone."""
+        return self.onset + self.hold + self.release
+
+
+@dataclass(frozen=True)
+class Performance:
+    """One expression, played once.
+
+    displacements : (n, 3) float32, FAPU units, at full strength
+    start : seconds, on the clock of `at`
+    released_at : seconds; from then on it fades, whatever the envelope still had in mind
+    """
+
+    displacements: NDArray[np.float32]
+    start: float
+    envelope: Envelope = Envelope()
+    released_at: float = math.inf
+
+    def at(self, now: float, /) -> NDArray[np.float32]:
+        """Return the (n, 3) float32 displacements, FAPU units, at a time in seconds."""
+        left, right = (self._strength(now - lag) for lag in (0.0, SIDE_LAG))
+        total = left * one_side(self.displacements, "l") + right * one_side(self.displacements, "r")
+        return total.astype(np.float32)
+
+    def is_over(self, now: float, /) -> bool:
+        """Tell whether it has gone for good."""
+        end = min(self.start + self.envelope.duration, self.released_at + self.envelope.release)
+        return now - SIDE_LAG >= end
+
+    def released(self, now: float, /) -> "Performance":
+        """Return the same expression, fading from now on."""
+        return replace(self, released_at=min(now, self.released_at))
+
+    def _strength(self, now: float) -> float:
+        left_over = 1 - ease(now - self.released_at, self.envelope.release) if now > self.released_at else 1.0
+        return self.envelope(now - self.start) * left_over
+
+
+def ease(elapsed: float, length: float, /) -> float:
+    """Return 0 before, 1 after, and between them a rise whose speed begins and ends at 0."""
+    if length <= 0:
+        return float(elapsed >= 0)
+    t = min(max(elapsed / length, 0.0), 1.0)
+    return t * t * (3 - 2 * t)
+
+
+def lay_over(*motions: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Add motions, (n, 3) each in FAPU units: an emotion over live motion over idle motion.
+
+    Lids meet and go no further. Returns (n, 3) float32.
+    """
+    total = np.sum([np.asarray(motion, np.float32) for motion in motions], axis=0)
+    for upper, lower in LIDS:
+        total[upper, 1] = max(total[upper, 1], total[lower, 1] + LIDS_SHUT)
+    return np.asarray(total, np.float32)
