@@ -24,11 +24,11 @@ def paint_labels(count: int) -> NDArray[np.uint8]:
     middle = CELL // 2
     for i in range(count):
         x, y = i % columns * CELL, i // columns * CELL
-        at, text_at = (x + middle, y + middle), (x + middle + 5, y + middle - 6)
+        at, text_at = (x + middle, y + middle), (x + middle + 2, y + middle - 7)
         cv2.circle(cover, at, DOT_RADIUS + 2, 190, -1, cv2.LINE_AA)
         cv2.circle(ink, at, DOT_RADIUS, DOT, -1, cv2.LINE_AA)
         cv2.circle(cover, at, DOT_RADIUS, 255, -1, cv2.LINE_AA)
-        font, size = cv2.FONT_HERSHEY_DUPLEX, 0.7
+        font, size = cv2.FONT_HERSHEY_DUPLEX, 0.62
         cv2.putText(cover, str(i), text_at, font, size, 170, 5, cv2.LINE_AA)
         cv2.putText(ink, str(i), text_at, font, size, NUMBER, 1, cv2.LINE_AA)
         cv2.putText(cover, str(i), text_at, font, size, 255, 1, cv2.LINE_AA)

@@ -162,7 +162,8 @@ class GlfwWindow:
         if action != glfw.PRESS:
             return
         name = NAMED_KEYS.get(key) or (glfw.get_key_name(key, scancode) or "").lower()
-        self._events.append(KeyPressed(name))
+        if name:
+            self._events.append(KeyPressed(name))
         if KEYS.get(name, ("", ""))[0] == "quit":
             self.should_close = True
 

@@ -1,0 +1,20 @@
+"""What tests look for in a picture."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.receiver.canvas import paint_wall
+
+Pixels = NDArray[np.uint8]
+
+
+def drawn(pixels: Pixels) -> NDArray[np.bool_]:
+    """Return (H, W) bool: where something stands before the wall."""
+    wall = paint_wall((pixels.shape[1], pixels.shape[0]))[::-1, :, 2::-1]
+    return np.asarray((np.abs(pixels.astype(int) - wall) > 3).any(axis=2))
+
+
+def box(mask: NDArray[np.bool_]) -> tuple[int, int, int, int]:
+    """Return left, top, right, bottom of what is true, the last two exclusive."""
+    ys, xs = np.nonzero(mask)
+    return int(xs.min()), int(ys.min()), int(xs.max()) + 1, int(ys.max()) + 1

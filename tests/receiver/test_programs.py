@@ -1,0 +1,29 @@
+import moderngl
+import numpy as np
+import pytest
+
+from conf.receiver.offscreen import OffscreenWindow
+from conf.receiver.programs import columns, program, set_matrix, source
+
+PAIRS = [
+    ("skin", "skin"), ("face", "eye"), ("face", "mouth"), ("face", "hair"), ("face", "wire"), ("marks", "marks"),
+    ("shadow", "shadow"), ("screen", "compose"), ("screen", "smooth"), ("overlay", "overlay"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("vertex", "fragment"), PAIRS)
+def test_every_pair_of_shaders_builds(window: OffscreenWindow, vertex: str, fragment: str) -> None:
+    assert isinstance(program(window.ctx, vertex, fragment), moderngl.Program)
+
+
+def test_includes_are_put_in() -> None:
+    assert "#include" not in source("skin.frag.glsl")
+    assert "vec3 to_linear" in source("skin.frag.glsl")
+
+
+def test_matrices_go_column_after_column_and_unused_ones_nowhere(window: OffscreenWindow) -> None:
+    step = program(window.ctx, "shadow", "shadow")
+    matrix = np.arange(16.0).reshape(4, 4)
+    set_matrix(step, "light", columns(matrix))
+    set_matrix(step, "not there", columns(matrix))
+    assert step["light"].value == tuple(matrix.T.ravel())

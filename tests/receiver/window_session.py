@@ -1,0 +1,70 @@
+"""A program with a window, for test_window: draws a stand-in face, reports each event as a line of JSON.
+
+python -m tests.receiver.window_session PICTURE.png
+"""
+
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from conf.face.fapu import Fapu
+from conf.face.head import FaceModel
+from conf.face.head_pose import HeadPose
+from conf.receiver.events import action_of, apply
+from conf.receiver.notices import draw_help
+from conf.receiver.overlay import Overlay
+from conf.receiver.recorder import save_picture
+from conf.receiver.renderer import FaceRenderer
+from conf.receiver.scene import View
+from conf.receiver.window import GlfwWindow
+from tests.receiver.conftest import control_points, stand_in_mesh
+
+POSE = HeadPose(np.zeros(3), np.zeros(2), float(np.log(0.03)))
+
+
+def say(**facts: object) -> None:
+    """Write one line for the test to read."""
+    sys.stdout.write(json.dumps(facts) + "\n")
+    sys.stdout.flush()
+
+
+def main() -> None:
+    """Draw until Q is pressed; S saves the picture."""
+    mesh, points = stand_in_mesh(), control_points()
+    face = FaceModel(mesh, points, Fapu.measure(points), np.zeros((len(mesh.vertices), 50), np.float32))
+    view, wanted = View(), False
+    with GlfwWindow(320, 240, "conf test") as window:
+        renderer, overlay = FaceRenderer(window.ctx, face), Overlay(window.ctx)
+        started = False
+        while not window.should_close:
+            events = window.poll()
+            for event in events:
+                view = apply(view, event)
+                wanted = wanted or action_of(event) == "picture"
+                if action_of(event) == "full screen":
+                    window.toggle_full_screen()
+            window.begin()
+            renderer.draw(face.neutral, POSE, view, window.framebuffer)
+            with overlay.frame(window.framebuffer, window.size, window.pixel_ratio):
+                if view.help:
+                    draw_help(overlay)
+            if wanted:
+                save_picture(Path(sys.argv[1]), window.read())
+                say(saved=window.size)
+                wanted = False
+            window.end()
+            if not started:
+                say(ready=window.size)
+                started = True
+            for event in events:
+                say(event=type(event).__name__, **asdict(event), view=asdict(view))
+        overlay.release()
+        renderer.release()
+    say(closed=True)
+
+
+if __name__ == "__main__":
+    main()
