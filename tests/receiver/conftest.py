@@ -22,8 +22,9 @@ EYE_RADIUS = 1.2
 
 # Where the control points lie on the stand-in, x to the left, y up, cm; the right side mirrors the left.
 PLACES = {
-    "chin": (0.8, -7.0), "inner_lip_upper": (0.5, -3.6), "inner_lip_lower": (0.5, -4.0), "inner_lip_corner": (2.2, -3.8),
-    "outer_lip_upper": (0.8, -3.0), "outer_lip_lower": (0.8, -4.8), "outer_lip_corner": (2.5, -3.8), "cupids": (0.4, -2.9),
+    "chin": (0.8, -7.0), "inner_lip_upper": (0.5, -3.6), "inner_lip_lower": (0.5, -4.0),
+    "inner_lip_corner": (2.2, -3.8), "outer_lip_upper": (0.8, -3.0), "outer_lip_lower": (0.8, -4.8),
+    "outer_lip_corner": (2.5, -3.8), "cupids": (0.4, -2.9),
     "eyelid_upper": (3.2, 3.1), "eyelid_lower": (3.2, 2.1), "pupil": (3.2, 2.6), "eye_outer": (4.4, 2.6),
     "eye_inner": (2.0, 2.6), "eye_lower": (3.2, 1.6), "eye_upper": (3.2, 3.6), "brow_inner": (1.5, 4.4),
     "brow_top": (3.2, 4.8), "brow_outer": (4.8, 4.2), "cheek_center": (3.2, -1.2), "cheekbone": (4.8, 0.6),

@@ -27,7 +27,8 @@ def test_a_hard_edge_is_smoothed_and_flat_ground_is_left_alone(window: Offscreen
     canvas = Canvas(window.ctx, SIZE)
     step = window.ctx.program(
         vertex_shader="""#version 330
-        void main() { gl_Position = vec4(vec2[](vec2(-0.8, -0.8), vec2(0.8, -0.8), vec2(0.8, -0.4))[gl_VertexID], 0, 1); }""",
+        const vec2 CORNERS[3] = vec2[](vec2(-0.8, -0.8), vec2(0.8, -0.8), vec2(0.8, -0.4));
+        void main() { gl_Position = vec4(CORNERS[gl_VertexID], 0, 1); }""",
         fragment_shader="#version 330\nout vec4 c; void main() { c = vec4(1); }",
     )
     window.begin()
