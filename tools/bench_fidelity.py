@@ -10,7 +10,7 @@ import json
 import os
 import sys
 from collections.abc import Iterator
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -78,7 +78,7 @@ def run(clip: Path, face_path: Path | None = None) -> Iterator[Pair]:
     with open_clip(clip) as source, OffscreenWindow(*SIZE) as window:
         renderer = FaceRenderer(window.ctx, face)
         extractor = MotionExtractor(canonical, source.size)
-        outbound = Outbound(StreamParameters(*source.size, source.fps, 50, astuple(extractor.fapu)))
+        outbound = Outbound(StreamParameters(*source.size, source.fps, 50, extractor.fapu_lengths()))
         inbound, framer, view = Inbound(), Framer(), View()
         for frame in iter(source.read, None):
             tracking = person.track(frame.pixels)

@@ -42,7 +42,7 @@ def extract(clip: Path, output: Path, on_progress: Progress | None = None) -> Ex
         if tracking is not None:
             extractor.update(tracking, timestamp)
     extractor.restart()
-    displacements = np.zeros((len(tracked), CONTROL_POINT_COUNT, 3))
+    displacements = np.zeros((len(tracked), CONTROL_POINT_COUNT, 3), np.float32)
     poses = np.zeros((len(tracked), 6))
     for i, (timestamp, tracking) in enumerate(tracked):
         if tracking is not None:

@@ -1,6 +1,6 @@
 """`conf measure`: what one frame costs at every stage of its way, beside raw pixels."""
 
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -40,7 +40,7 @@ def measure(clip: Path, on_progress: Progress | None = None) -> list[Stage]:
     with open_clip(clip) as source:
         size, fps = source.size, min(source.fps, FPS)
     extractor = MotionExtractor(read_canonical_face(fetch_models()), size)
-    outbound = Outbound(StreamParameters(*size, fps, CONTROL_POINT_COUNT, astuple(extractor.fapu)))
+    outbound = Outbound(StreamParameters(*size, fps, CONTROL_POINT_COUNT, extractor.fapu_lengths()))
     pace, frames, jpeg, payload, datagrams = Pace(fps), 0, 0, 0, 0
     for frame, tracking in track_clip(clip, on_progress):
         now = frame.timestamp

@@ -1,7 +1,7 @@
 """`conf send`: track a face and send its motion."""
 
 from collections.abc import Callable
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 from conf.face.control_points import CONTROL_POINT_COUNT
@@ -38,7 +38,7 @@ def send(
     models = fetch_models()
     with SenderSocket(host, port) as link, _open_source(sending) as source:
         extractor = MotionExtractor(read_canonical_face(models), source.size)
-        parameters = StreamParameters(*source.size, min(FPS, source.fps), CONTROL_POINT_COUNT, astuple(extractor.fapu))
+        parameters = StreamParameters(*source.size, min(FPS, source.fps), CONTROL_POINT_COUNT, extractor.fapu_lengths())
         loop = SendingLoop(source, FaceTracker(models), extractor, Outbound(parameters), link)
         return loop.run(seconds=sending.seconds, on_status=on_status)
 

@@ -5,7 +5,7 @@ The way of one frame is read here from top to bottom; every step it calls is a m
 
 import time
 from collections.abc import Callable
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -102,6 +102,6 @@ class SendingLoop:
         else:
             self._tracked += 1
             motion = self._extractor.update(tracking, frame.timestamp)
-            self._outbound.parameters = replace(self._outbound.parameters, fapu=astuple(self._extractor.fapu))
+            self._outbound.parameters = replace(self._outbound.parameters, fapu=self._extractor.fapu_lengths())
             self._outbound.send_frame(motion, now)
         self._link.send(self._outbound.datagrams_to_send(now))
