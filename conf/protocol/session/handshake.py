@@ -42,7 +42,7 @@ class Refusal(IntEnum):
 
     WRONG_CODE = 0  # tries left
     LOCKED = 1  # too many wrong codes lately: seconds to wait
-    FULL = 2  # sessions at once, all taken
+    FULL = 2  # all sessions taken: 0
     BUSY = 3  # too many handshakes under way: seconds to wait
 
 

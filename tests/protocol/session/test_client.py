@@ -1,5 +1,6 @@
 """The sender's session: it connects through any network that lets something pass, and reconnects by itself."""
 
+import random
 from collections.abc import Callable, Iterable
 
 import pytest
@@ -10,6 +11,7 @@ from conf.protocol.session.client import IDLE_S, SILENCE_S
 from conf.protocol.session.events import Connected, LossReason, Lost, NoAnswer, Refused, WrongCode
 from conf.protocol.session.handshake import Refusal
 from conf.protocol.session.initiator import CONFIRM_TIMEOUT_S
+from conf.protocol.session.limits import Address
 from conf.protocol.session.packet import Kind, handshake_datagram
 from conf.protocol.session.reasons import Reason
 from tests.protocol.session.world import RECEIVER, SENDER, WRONG, World, at_once
@@ -246,3 +248,40 @@ def test_what_belongs_to_no_handshake_is_counted() -> None:
     sender.receive_datagram(handshake_datagram(Kind.RETRY, bytes(8), bytes(8)), RECEIVER, world.now)
     sender.receive_datagram(bytes((0x94, 2, (sender.session or 0) ^ 1, 0, 0xC4, 8)) + bytes(8), RECEIVER, world.now)
     assert sender.dropped == {Reason.UNKNOWN_ATTEMPT: 1, Reason.UNKNOWN_SESSION: 1}
+
+
+TROUBLES = st.lists(
+    st.tuples(
+        st.sampled_from(["restart", "roam", "outage", "one way", "other way", "half lost", "fine"]), st.integers(1, 12)
+    ),
+    max_size=6,
+)
+
+
+@given(TROUBLES)
+def test_whatever_happened_a_session_plays_again_when_the_trouble_is_over(troubles: list[tuple[str, int]]) -> None:
+    world = connected()
+    address: Address = SENDER
+    for number, (trouble, half_seconds) in enumerate(troubles):
+        if trouble == "restart":
+            world.restart_receiver(f"restart {number}")
+        if trouble == "roam":
+            roamed = ("203.0.113.9", number)
+            world.senders[roamed], world.heard[roamed] = world.senders.pop(address), world.heard.pop(address)
+            address = roamed
+        world.fate = half_lost(number) if trouble == "half lost" else at_once
+        world.deaf = {"outage": {RECEIVER, address}, "one way": {RECEIVER}, "other way": {address}}.get(trouble, set())
+        keep_talking(world, half_seconds / 2)
+    world.fate, world.deaf = at_once, set()
+    keep_talking(world, CONFIRM_TIMEOUT_S + SILENCE_S + 4.0)
+    sender = world.senders[address]
+    assert sender.session in world.receiver.sessions
+    world.send_body(b"plays", address)
+    world.settle()
+    assert world.bodies()[-1] == b"plays"
+    assert not any(isinstance(event, WrongCode | Refused) for event in world.events(address) + world.events())
+
+
+def half_lost(seed: int) -> Callable[[bytes], list[float]]:
+    numbers = random.Random(seed)
+    return lambda _: [0.0] if numbers.random() < 0.5 else []

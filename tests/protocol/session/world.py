@@ -37,6 +37,7 @@ class World:
     def __init__(self, fate: Fate = at_once, *, code: str = CODE, **options: Any) -> None:
         self.now = 1000.0
         self.fate = fate
+        self.deaf: set[Address] = set()
         self.receiver = ReceiverSessions(code, seeded("receiver"), **options)
         self.senders: dict[Address, SenderSession] = {}
         self.heard: dict[Address, list[Event]] = {RECEIVER: []}
@@ -55,7 +56,7 @@ class World:
 
     def send(self, data: bytes, source: Address, target: Address) -> None:
         self.traffic.append((source, target, data))
-        for delay in self.fate(data):
+        for delay in self.fate(data) if target not in self.deaf else []:
             heapq.heappush(self._flying, (self.now + delay, next(self._order), source, target, data))
 
     def send_body(self, body: bytes, address: Address = SENDER) -> None:
