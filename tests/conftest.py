@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 
+from conf.sender.models import fetch_demo_clip
+
 settings.register_profile("fast", max_examples=60, deadline=None, derandomize=True)
 settings.register_profile(
     "deep", max_examples=5000, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
@@ -28,3 +30,9 @@ def shared() -> Path:
     if not SHARED.is_dir():
         pytest.skip("the clips and tracks beside the repository are not here")
     return SHARED
+
+
+@pytest.fixture(scope="session")
+def demo_clip() -> Path:
+    """The sample clip of `conf demo`, fetched the first time."""
+    return fetch_demo_clip()

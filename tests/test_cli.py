@@ -1,0 +1,112 @@
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from conf.cli import build_parser, main
+
+
+def run(*arguments: str, cwd: Path, env: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, **(env or {})}
+    environment.pop("DISPLAY", None)
+    command = [sys.executable, "-m", "conf", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, env=environment, timeout=120, check=False)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["send", "127.0.0.1", "--file", "nosuch.avi"], "there is no file nosuch.avi: check the path"),
+        (["send", "127.0.0.1", "--camera", "99"], "there is no camera 99: plug one in"),
+        (["send", "no.such.host.invalid", "--file", "x"], "no address for 'no.such.host.invalid'"),
+        (["receive", "--listen", "203.0.113.7:5005", "--headless", "o.avi"], "cannot listen on 203.0.113.7:5005"),
+        (["receive", "--listen", "127.0.0.1:0", "--seconds", "1"], "no window can be opened"),
+        (["receive", "--listen", "127.0.0.1:0", "--face", "nosuch.obj", "--headless", "o.avi"], "nosuch.obj"),
+        (["receive", "--listen", "127.0.0.1:0", "--headless", "o.mov", "--seconds", "1"], "must end in .avi"),
+        (["extract", "nosuch.avi", "-o", "o.dpc"], "there is no file nosuch.avi"),
+        (["measure", "nosuch.avi"], "there is no file nosuch.avi"),
+    ],
+)
+def test_what_goes_wrong_is_one_sentence_and_exit_1(arguments: list[str], sentence: str, tmp_path: Path) -> None:
+    result = run(*arguments, cwd=tmp_path)
+    assert result.returncode == 1, result.stderr
+    last = result.stderr.strip().splitlines()[-1]
+    assert last.startswith("conf: ") and sentence in last
+    assert "Traceback" not in result.stderr
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [[], ["fly"], ["send"], ["receive", "--listen", "127.0.0.1:99999"], ["demo", "--seconds", "-1"], ["send", "host:port"]],
+)
+def test_wrong_usage_is_exit_2(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as exit_:
+        main(arguments)
+    assert exit_.value.code == 2
+    assert "usage: conf" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "address"),
+    [
+        ("example.org", ("example.org", 5005)),
+        ("10.0.0.1:6000", ("10.0.0.1", 6000)),
+        ("[::1]:6000", ("::1", 6000)),
+        ("::1", ("::1", 5005)),
+    ],
+)
+def test_addresses(text: str, address: tuple[str, int]) -> None:
+    assert build_parser().parse_args(["send", text]).receiver == address
+
+
+def test_doctor_tells_what_works_and_what_to_do(tmp_path: Path) -> None:
+    result = run("doctor", "--camera", "99", "--listen", "127.0.0.1:0", "--json", cwd=tmp_path)
+    findings = {finding["name"]: finding for finding in json.loads(result.stdout)["findings"]}
+    assert result.returncode == 0
+    assert not findings["camera"]["works"] and "plug one in" in findings["camera"]["detail"]
+    assert not findings["window"]["works"] and "--headless" in findings["window"]["detail"]
+    assert findings["port"]["works"]
+
+
+def test_measure_counts_every_stage(demo_clip: Path, tmp_path: Path) -> None:
+    result = run("measure", str(demo_clip), "--json", "--plot", "plot.png", cwd=tmp_path)
+    stages = {stage["name"]: stage for stage in json.loads(result.stdout)["stages"]}
+    assert stages["raw pixels 176x144"]["bytes_per_frame"] == 76_032
+    wire = stages["datagrams with UDP/IP headers"]
+    assert wire["ratio"] == pytest.approx(76_032 / wire["bytes_per_frame"])
+    costs = [
+        stage["bytes_per_frame"] for name, stage in stages.items() if "JPEG" not in name and "landmarks" not in name
+    ]
+    assert costs[0] > 100 * costs[-1]
+    assert (tmp_path / "plot.png").stat().st_size > 3000
+
+
+def test_extract_writes_a_motion_that_can_be_read(demo_clip: Path, tmp_path: Path) -> None:
+    from conf.face.dpc import read_dpc
+
+    result = run("extract", str(demo_clip), "-o", "motion.dpc", "--json", cwd=tmp_path)
+    figures = json.loads(result.stdout)
+    motion = read_dpc(tmp_path / "motion.dpc")
+    assert figures["frames"] == figures["frames_tracked"] == len(motion.displacements) == 120
+    assert motion.units == "fapu" and motion.fps == pytest.approx(30, abs=0.1)
+    assert motion.poses is not None and motion.displacements[:, 2, 1].min() < -200  # the lower lip comes down
+
+
+def test_models_path_is_where_the_user_says(tmp_path: Path) -> None:
+    result = run("models", "path", cwd=tmp_path, env={"CONF_MODELS": str(tmp_path / "here")})
+    assert result.stdout.strip() == str(tmp_path / "here")
+
+
+def test_demo_without_a_display_leaves_clip_picture_and_figures(demo_clip: Path, tmp_path: Path) -> None:
+    result = run("demo", "--seconds", "6", "--json", cwd=tmp_path)
+    figures = json.loads(result.stdout)
+    for key in (
+        "frames_received frames_lost frames_late fps wire_bytes_per_frame wire_kbps raw_bytes_per_frame raw_kbps ratio"
+    ).split():
+        assert key in figures
+    assert figures["frames_received"] > 30
+    assert (tmp_path / "conf-demo.avi").stat().st_size > 100_000
+    assert (tmp_path / "conf-demo.jpg").stat().st_size > 10_000
