@@ -1,9 +1,13 @@
 """Sculpted shapes of a head: what its vertices do in each of a set of expressions."""
 
+import struct
+import warnings
 import zipfile
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,11 +43,39 @@ def load_shapes(path: Path, vertex_count: int, /) -> Shapes:
     """
     check_file(path)
     try:
-        with np.load(path, allow_pickle=False) as file:
-            names, offsets = file["names"], file["offsets"]
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        with path.open("rb") as file, warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of headers that only look old
+            names, offsets = _read_arrays(file)
+            offsets = offsets.astype(np.float32)
+    except _DAMAGED as error:
         raise FileFormatError(path, None, "expected sculpted shapes (`names`, `offsets`)") from error
     if names.ndim != 1 or offsets.shape != (len(names), vertex_count, 3) or not np.isfinite(offsets).all():
-        expected = f"expected finite offsets of shape ({len(names)}, {vertex_count}, 3), found {offsets.shape}"
+        expected = f"expected finite offsets of so many shapes and {vertex_count} vertices, found {offsets.shape}"
         raise FileFormatError(path, None, expected)
-    return Shapes(tuple(str(name) for name in names), offsets.astype(np.float32))
+    return Shapes(tuple(str(name) for name in names), offsets)
+
+
+# Whatever zipfile and numpy say of a damaged archive.
+_DAMAGED = (
+    EOFError,
+    KeyError,
+    MemoryError,
+    NotImplementedError,
+    OSError,
+    OverflowError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+    struct.error,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+
+
+def _read_arrays(file: BinaryIO) -> tuple[NDArray[Any], NDArray[Any]]:
+    with zipfile.ZipFile(file) as archive:
+        arrays = []
+        for name in ("names.npy", "offsets.npy"):
+            with archive.open(name) as member:
+                arrays.append(np.lib.format.read_array(member, allow_pickle=False))
+        return arrays[0], arrays[1]
