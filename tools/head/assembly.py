@@ -11,42 +11,53 @@ from tools.head.character import Character, align_to_canonical, build_character
 from tools.head.control_vertices import VERTICES
 from tools.head.edge_rings import FAR, edge_rings
 from tools.head.eyeballs import build_eyeball
-from tools.head.files import TEXTURE, join, write_obj, write_ppc, write_rig, write_shapes
+from tools.head.files import TEXTURE, write_obj, write_ppc, write_rig, write_shapes
 from tools.head.hair import build_hair
 from tools.head.lashes import build_lashes
 from tools.head.lips import close_lips
 from tools.head.nose import soften_nose_wings
 from tools.head.paint import paint_atlas
-from tools.head.part import Part, split_quads
+from tools.head.part import Part, join, split_quads
 from tools.head.scalp import build_scalp
 from tools.head.shirt import build_shirt
 from tools.head.source import Source
 from tools.head.teeth import build_teeth
 
 _ATLAS_SIZE = 2048
+_WET_RINGS = 1  # edge loops of lip that count as mouth
 
 
 def build_head(source: Source, folder: Path) -> Part:
     """Build every part, paint the atlas, write all files into the folder and return the head."""
     character = soften_nose_wings(close_lips(align_to_canonical(build_character(source))))
+    names = list(character.shapes)
     body, origin = build_body(character)
     eyes = {side: _eye(character, side) for side in "lr"}
     balls = [build_eyeball(f"eye_{side}", centre, radius) for side, (centre, radius) in eyes.items()]
     body_rings = edge_rings(character, find_islands(character))[origin]
-    names = list(character.shapes)
-    lashes = build_lashes(body, body_rings[:, 1], {"l": names.index("eyeBlinkLeft"), "r": names.index("eyeBlinkRight")})
+    blinks = {"l": names.index("eyeBlinkLeft"), "r": names.index("eyeBlinkRight")}
+    lashes = build_lashes(body, body_rings[:, 1], blinks)
     scalp = build_scalp(body.vertices, split_quads(body.groups["skin"])[..., 0])
     head = join([body, *balls, *_teeth(character), build_shirt(character), lashes, build_hair(scalp)])
-    control_points = _control_points(character, balls)
-    write_obj(folder, head)
-    write_ppc(folder, control_points)
-    write_shapes(folder, list(character.shapes), head.shapes)
-    write_rig(folder, _rig(character, eyes))
-    points = dict(zip((p.name for p in CONTROL_POINTS), control_points, strict=True))
     rings = np.full((len(head.vertices), 2), FAR)
     rings[: len(origin)] = body_rings
+    control_points = _control_points(character, balls)
+    points = dict(zip((p.name for p in CONTROL_POINTS), control_points, strict=True))
     paint_atlas(head, rings, points, size=_ATLAS_SIZE).save(folder / TEXTURE, quality=90, method=6)
+    head = _wet_lips(head, rings[:, 0])
+    write_obj(folder, head)
+    write_ppc(folder, control_points)
+    write_shapes(folder, names, head.shapes)
+    write_rig(folder, _rig(character, eyes))
     return head
+
+
+def _wet_lips(head: Part, mouth_ring: NDArray[np.float64]) -> Part:
+    """Move the inner rim of the lips, that no daylight reaches, from the skin to the mouth."""
+    skin = head.groups["skin"]
+    inside = mouth_ring[skin[..., 0]].max(axis=1) <= _WET_RINGS
+    groups = {**head.groups, "skin": skin[~inside], "mouth": np.concatenate([head.groups["mouth"], skin[inside]])}
+    return Part(head.vertices, head.shapes, head.uvs, groups)
 
 
 def _eye(character: Character, side: str) -> tuple[NDArray[np.float64], float]:
@@ -58,14 +69,16 @@ def _eye(character: Character, side: str) -> tuple[NDArray[np.float64], float]:
 def _teeth(character: Character) -> list[Part]:
     lips = character.vertices[VERTICES["inner_lip_upper_mid"]]
     return [
-        build_teeth("upper", lips + [0.0, 0.62, -0.25], 2.7, 3.6),
-        build_teeth("lower", lips + [0.0, -1.0, -0.58], 2.5, 3.4),
+        build_teeth("upper", lips + np.array([0.0, 0.62, -0.25]), 2.7, 3.6),
+        build_teeth("lower", lips + np.array([0.0, -1.06, -0.62]), 2.5, 3.4),
     ]
 
 
 def _control_points(character: Character, balls: list[Part]) -> NDArray[np.float64]:
     fronts = {"pupil_l": balls[0].vertices[0], "pupil_r": balls[1].vertices[0]}
-    return np.array([fronts[p.name] if p.name in fronts else character.vertices[VERTICES[p.name]] for p in CONTROL_POINTS])
+    return np.array(
+        [fronts[p.name] if p.name in fronts else character.vertices[VERTICES[p.name]] for p in CONTROL_POINTS]
+    )
 
 
 def _rig(character: Character, eyes: dict[str, tuple[NDArray[np.float64], float]]) -> dict[str, object]:

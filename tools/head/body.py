@@ -42,7 +42,7 @@ def find_islands(character: Character) -> Islands:
 
 
 def _inside(uv: NDArray[np.float64], box: tuple[float, float, float, float]) -> NDArray[np.bool_]:
-    return ((uv > box[:2]) & (uv < box[2:])).all(axis=1)
+    return np.asarray(((uv > box[:2]) & (uv < box[2:])).all(axis=1))
 
 
 def build_body(character: Character) -> tuple[Part, NDArray[np.int64]]:
@@ -81,12 +81,10 @@ def _unwrap(name: str, character: Character, mask: NDArray[np.bool_], used: NDAr
     if name == "neck":
         flat = _around(character, mask, used)
     low, high = flat.min(axis=0), flat.max(axis=0)
-    return (flat - low) / (high - low)
+    return np.asarray((flat - low) / (high - low))
 
 
-def _face_marks(
-    character: Character, mask: NDArray[np.bool_], used: NDArray[np.int64]
-) -> dict[str, NDArray[np.int64]]:
+def _face_marks(character: Character, mask: NDArray[np.bool_], used: NDArray[np.int64]) -> dict[str, NDArray[np.int64]]:
     """Return which of the used texture coordinates lie at eyes, mouth and ears."""
     base = character.base
     position = np.zeros((len(base.uvs), 3))

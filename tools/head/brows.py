@@ -12,6 +12,8 @@ from tools.head.texels import Texels
 _SCALE = 160  # pixels a centimetre
 _WIDTH, _HEIGHT = 7.0, 3.2  # cm: the plane from x = 0, centred on the brow
 _HAIRS = 640
+# From the control points inner, top and outer to where the brow's middle line starts, peaks and ends, cm.
+_SPINE = np.array([(-0.1, -0.42), (-0.1, -0.2), (-0.4, 0.3)])
 _OVERSAMPLE = 16  # cv2's fractional bits are 4
 
 
@@ -61,7 +63,7 @@ def _spine(
     s: float, inner: NDArray[np.float64], top: NDArray[np.float64], outer: NDArray[np.float64]
 ) -> tuple[float, float, float]:
     """Return x, y and slope of the brow's middle line at s from 0 (inner end) to 1 (outer end)."""
-    start, peak, end = inner[:2] + [-0.1, -0.42], top[:2] + [-0.1, -0.2], outer[:2] + [-0.4, 0.3]
+    start, peak, end = (point[:2] + shift for point, shift in zip((inner, top, outer), _SPINE, strict=True))
     control = 2 * peak - (start + end) / 2
     x, y = (1 - s) ** 2 * start + 2 * s * (1 - s) * control + s**2 * end
     dx, dy = 2 * (1 - s) * (control - start) + 2 * s * (end - control)

@@ -8,28 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINTS
-from tools.head.part import NONE, Part
+from tools.head.part import Part
 
 TEXTURE = "skin.webp"
 _HEADER = "Default head of conf, made by tools/build_head.py from the MakeHuman base mesh (CC0). Centimetres."
 _MATERIAL = f"# {_HEADER}\nnewmtl head\nKa 0 0 0\nKd 1 1 1\nKs 0 0 0\nillum 1\nmap_Kd {TEXTURE}\n"
-
-
-def join(parts: Sequence[Part]) -> Part:
-    """Join parts into one, vertices in the order of the parts."""
-    groups: dict[str, NDArray[np.int64]] = {}
-    vertex, uv = 0, 0
-    for part in parts:
-        for name, corners in part.groups.items():
-            moved = np.where(corners == NONE, NONE, corners + [vertex, uv])
-            groups[name] = np.concatenate([groups[name], moved]) if name in groups else moved
-        vertex, uv = vertex + len(part.vertices), uv + len(part.uvs)
-    return Part(
-        np.concatenate([p.vertices for p in parts]),
-        np.concatenate([p.shapes for p in parts], axis=1),
-        np.concatenate([p.uvs for p in parts]),
-        groups,
-    )
 
 
 def write_obj(folder: Path, head: Part) -> None:

@@ -1,4 +1,4 @@
-"""Soften the groove beside the wings of the nose: the mixed targets leave a sharp ridge there that catches the light."""
+"""Soften the groove beside the wings of the nose: the mixed targets leave a sharp ridge there that shines."""
 
 import numpy as np
 

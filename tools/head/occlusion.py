@@ -58,7 +58,9 @@ def _fill_cells(
     size = np.ceil((vertices.max(axis=0) - corner) / _CELL).astype(int) + 3
     filled = np.zeros(size, dtype=bool)
     a, b, c = (vertices[triangles[:, i]] for i in range(3))
-    longest = np.max([np.linalg.norm(b - a, axis=1), np.linalg.norm(c - a, axis=1), np.linalg.norm(c - b, axis=1)], axis=0)
+    longest = np.max(
+        [np.linalg.norm(b - a, axis=1), np.linalg.norm(c - a, axis=1), np.linalg.norm(c - b, axis=1)], axis=0
+    )
     splits = np.ceil(longest / (0.7 * _CELL)).astype(int)
     for count in np.unique(splits):
         chosen = splits == count

@@ -38,9 +38,7 @@ def paint_eye(texels: Texels) -> NDArray[np.float64]:
     return np.clip(colours, 0, 255)
 
 
-def _sclera(
-    angle: NDArray[np.float64], around: NDArray[np.float64], wheel: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _sclera(angle: NDArray[np.float64], around: NDArray[np.float64], wheel: NDArray[np.float64]) -> NDArray[np.float64]:
     colours = np.tile(np.array(_SCLERA, dtype=float), (len(angle), 1))
     height, side = angle * np.sin(around), angle * np.cos(around)
     shade = 0.42 * smoothstep(0.06, 0.42, height) + 0.22 * smoothstep(-0.2, -0.55, height)

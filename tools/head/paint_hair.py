@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from tools.head.hair import FLAT_KINDS, LOCK_KINDS
+from tools.head.locks import FLAT_KINDS, LOCK_KINDS
 from tools.head.noise import noise, smoothstep
 from tools.head.part import FRAMES
 from tools.head.scalp import hairline
@@ -35,7 +35,7 @@ def strands(across: NDArray[np.float64], along: NDArray[np.float64], *, density:
 def tint(value: NDArray[np.floating]) -> NDArray[np.float64]:
     """Return (N, 3) hair colour for values from -1 (dark) over 0 to 1 (light)."""
     value = np.clip(value, -1, 1)[:, None]
-    return np.where(value < 0, MIDDLE + (MIDDLE - DARK) * value, MIDDLE + (LIGHT - MIDDLE) * value)
+    return np.asarray(np.where(value < 0, MIDDLE + (MIDDLE - DARK) * value, MIDDLE + (LIGHT - MIDDLE) * value))
 
 
 def _shell(texels: Texels) -> NDArray[np.float64]:
@@ -60,18 +60,18 @@ def _locks(texels: Texels) -> NDArray[np.float64]:
     flat = kind < FLAT_KINDS
     inside = across * LOCK_KINDS - kind
     middle = 0.5 + np.where(flat, 0.0, 0.1 * np.sin(kind * 2.4) * share)
-    squeezed = 0.5 + (inside - middle) / (1 - np.where(flat, 0.0, 0.45) * share**2)
+    squeezed = 0.5 + (inside - middle) / (1 - np.where(flat, 0.0, 0.3) * share**2)
     lines = np.where(
         flat,
         strands(squeezed + kind * 3, share * 1.5, density=46.0),
-        strands(squeezed + kind * 3, share * 1.2, density=24.0),
+        strands(squeezed + kind * 3, share * 1.2, density=30.0),
     )
     edge = np.abs(squeezed - 0.5) * 2
-    length = noise(np.stack([squeezed * np.where(flat, 40, 19) + kind * 57, 0 * share, 0 * share + 2], axis=1), 1.0)
+    length = noise(np.stack([squeezed * np.where(flat, 40, 13) + kind * 57, 0 * share, 0 * share + 2], axis=1), 1.0)
     slope = np.where(flat, 0.12, 0.55)
-    colours = tint(lines * 0.85 - 0.3 + slope * (share - 0.3) - np.where(flat, 0.05, 0.25) * edge**2)
-    limit = np.where(flat, 0.72, 0.86) + 0.2 * lines
+    colours = tint(lines * 1.0 - 0.3 + slope * (share - 0.3) - np.where(flat, 0.05, 0.25) * edge**2)
+    limit = np.where(flat, 0.72, 0.8) + 0.3 * lines
     alpha = smoothstep(limit + 0.12, limit - 0.12, edge) * smoothstep(0.02, 0.3, share + 0.12 * lines)
-    end = np.where(flat, 0.7 + 0.32 * length, 0.84 + 0.15 * length) - 0.28 * edge**2
+    end = np.where(flat, 0.7 + 0.32 * length, 0.72 + 0.3 * length) - 0.3 * edge**2
     alpha = alpha * smoothstep(end + 0.06, end - 0.12, share)
     return np.concatenate([colours, 255 * alpha[:, None]], axis=1)

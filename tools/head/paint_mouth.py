@@ -7,7 +7,7 @@ from tools.head.noise import layered, noise, smoothstep
 from tools.head.part import FRAMES
 from tools.head.texels import Texels
 
-_ENAMEL = np.array([240.0, 228, 208])
+_ENAMEL = np.array([244.0, 235, 220])
 _GUM = np.array([172.0, 98, 92])
 _TONGUE = np.array([176.0, 98, 92])
 _BAG = np.array([112.0, 46, 44])
@@ -35,12 +35,11 @@ def paint_tongue(texels: Texels) -> NDArray[np.float64]:
     furrow = np.exp(-((x / 0.18) ** 2))
     colours = _TONGUE * (1 + 0.07 * noise(texels.position, 9.0) - 0.1 * furrow)[:, None]
     back = smoothstep(3.2, -2.0, z)[:, None]
-    return np.clip(colours * (1 - 0.7 * back), 0, 255)
+    return np.asarray(np.clip(colours * (1 - 0.7 * back), 0, 255))
 
 
 def paint_bag(texels: Texels) -> NDArray[np.float64]:
     """Return (N, 3) sRGB colours 0 to 255: darker the deeper."""
     back = smoothstep(4.6, 0.5, texels.position[:, 2])[:, None]
     colours = _BAG * (1 + 0.08 * layered(texels.position, 1.5, 2))[:, None]
-    return np.clip(colours * (1 - 0.86 * back), 0, 255)
-
+    return np.clip(colours * (1 - 0.78 * back), 0, 255)

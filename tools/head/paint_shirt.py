@@ -23,4 +23,4 @@ def paint_shirt(texels: Texels) -> NDArray[np.float64]:
     light = light * (1 - 0.45 * np.exp(-(((down - _COLLAR_SHARE) / 0.012) ** 2)))
     light = light * (0.7 + 0.3 * smoothstep(-34, -26, texels.position[:, 1]))
     light = light * (0.45 + 0.55 * np.clip(texels.sky, 0, 1))
-    return np.clip(_CLOTH * light[:, None], 0, 255)
+    return np.asarray(np.clip(_CLOTH * light[:, None], 0, 255))

@@ -45,9 +45,11 @@ def blend(colours: Colours, target: tuple[int, int, int], amount: NDArray[np.flo
 def _blob(texels: Texels, centre: NDArray[np.float64], radius: tuple[float, float, float]) -> NDArray[np.float64]:
     """Return a soft spot on both sides of the face: 1 at the centre, near 0 beyond the radius."""
     fold = np.array([np.sign(centre[0]), 1, 1])
-    folded = np.where(centre[0] == 0, texels.position, np.abs(texels.position) * [1, 0, 0] + texels.position * [0, 1, 1])
+    folded = np.where(
+        centre[0] == 0, texels.position, np.abs(texels.position) * [1, 0, 0] + texels.position * [0, 1, 1]
+    )
     offset = folded - centre * fold
-    return np.exp(-2.0 * ((offset / radius) ** 2).sum(axis=1))
+    return np.asarray(np.exp(-2.0 * ((offset / radius) ** 2).sum(axis=1)))
 
 
 def _flush(colours: Colours, texels: Texels, points: Points) -> None:
@@ -63,13 +65,17 @@ def _flush(colours: Colours, texels: Texels, points: Points) -> None:
         (ear, (1.1, 3.2, 2.6), 0.34),
     ):
         blend(colours, _FLUSH, np.clip(amount * mottle * _blob(texels, np.asarray(centre), radius), 0, 1))
-    blend(colours, _SALLOW, 0.5 * smoothstep(4.5, 8.0, texels.position[:, 1]) * smoothstep(-4, 2, texels.position[:, 2]))
+    blend(
+        colours, _SALLOW, 0.5 * smoothstep(4.5, 8.0, texels.position[:, 1]) * smoothstep(-4, 2, texels.position[:, 2])
+    )
 
 
 def _beard(colours: Colours, texels: Texels, points: Points) -> None:
     x, y, z = texels.position.T
     lip = points["outer_lip_upper_mid"][1]
-    jaw = smoothstep(lip + 1.3, lip - 0.6, y - 0.16 * np.abs(x)) * smoothstep(-12.8, -10.0, y) * smoothstep(-4.2, -1.0, z)
+    jaw = (
+        smoothstep(lip + 1.3, lip - 0.6, y - 0.16 * np.abs(x)) * smoothstep(-12.8, -10.0, y) * smoothstep(-4.2, -1.0, z)
+    )
     moustache = np.exp(-(((y - lip - 0.5) / 0.55) ** 2)) * smoothstep(2.6, 1.6, np.abs(x)) * smoothstep(2, 4, z)
     fine = 1 + 0.6 * noise(texels.position, 16.0)
     blend(colours, _STUBBLE, np.clip(0.17 * np.maximum(jaw, moustache) * fine, 0, 1))
@@ -87,8 +93,8 @@ def _scalp(colours: Colours, texels: Texels, points: Points) -> None:
 
 def _around_eyes(colours: Colours, texels: Texels, points: Points) -> None:
     lid = points["eyelid_upper_l"]
-    under = points["eyelid_lower_l"] + [-0.5, -0.75, 0]
-    socket = lid + [-1.0, 0.75, 0]
+    under = points["eyelid_lower_l"] + np.array([-0.5, -0.75, 0])
+    socket = lid + np.array([-1.0, 0.75, 0])
     blend(colours, _LID, 0.55 * _blob(texels, lid + np.array([0.1, 0.3, 0]), (1.9, 0.75, 2.5)))
     blend(colours, _SHADE, 0.3 * _blob(texels, under, (1.6, 0.55, 2.0)))
     blend(colours, _SHADE, 0.25 * _blob(texels, socket, (0.9, 0.6, 2.0)))
@@ -138,4 +144,4 @@ def _grain(colours: Colours, texels: Texels) -> None:
 def _shadow(colours: Colours, texels: Texels) -> Colours:
     """Darken what sees little sky; light that leaves skin again is red, so red darkens least."""
     sky = np.clip(texels.sky, 0.05, 1)[:, None]
-    return np.clip(colours * sky ** np.array([0.5, 0.62, 0.66]) * 1.02, 0, 255)
+    return np.asarray(np.clip(colours * sky ** np.array([0.5, 0.62, 0.66]) * 1.02, 0, 255))

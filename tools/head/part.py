@@ -1,6 +1,6 @@
 """A part of the head: positions with their 52 shapes, and faces in named groups that point into the atlas."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,6 +60,23 @@ FRAMES = {
     "tongue": Frame(0.803, 0.103, 0.094, 0.094),
     "lashes": Frame(0.853, 0.203, 0.144, 0.044),
 }
+
+
+def join(parts: Sequence[Part]) -> Part:
+    """Join parts into one, vertices in the order of the parts."""
+    groups: dict[str, NDArray[np.int64]] = {}
+    vertex, uv = 0, 0
+    for part in parts:
+        for name, corners in part.groups.items():
+            moved = np.where(corners == NONE, NONE, corners + np.array([vertex, uv]))
+            groups[name] = np.concatenate([groups[name], moved]) if name in groups else moved
+        vertex, uv = vertex + len(part.vertices), uv + len(part.uvs)
+    return Part(
+        np.concatenate([p.vertices for p in parts]),
+        np.concatenate([p.shapes for p in parts], axis=1),
+        np.concatenate([p.uvs for p in parts]),
+        groups,
+    )
 
 
 def grid(rows: int, columns: int, *, closed: str = "") -> NDArray[np.int64]:

@@ -1,7 +1,7 @@
 """A crew-neck shirt: a smooth shell around chest and shoulders, seen as a height field from inside the chest.
 
-From there every direction above the horizontal leaves the body for good exactly once, so the shell is a grid: around the
-body, and from the collar down to a level rim that lies below most pictures. The arms vanish in its sides.
+From there every direction above the horizontal leaves the body for good exactly once, so the shell is a grid: around
+the body, and from the collar down to a level rim that lies below most pictures. The arms vanish in its sides.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ _AROUND = 48
 _HALF_WIDTH = 20.5  # cm: where the sides of the shoulders hang
 # Collar: degrees from straight up, as seen from the chest, at front, sides and back.
 _COLLAR = {"front": 18.2, "side": 20.2, "back": 15.6}
-# Rows from the collar down: degrees below the collar's edge (share of the way to the rim when above 3), cm off the skin.
+# Rows from the collar down: degrees below the collar's edge, cm off the skin.
 _COLLAR_ROWS = ((-0.5, -0.35), (-0.1, 0.10), (0.1, 0.34), (0.5, 0.46), (2.6, 0.55), (3.3, 0.52), (3.7, 0.38))
 _BODY_ROWS = 11
 
@@ -26,7 +26,7 @@ def collar_angle(around: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the collar's edge in radians from straight up; around is 0 at the front, pi at the back."""
     level = np.where(np.cos(around) > 0, _COLLAR["front"], _COLLAR["back"])
     share = np.cos(around) ** 2
-    return np.radians(level * share + _COLLAR["side"] * (1 - share))
+    return np.asarray(np.radians(level * share + _COLLAR["side"] * (1 - share)))
 
 
 def angle_below_collar(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -39,9 +39,7 @@ def build_shirt(character: Character) -> Part:
     """Build the shirt as group "shirt"."""
     around = np.arange(_AROUND) * 2 * np.pi / _AROUND - np.pi
     angles, offsets = _rows(around)
-    directions = np.stack(
-        [np.sin(angles) * np.sin(around), np.cos(angles), np.sin(angles) * np.cos(around)], axis=-1
-    )
+    directions = np.stack([np.sin(angles) * np.sin(around), np.cos(angles), np.sin(angles) * np.cos(around)], axis=-1)
     radius = _radius(character, directions)
     surface = _CHEST + directions * radius[..., None]
     vertices = surface + _outward(surface) * offsets[:, None, None]
@@ -88,4 +86,4 @@ def _outward(surface: NDArray[np.float64]) -> NDArray[np.float64]:
     down = np.gradient(surface, axis=0)
     across = np.roll(surface, -1, axis=1) - np.roll(surface, 1, axis=1)
     normal = np.cross(down, across)
-    return normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+    return np.asarray(normal / np.linalg.norm(normal, axis=-1, keepdims=True))

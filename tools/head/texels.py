@@ -48,4 +48,4 @@ def vertex_normals(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) 
     normals = np.zeros_like(vertices)
     for i in range(3):
         np.add.at(normals, triangles[:, i], faces)
-    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12))
