@@ -40,7 +40,7 @@ class Course:
 
 COURSES = {
     "zygomatic_major": Course(
-        {"cheekbone": 1.0, "eye_outer_corner": 0.6, "eye_inner_corner": -0.6},
+        {"cheekbone": 1.0, "eye_outer_corner": 0.3, "eye_inner_corner": -0.3},
         {"outer_lip_corner": 1.0}, 32.0, 0.8, 1.4,
     ),
     "risorius": Course(
