@@ -8,27 +8,27 @@ from scipy.spatial import KDTree
 
 
 class Surface:
-    """The edges of a mesh as a graph, its seams closed.
+    """The edges of a mesh as a graph, its shells joined where they touch.
 
-    Files repeat vertices along texture seams, STL for every triangle. Vertices at one place are taken as one, but only
-    where the mesh has an open edge: closed lips may touch in one place and must stay apart.
+    Files repeat vertices: STL for every triangle, others along texture seams and between materials. Vertices at one
+    place are joined if they lie on open edges of different shells. Within one shell they stay apart: they may be
+    closed lips.
     """
 
     def __init__(self, vertices: NDArray[np.float64], triangles: NDArray[np.int32], /) -> None:
         """Take (V, 3) positions and (F, 3) indices into them."""
         self._vertices = vertices
-        count = len(vertices)
-        edges = _count_pairs(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), count)
+        edges = _count_pairs(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), len(vertices))
         ends = _ends(edges)
-        self._node = _weld(vertices, np.unique(ends[edges.data == 1]))
-        if (self._node != np.arange(count)).any():
-            edges = _count_pairs(self._node[ends], count)
+        joints = _joints(vertices, np.unique(ends[edges.data == 1]), _shells(edges))
+        if len(joints):
+            edges = _count_pairs(np.concatenate([ends, joints]), len(vertices))
             ends = _ends(edges)
         lengths = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)
         # scipy takes a stored zero for no edge at all
         shortest = 1e-12 * max(float(lengths.max(initial=0.0)), 1e-290)
         self._graph = csr_array((np.maximum(lengths, shortest), edges.indices, edges.indptr), shape=edges.shape)
-        self._shell: NDArray[np.int32] = connected_components(self._graph, directed=False)[1][self._node]
+        self._shell = _shells(edges)
 
     def snap(self, places: NDArray[np.float64], /, *, tolerance: float) -> NDArray[np.intp]:
         """Return the nearest vertex of each place, (n,).
@@ -40,11 +40,15 @@ class Surface:
         main_distance, main_nearest = _tree(self._vertices[main]).query(places)
         return np.where(main_distance <= distance + tolerance, main[main_nearest], nearest)
 
+    def near(self, place: NDArray[np.float64], /, *, tolerance: float) -> NDArray[np.intp]:
+        """Return the vertices that are nearest to the place (3,), or farther than the nearest by the tolerance."""
+        distance = np.linalg.norm(self._vertices - place, axis=1)
+        return np.flatnonzero(distance <= distance.min() + tolerance)
+
     def distances(self, seeds: NDArray[np.intp], /, *, limit: float) -> NDArray[np.float64]:
         """Return the (V,) distance of each vertex to the nearest seed along the edges, at most the limit."""
-        nodes = np.unique(self._node[seeds])
-        reached = dijkstra(self._graph, directed=False, indices=nodes, min_only=True, limit=limit)
-        return np.minimum(reached, limit)[self._node]
+        reached = dijkstra(self._graph, directed=False, indices=np.unique(seeds), min_only=True, limit=limit)
+        return np.minimum(reached, limit)
 
     def carriers(self, seeds: NDArray[np.intp], /) -> NDArray[np.intp]:
         """Return the (V,) vertex whose region each vertex shares.
@@ -79,12 +83,17 @@ def _ends(matrix: csr_array[np.int32, tuple[int, int]]) -> NDArray[np.int64]:
     return np.stack([rows, matrix.indices.astype(np.int64)], axis=1)
 
 
-def _weld(vertices: NDArray[np.float64], candidates: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the (V,) node of each vertex: candidates at one place share the first of them."""
-    node = np.arange(len(vertices))
-    if len(candidates):
-        places = np.ascontiguousarray(vertices[candidates].astype(np.float32)) + np.float32(0)  # no negative zero
-        keys = places.view(np.dtype((np.void, 12))).ravel()
-        _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
-        node[candidates] = candidates[first[inverse]]
-    return node
+def _shells(edges: csr_array[np.int32, tuple[int, int]]) -> NDArray[np.int32]:
+    """Return the (V,) number of the connected part each vertex is in."""
+    return np.asarray(connected_components(edges, directed=False)[1])
+
+
+def _joints(
+    vertices: NDArray[np.float64], candidates: NDArray[np.int64], shells: NDArray[np.int32]
+) -> NDArray[np.int64]:
+    """Return (J, 2) pairs of candidates that lie in one place but in different shells."""
+    places = vertices[candidates].astype(np.float32)
+    order = np.lexsort((shells[candidates], *places.T))
+    first, second = order[:-1], order[1:]
+    joined = (places[first] == places[second]).all(axis=1) & (shells[candidates[first]] != shells[candidates[second]])
+    return np.stack([candidates[first[joined]], candidates[second[joined]]], axis=1)

@@ -27,7 +27,7 @@ from conf.face.shapes import Shapes, load_shapes
 
 DEFAULT_HEAD = Path(str(files("conf"))) / "assets" / "head" / "head.obj"
 _EYE_MIDDLE = np.array([0.0, 2.845, 3.8])  # between the default head's pupils, model centimetres
-_CACHE_VERSION = 5  # one more whenever the way from the files to the operator changes
+_CACHE_VERSION = 6  # one more whenever the way from the files to the operator changes
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import LOWER_LID, LOWER_LIP, PUPILS, UPPER_LID, UPPER_LIP
+from conf.face.control_points import LOWER_LID, LOWER_LIP, PUPILS, UPPER_LID, UPPER_LIP, indices
 from conf.face.geodesics import Surface
 
 # How far along the surface lips or lids divide it, in eye distances, and over which share of that they cease to.
 _MOUTH_REACH = 1.0
 _EYE_REACH = 0.6
 _FADE = 0.3
+_TOUCH = 0.02  # lips nearer to each other than this are taken for touching, in eye distances
+_INNER_UP, _INNER_LOW = indices("inner_lip_upper"), indices("inner_lip_lower")
+_OUTER_UP, _OUTER_LOW = indices("outer_lip_upper", "cupids_bow"), indices("outer_lip_lower")
 _SNAP = 0.05  # how much farther than the nearest vertex the skin may be, in eye distances
 
 
@@ -66,6 +69,7 @@ def split_regions(surface: Surface, points: NDArray[np.float64], /, *, anchors: 
     """
     eye_distance = float(np.linalg.norm(points[PUPILS[0]] - points[PUPILS[1]]))
     seeds = surface.snap(points, tolerance=_SNAP * eye_distance)
+    _tell_lips_apart(surface, points, seeds, eye_distance)
     carriers = surface.carriers(seeds)
     mouth = _lower_share(surface, seeds, (UPPER_LIP, LOWER_LIP), _MOUTH_REACH * eye_distance)[carriers]
     eyes = _lower_share(surface, seeds, (UPPER_LID, LOWER_LID), _EYE_REACH * eye_distance)[carriers]
@@ -76,6 +80,21 @@ def split_regions(surface: Surface, points: NDArray[np.float64], /, *, anchors: 
         Field(mouth * eyes, (*UPPER_LIP, *UPPER_LID)),
     )
     return Regions(fields, anchors)
+
+
+def _tell_lips_apart(
+    surface: Surface, points: NDArray[np.float64], seeds: NDArray[np.intp], eye_distance: float
+) -> None:
+    """Move the seeds of the inner lips to the lip they belong to, in place.
+
+    Where lips touch, the vertex nearest to a point may be the other lip's. The outer lips touch nothing: by the distance
+    to them the surface tells which is which.
+    """
+    upper, lower = (surface.distances(seeds[lip], limit=_MOUTH_REACH * eye_distance) for lip in (_OUTER_UP, _OUTER_LOW))
+    for lip, own, other in ((_INNER_UP, upper, lower), (_INNER_LOW, lower, upper)):
+        for point in lip:
+            near = surface.near(points[point], tolerance=_TOUCH * eye_distance)
+            seeds[point] = near[np.argmin(own[near] - other[near])]
 
 
 def _lower_share(
