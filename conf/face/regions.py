@@ -87,8 +87,8 @@ def _tell_lips_apart(
 ) -> None:
     """Move the seeds of the inner lips to the lip they belong to, in place.
 
-    Where lips touch, the vertex nearest to a point may be the other lip's. The outer lips touch nothing: by the distance
-    to them the surface tells which is which.
+    Where lips touch, the vertex nearest to a point may be the other lip's. The outer lips touch nothing: the distance
+    to them along the surface tells which is which.
     """
     upper, lower = (surface.distances(seeds[lip], limit=_MOUTH_REACH * eye_distance) for lip in (_OUTER_UP, _OUTER_LOW))
     for lip, own, other in ((_INNER_UP, upper, lower), (_INNER_LOW, lower, upper)):
