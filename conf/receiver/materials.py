@@ -8,7 +8,7 @@ class Material:
     """How a group of triangles is drawn.
 
     shader : name of a fragment shader
-    two_sided : also drawn from behind: thin sheets
+    two_sided : also drawn from behind
     blended : drawn last, over the rest, by the atlas's alpha
     casts_shadow : whether it stands in the key light's way
     """
@@ -22,7 +22,7 @@ class Material:
 SKIN = Material("skin")
 EYE = Material("eye", casts_shadow=False)
 MOUTH = Material("mouth", casts_shadow=False)
-HAIR = Material("hair", two_sided=True, blended=True)
+HAIR = Material("hair", blended=True)
 
 # The groups of the shipped head. Any other group, and a mesh without groups, is skin.
 MATERIALS = {

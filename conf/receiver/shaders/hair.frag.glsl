@@ -15,7 +15,7 @@ void main() {
     vec3 albedo = to_linear(texel.rgb);
     float key = clamp((dot(n, KEY) + 0.4) / 1.4, 0.0, 1.0);
     const vec3 HALF = normalize(KEY + VIEW);
-    float shine = ggx(clamp(dot(n, HALF), 0.0, 1.0), 0.45) * 0.035;
+    vec3 shine = ggx(clamp(dot(n, HALF), 0.0, 1.0), 0.42) * (0.012 + 0.16 * albedo);
     float edge = fresnel(clamp(n.z, 0.0, 1.0));
     vec3 rim = RIM_COLOUR * clamp(dot(n, RIM), 0.0, 1.0) * (0.03 + 0.12 * edge);
     colour = finish(albedo * (KEY_COLOUR * key + ambient(n)) + KEY_COLOUR * shine + rim, texel.a);
