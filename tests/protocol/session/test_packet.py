@@ -56,6 +56,11 @@ def test_framing_and_seal_of_a_small_body_cost_14_bytes() -> None:
     assert len(data_header(5, 1000, 960, 248)) + TAG_BYTES == 15
 
 
+def test_a_counter_is_short_up_to_64_above_what_is_acknowledged() -> None:
+    assert len(data_header(5, 1064, 1000, 0)) == 6
+    assert len(data_header(5, 1065, 1000, 0)) == 8
+
+
 @given(st.integers(0, MAX_COUNTER - 200), st.integers(0, NEAR - 1), st.integers(0, NEAR))
 @example(0, 0, 0)
 @example(127, 0, 1)
