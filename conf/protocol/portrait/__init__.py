@@ -1,0 +1,26 @@
+"""Carry a portrait and its patches reliably under a stream of motion. Pure: bytes and times.
+
+Strategy. What is to arrive is an object: up to 12 kB of bytes in a slot, numbered. The outbox cuts it into pieces that
+ride under the motion's priority within a budget; the inbox collects them and says what it has; what was not heard of is
+sent again. A newer object in a slot replaces the older one, so both sides hold the same few slots.
+
+Reading order: pieces, outbox, inbox, photograph, patch.
+"""
+
+from conf.protocol.portrait.inbox import PortraitInbox
+from conf.protocol.portrait.outbox import PortraitOutbox
+from conf.protocol.portrait.patch import Patch, decode_patch, encode_patch
+from conf.protocol.portrait.photograph import NeutralUpdate, Photograph
+from conf.protocol.portrait.things import decode_thing, encode_thing
+
+__all__ = [
+    "NeutralUpdate",
+    "Patch",
+    "Photograph",
+    "PortraitInbox",
+    "PortraitOutbox",
+    "decode_patch",
+    "decode_thing",
+    "encode_patch",
+    "encode_thing",
+]

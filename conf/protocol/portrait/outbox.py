@@ -1,0 +1,140 @@
+"""The sending half: objects in slots, cut into pieces, sent within a budget and again until they are answered for."""
+
+from dataclasses import dataclass, field
+
+from conf.protocol.portrait.pieces import (
+    GRAIN,
+    MAX_OBJECT,
+    MAX_PIECES,
+    PIECE_HEADER,
+    Piece,
+    decode_answer,
+    encode_piece,
+    piece_count,
+)
+from conf.protocol.token_bucket import TokenBucket
+
+PIECE_BYTES = 80  # with header, seal and the motion beside it, what a link of 16 kbit/s carries in one frame's time
+RETRY_S = 1.2  # without an answer: answers come twice a second, and a slow link holds some back
+BURST_BYTES = 200  # after a rest
+NUMBERS = 1 << 16
+
+
+@dataclass
+class _Outgoing:
+    """An object on its way."""
+
+    number: int
+    data: bytes
+    urgency: int
+    size: int
+    sent: dict[int, float] = field(default_factory=dict)  # piece -> when last
+    arrived: set[int] = field(default_factory=set)
+
+    @property
+    def count(self) -> int:
+        return piece_count(len(self.data), self.size)
+
+    def due(self, now: float, retry: float) -> int | None:
+        """Return the first piece that was never sent, else the first that was not heard of for too long."""
+        missing = [i for i in range(self.count) if i not in self.arrived]
+        fresh = next((i for i in missing if i not in self.sent), None)
+        return fresh if fresh is not None else next((i for i in missing if now - self.sent[i] >= retry), None)
+
+    def piece(self, index: int) -> Piece:
+        start = index * self.size
+        return Piece(self.number, self.size, index, len(self.data), self.data[start : start + self.size])
+
+
+class PortraitOutbox:
+    """Sends objects; `next_piece` is asked as often as there is room on the link."""
+
+    def __init__(self, *, kbps: float = 4.0, start_kbps: float = 9.0, piece_bytes: int = PIECE_BYTES) -> None:
+        """Make an empty outbox.
+
+        kbps : what the pieces may cost, headers included, once a first object has arrived
+        start_kbps : the same until then: a call should not begin without a face
+        Raises ValueError if piece_bytes is no multiple of 4 that cuts the largest object into at most 255 pieces.
+        """
+        sound = piece_bytes % GRAIN == 0 and 0 < piece_bytes // GRAIN < 256
+        if not sound or piece_count(MAX_OBJECT, piece_bytes) > MAX_PIECES:
+            raise ValueError(f"piece_bytes must be a multiple of {GRAIN} from 52 to 1020, got {piece_bytes}")
+        self.kbps = kbps
+        self.start_kbps = start_kbps
+        self.retry = RETRY_S  # seconds; at least a round trip and the time between two answers
+        self.bytes_sent = 0
+        self._piece_bytes = piece_bytes
+        self._bucket = TokenBucket(start_kbps * 125, BURST_BYTES)
+        self._outgoing: dict[int, _Outgoing] = {}  # by slot
+        self._delivered: dict[int, _Outgoing] = {}  # by slot: kept for a receiver that begins anew
+        self._next_number = 0
+        self._token: int | None = None
+
+    def put(self, slot: int, data: bytes, *, urgency: int) -> None:
+        """Send an object in place of what its slot held.
+
+        slot : any number; urgency : the lowest is sent first
+        Raises ValueError if the object is empty or larger than MAX_OBJECT.
+        """
+        if not 0 < len(data) <= MAX_OBJECT:
+            raise ValueError(f"data must be 1 to {MAX_OBJECT} bytes, got {len(data)}")
+        self._delivered.pop(slot, None)
+        self._outgoing[slot] = _Outgoing(self._next_number, data, urgency, self._piece_bytes)
+        self._next_number = (self._next_number + 1) % NUMBERS
+
+    def drop(self, slot: int) -> None:
+        """Stop sending what is in a slot, if anything is."""
+        self._outgoing.pop(slot, None)
+        self._delivered.pop(slot, None)
+
+    def delivered(self, slot: int) -> bool:
+        """Whether the receiver is known to have what the slot holds."""
+        return slot in self._delivered
+
+    @property
+    def waiting_bytes(self) -> int:
+        """Return how much has not been answered for."""
+        return sum(len(o.data) - len(o.arrived) * o.size for o in self._outgoing.values())
+
+    def next_piece(self, now: float, *, overhead: int = 0) -> bytes | None:
+        """Return the body of the next piece if one is due and the budget allows it.
+
+        overhead : bytes that the datagram costs beside the body, if it is sent for this piece alone
+        """
+        started = bool(self._delivered)
+        self._bucket.rate = (self.kbps if started else max(self.kbps, self.start_kbps)) * 125
+        for outgoing in sorted(self._outgoing.values(), key=lambda o: (o.urgency, o.number)):
+            index = outgoing.due(now, self.retry)
+            if index is None:
+                continue
+            body = encode_piece(outgoing.piece(index))
+            if not self._bucket.take(len(body) + overhead, now):
+                return None
+            outgoing.sent[index] = now
+            self.bytes_sent += len(body) + overhead
+            return body
+        return None
+
+    def receive_answer(self, data: bytes) -> None:
+        """Take note of what the receiver has. Raises ProtocolError if the bytes are no answer."""
+        answer = decode_answer(data)
+        if self._token is not None and answer.token != self._token:
+            self.restart()
+        self._token = answer.token
+        finished = set(answer.finished)
+        for slot, outgoing in list(self._outgoing.items()):
+            if outgoing.number in finished:
+                self._delivered[slot] = self._outgoing.pop(slot)
+        partly = dict(answer.unfinished)
+        for outgoing in self._outgoing.values():
+            outgoing.arrived |= {i for i in partly.get(outgoing.number, ()) if i < outgoing.count}
+
+    def restart(self) -> None:
+        """Send everything again: the receiver has begun anew."""
+        again = self._delivered | self._outgoing
+        self._outgoing, self._delivered = {}, {}
+        for slot, outgoing in sorted(again.items(), key=lambda item: item[1].number):
+            self.put(slot, outgoing.data, urgency=outgoing.urgency)
+
+
+WIRE_PIECE_BYTES = PIECE_HEADER + PIECE_BYTES

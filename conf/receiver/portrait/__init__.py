@@ -1,0 +1,1 @@
+"""Show the caller: a photograph that the fifty points move, with patches for mouth and eyes."""

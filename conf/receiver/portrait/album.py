@@ -1,0 +1,110 @@
+"""What has come of a caller's portrait: one photograph, and a bounded number of patches laid over it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.errors import ProtocolError
+from conf.face.control_points import CONTROL_POINT_COUNT
+from conf.face.fapu import Fapu
+from conf.face.head_pose import HeadPose
+from conf.face.portrait import contours
+from conf.face.portrait.features import FEATURES
+from conf.face.portrait.shape import FaceShape
+from conf.face.portrait.warp import PortraitWarp
+from conf.protocol.portrait.patch import MAX_SLOTS, Patch
+from conf.protocol.portrait.photograph import NeutralUpdate, Photograph
+from conf.protocol.portrait.things import decode_thing
+from conf.receiver.portrait.backdrop import fill_behind, person_share
+from conf.receiver.portrait.decoding import decode_picture
+
+
+@dataclass(frozen=True)
+class Sitter:
+    """A photograph that is ready to be moved.
+
+    pixels : (H, W, 3) uint8 BGR; person : (H, W) uint8; backdrop : (H, W, 3) uint8 BGR, without the person
+    """
+
+    number: int
+    pixels: NDArray[np.uint8]
+    person: NDArray[np.uint8]
+    backdrop: NDArray[np.uint8]
+    warp: PortraitWarp
+
+
+@dataclass(frozen=True)
+class Sticker:
+    """A patch that is ready to be laid on.
+
+    keys : (k,) float64; points : (m, 2) 0 to 1 from the upper left corner; pixels : (h, w, 3) uint8 BGR
+    """
+
+    keys: NDArray[np.float64]
+    points: NDArray[np.float64]
+    pixels: NDArray[np.uint8]
+
+
+class Album:
+    """Takes the objects as they arrive. Whatever is wrong with one is refused and counted; the call goes on."""
+
+    def __init__(self) -> None:
+        self.refused = 0
+        self.sitter: Sitter | None = None
+        self.stickers: dict[tuple[int, int], Sticker] = {}  # by region and slot
+        self._early: list[Patch] = []  # patches whose photograph has not come yet
+
+    def receive(self, data: bytes, /) -> bool:
+        """Take the bytes of an object that is whole; return whether they were good."""
+        try:
+            thing = decode_thing(data)
+            match thing:
+                case Photograph():
+                    self._take_photograph(thing)
+                case NeutralUpdate():
+                    self._take_neutral(thing)
+                case Patch():
+                    self._take_patch(thing)
+        except ProtocolError:
+            self.refused += 1
+            return False
+        return True
+
+    def _take_photograph(self, photo: Photograph) -> None:
+        if len(photo.points) != len(contours.ALL) or len(photo.neutral) != CONTROL_POINT_COUNT:
+            raise ProtocolError("a photograph with other points than ours")
+        pixels = decode_picture(photo.frame)
+        person = person_share(photo.outline, (pixels.shape[1], pixels.shape[0]))
+        shape = FaceShape(
+            photo.size[0] / photo.size[1],
+            HeadPose.from_vector(photo.pose),
+            photo.points,
+            photo.neutral,
+            Fapu(*photo.fapu).lengths(),
+        )
+        try:
+            warp = PortraitWarp(shape)
+        except ValueError as error:  # points that all coincide, or lie where no mesh can be
+            raise ProtocolError(f"a face that cannot be moved: {error}") from error
+        self.sitter = Sitter(photo.number, pixels, person, fill_behind(pixels, person), warp)
+        self.stickers.clear()
+        early, self._early = self._early, []
+        for patch in early:
+            if patch.photograph == photo.number:
+                self._take_patch(patch)
+
+    def _take_neutral(self, update: NeutralUpdate) -> None:
+        if len(update.neutral) != CONTROL_POINT_COUNT:
+            raise ProtocolError("a neutral pose with other points than ours")
+        if self.sitter and self.sitter.number == update.photograph:
+            self.sitter.warp.follow_neutral(update.neutral, Fapu(*update.fapu).lengths())
+
+    def _take_patch(self, patch: Patch) -> None:
+        if patch.region >= len(FEATURES) or len(patch.points) != len(FEATURES[patch.region].points):
+            raise ProtocolError("a patch for another face than ours")
+        if self.sitter is None or self.sitter.number != patch.photograph:
+            self._early = [*self._early[-MAX_SLOTS:], patch]
+            return
+        sticker = Sticker(patch.keys.astype(np.float64), patch.points, decode_picture(patch.frame))
+        self.stickers[patch.region, patch.slot] = sticker

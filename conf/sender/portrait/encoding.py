@@ -1,0 +1,38 @@
+"""Pixels to the bare VP8 frames that travel, as good as a number of bytes allows."""
+
+import io
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from conf.protocol.portrait.vp8 import strip
+
+_TRIES = 6  # of halving the range of qualities: to within two
+
+
+def encode_picture(pixels: NDArray[np.uint8], /, *, budget: int, best: int = 92) -> bytes:
+    """Return the VP8 frame of a picture (H, W, 3) uint8 BGR, at most `budget` bytes if any quality gives that.
+
+    best : the quality, 0 to 100, beyond which nothing is gained
+    """
+    image = Image.fromarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB))
+    low, high = 0, best
+    found = _encode(image, low)
+    for _ in range(_TRIES):
+        quality = (low + high + 1) // 2
+        frame = _encode(image, quality)
+        if len(frame) <= budget:
+            found, low = frame, quality
+        else:
+            high = quality - 1
+        if low >= high:
+            break
+    return found
+
+
+def _encode(image: Image.Image, quality: int) -> bytes:
+    file = io.BytesIO()
+    image.save(file, "WEBP", quality=quality, method=6)
+    return strip(file.getvalue())

@@ -1,0 +1,77 @@
+"""Make a photograph that travels out of a frame and its landmarks."""
+
+from dataclasses import astuple, dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.face.fapu import Fapu
+from conf.face.portrait import contours
+from conf.protocol.portrait.photograph import Photograph
+from conf.sender.canonical_face import CanonicalFace
+from conf.sender.portrait.cutout import outline_person
+from conf.sender.portrait.encoding import encode_picture
+from conf.sender.pose import remove_head_pose
+
+PICTURE_BYTES = 5000
+MAX_HEIGHT = 240  # px: more does not fit into the bytes
+BEHIND_BLUR = 1.2  # px: the background is not what people look at, and a soft one takes few bytes
+BODY_BLUR = 0.8
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A frame that may become a photograph.
+
+    pixels : (H, W, 3) uint8 BGR
+    landmarks : (478, 3) px
+    neutral : (n, 3) cm, the neutral pose's control points
+    """
+
+    pixels: NDArray[np.uint8]
+    landmarks: NDArray[np.floating]
+    neutral: NDArray[np.float64]
+    fapu: Fapu
+
+
+def take_photograph(shot: Shot, canonical: CanonicalFace, number: int, /, *, budget: int = PICTURE_BYTES) -> Photograph:
+    """Return the photograph of a shot, its picture at most `budget` bytes."""
+    height, width = shot.pixels.shape[:2]
+    aligned, pose = remove_head_pose(shot.landmarks, canonical, (width, height))
+    outline = outline_person(shot.pixels, shot.landmarks)
+    scale = min(1.0, MAX_HEIGHT / height)
+    small = cv2.resize(shot.pixels, (round(width * scale), round(height * scale)), interpolation=cv2.INTER_AREA)
+    softened = soften(np.asarray(small, np.uint8), outline, shot.landmarks[:, :2] * scale)
+    return Photograph(
+        number,
+        (width, height),
+        pose.to_vector(),
+        aligned[contours.ALL],
+        shot.neutral,
+        astuple(shot.fapu),
+        outline,
+        encode_picture(softened, budget=budget),
+    )
+
+
+def soften(
+    pixels: NDArray[np.uint8], outline: NDArray[np.float64], landmarks: NDArray[np.floating], /
+) -> NDArray[np.uint8]:
+    """Return the picture with its background blurred, and a little what is far from the face: bytes for the face.
+
+    outline : (K, 2) 0 to 1; landmarks : (478, 2) px
+    """
+    height, width = pixels.shape[:2]
+    person = np.zeros((height, width), np.uint8)
+    cv2.fillPoly(person, [np.rint(outline * (width, height)).astype(np.int32)], 255)
+    person = np.asarray(cv2.dilate(person, np.ones((5, 5), np.uint8)), np.uint8)
+    face = np.zeros((height, width), np.uint8)
+    cv2.fillConvexPoly(face, np.rint(cv2.convexHull(landmarks.astype(np.float32))).astype(np.int32), 255)
+    reach = max(3, round(0.1 * float(np.ptp(landmarks[:, 1])))) | 1
+    face = np.asarray(cv2.dilate(face, np.ones((reach, reach), np.uint8)), np.uint8)
+    result: NDArray[np.floating] = pixels.astype(np.float32)
+    for mask, sigma in ((face, BODY_BLUR), (person, BEHIND_BLUR)):
+        keep = cv2.GaussianBlur(mask, (0, 0), 2).astype(np.float32)[..., None] / 255
+        result = keep * result + (1 - keep) * cv2.GaussianBlur(result, (0, 0), sigma)
+    return np.asarray(np.clip(np.rint(result), 0, 255), dtype=np.uint8)
