@@ -5,6 +5,7 @@ from imgui_bundle import imgui
 from conf.receiver.events import KEYS, MOUSE
 from conf.receiver.overlay import ACCENT, Overlay, lines_height, panel
 
+HELP_OPACITY = 0.88  # it may lie over the meter
 KEY_NAMES = {"space": "Space", "home": "Home", "escape": "Esc"}
 
 
@@ -23,6 +24,7 @@ def draw_help(overlay: Overlay) -> None:
     column = max(imgui.calc_text_size(keys).x for keys, _ in lines) + 14 * overlay.scale
     width = column + max(imgui.calc_text_size(text).x for _, text in lines)
     centre = (overlay.size[0] / 2, overlay.size[1] / 2)
+    imgui.set_next_window_bg_alpha(HELP_OPACITY)
     with panel("help", centre, (0.5, 0.5), (width, lines_height(len(lines)))):
         left = imgui.get_style().window_padding.x
         for keys, text in lines:
