@@ -137,7 +137,7 @@ def test_magnify_keeps_the_order_of_a_line() -> None:
     line = np.stack([np.linspace(-1, 1, 401), np.zeros(401)], axis=1)
     spread = magnify(line, [np.zeros(2)], 0.3, 2.0)
     assert (np.diff(spread[:, 0]) > 0).all()
-    with pytest.raises(ValueError, match="strength must lie between 0 and 2.2, got 3"):
+    with pytest.raises(ValueError, match=r"strength must lie between 0 and 2\.2, got 3"):
         magnify(line, [np.zeros(2)], 0.3, 3.0)
 
 

@@ -22,6 +22,7 @@ _SHADE = (176, 128, 112)
 _LID = (196, 144, 124)
 _LIP = (184, 112, 102)
 _LIP_INNER = (138, 70, 66)
+_NOSTRIL = (84, 44, 38)
 _WET = (204, 138, 124)
 _ROOTS = (52, 38, 31)
 _LASH = (44, 30, 26)
@@ -31,7 +32,7 @@ _BROW = (58, 42, 34)
 def paint_skin(texels: Texels, points: Points) -> Colours:
     """Return (N, 3) sRGB colours 0 to 255 of the skin's texels."""
     colours = np.tile(np.array(_TONE, dtype=float), (len(texels.row), 1))
-    for layer in (_flush, _beard, _scalp, _around_eyes, _lips, _brows):
+    for layer in (_flush, _beard, _scalp, _around_eyes, _nostrils, _lips, _brows):
         layer(colours, texels, points)
     _grain(colours, texels)
     return _shadow(colours, texels)
@@ -112,6 +113,13 @@ def _canthus_line(points: Points) -> tuple[list[float], list[float]]:
     return [inner[0], outer[0]], [inner[1], outer[1]]
 
 
+def _nostrils(colours: Colours, texels: Texels, points: Points) -> None:
+    """Darken the inside of the nose, where no light comes out again."""
+    base = (points["nose_bottom_edge_l"] + points["nose_bottom_edge_r"]) / 2
+    near = smoothstep(1.9, 1.3, np.linalg.norm((texels.position - base - [0, 0.3, 0.6]) / [1.0, 0.8, 1.0], axis=1))
+    blend(colours, _NOSTRIL, 0.9 * near * smoothstep(0.62, 0.3, texels.sky))
+
+
 def _lips(colours: Colours, texels: Texels, points: Points) -> None:
     x, y, _ = texels.position.T
     ring = texels.mouth_ring
@@ -135,7 +143,7 @@ def _brows(colours: Colours, texels: Texels, points: Points) -> None:
 def _grain(colours: Colours, texels: Texels) -> None:
     position = texels.position
     blotches = 0.022 * layered(position, 0.6, 4)
-    pores = 0.02 * noise(position, 10.0) + 0.024 * noise(position, 22.0)
+    pores = 0.02 * noise(position, 10.0) + 0.015 * noise(position, 22.0)
     colours *= (1 + blotches + pores)[:, None]
     freckles = smoothstep(0.84, 0.97, noise(position + 7.0, 4.2)) * smoothstep(-3.5, 1.0, position[:, 2])
     blend(colours, (172, 118, 94), 0.16 * freckles)
