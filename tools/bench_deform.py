@@ -36,10 +36,11 @@ from conf.face.head import DEFAULT_HEAD, load_face
 from conf.face.head_pose import ES0_CM
 from conf.face.kernels import KERNELS
 from conf.face.learned import refine_operator, without_jaw
+from conf.face.lid_margins import fold_margins, with_margins
 from conf.face.mesh import Mesh, load_mesh
 from conf.face.ppc import read_ppc
-from conf.face.rbf import Operator, build_operator
-from conf.face.regions import split_regions
+from conf.face.rbf import build_operator
+from conf.face.regions import Regions, split_regions
 from conf.face.rig import swing
 from conf.face.rig_file import load_rig
 from conf.face.shapes import Shapes, load_shapes
@@ -91,6 +92,13 @@ def head_of(mesh: Mesh, count: int) -> tuple[NDArray[np.float64], NDArray[np.int
     return vertices[kept], triangles[(triangles >= 0).all(axis=1)].astype(np.int32)
 
 
+def rbf_matrix(vertices: NDArray[np.float64], points: NDArray[np.float64], regions: Regions) -> NDArray[np.float32]:
+    """Return the split RBF operator, as conf.face.head builds it."""
+    centres, fields = with_margins(points, regions)
+    operator = build_operator(vertices, centres, kernel=KERNEL, epsilon=KERNEL.epsilon, regions=fields)
+    return fold_margins(operator.matrix)
+
+
 def measure_cost(mesh: Mesh, points: NDArray[np.float64], count: int) -> Cost:
     """Time building and applying B at one size, and the rival."""
     vertices, triangles = head_of(mesh, count)
@@ -98,17 +106,17 @@ def measure_cost(mesh: Mesh, points: NDArray[np.float64], count: int) -> Cost:
     displacements = np.random.default_rng(1).normal(size=points.shape)
     few = displacements.astype(np.float32)
 
-    def build() -> Operator:
+    def build() -> NDArray[np.float32]:
         anchors = choose_anchors(vertices, points, eye_distance=ES0_CM)
         regions = split_regions(Surface(vertices, triangles), points, anchors=anchors).without(PUPILS)
-        return build_operator(vertices, points, kernel=KERNEL, epsilon=KERNEL.epsilon, regions=regions)
+        return rbf_matrix(vertices, points, regions)
 
     def rival() -> NDArray[np.float64]:
         field = RBFInterpolator(points, displacements, kernel="multiquadric", epsilon=KERNEL.epsilon)
         return np.asarray(field(vertices))
 
     build_ms = median_ms(build, 9)
-    matrix = build().matrix
+    matrix = build()
     out = np.empty_like(neutral)
 
     def apply() -> None:
@@ -140,7 +148,7 @@ def measure_truth(mesh: Mesh, points: NDArray[np.float64], rig_path: Path, shape
     known = load_rig(rig_path, mesh, points).anchors
     anchors = choose_anchors(mesh.vertices, points, eye_distance=ES0_CM, known=known)
     regions = split_regions(surface, points, anchors=anchors).without(PUPILS)
-    matrix = build_operator(mesh.vertices, points, kernel=KERNEL, epsilon=KERNEL.epsilon, regions=regions).matrix
+    matrix = rbf_matrix(mesh.vertices, points, regions)
     moved = shapes.at(surface.snap(points, tolerance=0.0))
     skin = mesh.group_vertices("skin")
     truth = Truth({}, {}, {}, lip_leak(load_face().operator, surface, points))

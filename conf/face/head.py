@@ -16,6 +16,7 @@ from conf.face.geodesics import Surface
 from conf.face.head_pose import ES0_CM
 from conf.face.kernels import KERNELS
 from conf.face.learned import refine_operator, without_jaw
+from conf.face.lid_margins import fold_margins, with_margins
 from conf.face.mesh import Mesh, load_mesh
 from conf.face.operator_cache import cache_key, cached_operator
 from conf.face.ppc import read_ppc
@@ -27,7 +28,7 @@ from conf.face.shapes import Shapes, load_shapes
 
 DEFAULT_HEAD = Path(str(files("conf"))) / "assets" / "head" / "head.obj"
 _EYE_MIDDLE = np.array([0.0, 2.845, 3.8])  # between the default head's pupils, model centimetres
-_CACHE_VERSION = 6  # one more whenever the way from the files to the operator changes
+_CACHE_VERSION = 8  # one more whenever the way from the files to the operator changes
 
 
 @dataclass(frozen=True)
@@ -165,15 +166,16 @@ def _operator(
     whole = Regions.whole(len(mesh.vertices), anchors=anchors)
     regions = split_regions(surface, points, anchors=anchors) if deformer.split else whole
     regions = regions.without(PUPILS)  # a pupil turns its eyeball; skin does not follow it
+    centres, fields = with_margins(points, regions)
     operator = build_operator(
         mesh.vertices,
-        points,
+        centres,
         kernel=kernel,
         epsilon=deformer.epsilon or kernel.epsilon,
-        regions=regions,
+        regions=fields,
         smoothing=deformer.smoothing,
     )
-    matrix = operator.matrix
+    matrix = fold_margins(operator.matrix)
     if shapes is not None and deformer.learned:
         displacements, offsets = shapes.at(surface.snap(points, tolerance=0.0)), shapes.offsets
         if rig is not None and rig.jaw is not None:
