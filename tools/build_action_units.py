@@ -36,6 +36,7 @@ RECIPES: dict[int, dict[str, float]] = {
     26: {"jawOpen": 0.55},
     45: {"eyeBlink": 1.0},
 }
+COLUMNS = "dx dy dz of each control point: x to the subject's left, y up, z forward, 1/1024 of its face distance"
 SOURCE = "from CC0 sculpted shapes (MakeHuman faceunits01) by tools/build_action_units.py"
 
 
@@ -44,12 +45,14 @@ def main() -> None:
     shapes = load_sculpted()
     units = {unit: blend(shapes, recipe) for unit, recipe in RECIPES.items()}
     everything = Expressions(tuple(label(unit) for unit in NAMES), np.stack([units[unit] for unit in NAMES]))
-    write_epc(ASSETS / "action_units.epc", everything, comments=[f"FACS action units at full strength, {SOURCE}"])
+    write_epc(
+        ASSETS / "action_units.epc", everything, comments=[f"FACS action units at full strength, {SOURCE}", COLUMNS]
+    )
     (ASSETS / "emotions").mkdir(exist_ok=True)
     for name, strengths in EMOTIONS.items():
         note = "composed of " + ", ".join(f"AU {unit} x {strength}" for unit, strength in strengths.items())
         emotion = Expressions((name,), compose(strengths, units=units)[None])
-        write_epc(ASSETS / "emotions" / f"{name}.epc", emotion, comments=[f"{note}, {SOURCE}"])
+        write_epc(ASSETS / "emotions" / f"{name}.epc", emotion, comments=[f"{note}, {SOURCE}", COLUMNS])
     print(f"{len(units)} action units, {len(EMOTIONS)} emotions written to {ASSETS}")
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.errors import ConfError
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.epc import Expressions, read_epc
 from conf.face.symmetry import SIDES
@@ -73,6 +74,21 @@ def load_emotions() -> Expressions:
     """
     poses = [read_epc(ASSETS / "emotions" / f"{name}.epc")[name] for name in EMOTIONS]
     return Expressions(tuple(EMOTIONS), np.stack(poses))
+
+
+def load_expression(name: str, /) -> Expressions:
+    """Return one of the six emotions by name, or what an EPC file holds.
+
+    Raises ConfError that names the six if it is neither, FileFormatError if the file is not EPC.
+    """
+    emotions = load_emotions()
+    if name in emotions.names:
+        return Expressions((name,), emotions[name][None])
+    if not name.lower().endswith(".epc"):
+        raise ConfError(
+            f"there is no emotion {name!r}: choose one of {', '.join(emotions.names)}, or give an .epc file"
+        )
+    return read_epc(name)
 
 
 def compose(

@@ -7,7 +7,7 @@ Source: the thesis, section 5.1 (Emoções em Pontos de Controle: "no mesmo padr
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from conf.errors import FileFormatError
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINTS
 from conf.face.dpc import read_dpc
+from conf.face.fapu import Fapu
 from conf.face.text_lines import check_file, read_lines
 
 MAX_FILE_BYTES = 8 << 20  # about five thousand expressions
@@ -41,6 +42,12 @@ class Expressions:
             raise KeyError(name)
         frame: NDArray[np.float32] = self.displacements[self.names.index(name)]
         return frame
+
+    def in_fapu(self, fapu: Fapu, /) -> "Expressions":
+        """Return the same expressions in FAPU units. fapu : of the face they were made for, in its own length unit."""
+        if self.units == "fapu":
+            return self
+        return replace(self, displacements=(self.displacements / fapu.lengths()).astype(np.float32), units="fapu")
 
     def __len__(self) -> int:
         return len(self.names)

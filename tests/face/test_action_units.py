@@ -1,7 +1,17 @@
 import numpy as np
 import pytest
 
-from conf.face.action_units import ASSETS, EMOTIONS, NAMES, compose, label, load_action_units, load_emotions
+from conf.errors import ConfError, FileFormatError
+from conf.face.action_units import (
+    ASSETS,
+    EMOTIONS,
+    NAMES,
+    compose,
+    label,
+    load_action_units,
+    load_emotions,
+    load_expression,
+)
 from conf.face.control_points import INDEX
 from conf.face.epc import read_epc
 from conf.face.symmetry import mirrored
@@ -62,3 +72,12 @@ def test_an_unknown_unit_is_named() -> None:
 def test_labels() -> None:
     assert label(10) == "AU 10 upper lip raiser"
     assert len(NAMES) == 16
+
+
+def test_an_expression_is_an_emotion_or_a_file() -> None:
+    np.testing.assert_array_equal(load_expression("joy")["joy"], load_emotions()["joy"])
+    assert load_expression(str(ASSETS / "emotions" / "fear.epc")).names == ("fear",)
+    with pytest.raises(ConfError, match=r"no emotion 'bliss': choose one of joy, .*, or give an \.epc file"):
+        load_expression("bliss")
+    with pytest.raises(FileFormatError, match="check the name"):
+        load_expression("bliss.epc")

@@ -9,6 +9,7 @@ from conf.errors import FileFormatError
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.dpc import read_dpc
 from conf.face.epc import MAX_NAME, Expressions, is_name, read_epc, write_epc
+from conf.face.fapu import Fapu
 
 ROW = "0.1 -2 3\n"
 FRAME = ROW * CONTROL_POINT_COUNT
@@ -103,3 +104,12 @@ def test_a_name_that_could_not_be_read_again_is_not_written(tmp_path: Path, name
 def test_an_unknown_name_is_a_key_error() -> None:
     with pytest.raises(KeyError):
         expressions(("joy",))["fear"]
+
+
+def test_mesh_units_become_fapu_of_the_face_they_were_made_for() -> None:
+    fapu = Fapu(es0=64.0, ens0=48.0, mns0=26.0, mw0=51.0, irisd0=9.7)  # a face in millimetres
+    given = expressions(("joy",))
+    mesh = Expressions(("joy",), (given.displacements * fapu.lengths()).astype(np.float32), "mesh")
+    assert given.in_fapu(fapu) is given
+    assert mesh.in_fapu(fapu).units == "fapu"
+    np.testing.assert_allclose(mesh.in_fapu(fapu)["joy"], given["joy"], rtol=1e-5, atol=1e-3)
