@@ -32,7 +32,7 @@ from scipy.interpolate import RBFInterpolator
 from conf.face.anchors import choose_anchors
 from conf.face.control_points import LOWER_LIP, PUPILS, UPPER_LIP, indices
 from conf.face.geodesics import Surface
-from conf.face.head import DEFAULT_HEAD, load_face
+from conf.face.head import DEFAULT_HEAD, Deformer, load_face
 from conf.face.head_pose import ES0_CM
 from conf.face.kernels import KERNELS
 from conf.face.learned import refine_operator, without_jaw
@@ -47,6 +47,7 @@ from conf.face.shapes import Shapes, load_shapes
 
 SIZES = (5_000, 10_000, 20_000)
 KERNEL = KERNELS["multiquadric"]
+SMOOTHING = Deformer().smoothing
 MOVING_CM = 0.01
 MM = 10.0  # in a cm
 CORNERS = indices("inner_lip_corner", "outer_lip_corner")
@@ -95,7 +96,9 @@ def head_of(mesh: Mesh, count: int) -> tuple[NDArray[np.float64], NDArray[np.int
 def rbf_matrix(vertices: NDArray[np.float64], points: NDArray[np.float64], regions: Regions) -> NDArray[np.float32]:
     """Return the split RBF operator, as conf.face.head builds it."""
     centres, fields = with_margins(points, regions)
-    operator = build_operator(vertices, centres, kernel=KERNEL, epsilon=KERNEL.epsilon, regions=fields)
+    operator = build_operator(
+        vertices, centres, kernel=KERNEL, epsilon=KERNEL.epsilon, regions=fields, smoothing=SMOOTHING
+    )
     return fold_margins(operator.matrix)
 
 

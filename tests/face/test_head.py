@@ -41,7 +41,7 @@ def test_a_face_that_does_not_move_is_the_neutral_one(head: FaceModel) -> None:
 
 def test_the_default_head_is_in_model_units(head: FaceModel) -> None:
     assert head.fapu.es0 == pytest.approx(6.4, abs=0.05)
-    assert head.smoothing == 0.0
+    assert head.smoothing == Deformer().smoothing
     assert head.operator.shape == (len(head.neutral), 50)
 
 
@@ -110,6 +110,12 @@ def test_the_chin_goes_where_it_is_told(head: FaceModel) -> None:
     nearest = Surface(head.mesh.vertices, head.mesh.triangles).snap(head.control_points, tolerance=0.0)
     error = (head.deform(displacements)[nearest] - head.deformed_points(displacements))[0]
     assert np.linalg.norm(error) < 0.15
+
+
+def test_noise_at_the_points_is_not_magnified(head: FaceModel) -> None:
+    gain = np.linalg.norm(head.operator, axis=1)
+    assert gain.mean() < 0.75
+    assert gain.max() < 2.5
 
 
 def test_an_array_may_be_given_to_write_to(head: FaceModel) -> None:
