@@ -16,6 +16,7 @@ import platformdirs
 
 from conf.face.rbf import Operator
 
+_HEAD = 2  # lambda, a float64, takes the place of two float32
 _KEPT = 16  # files; one of 20,000 vertices is 4 MB
 
 
@@ -49,7 +50,7 @@ def cached_operator(key: str, shape: tuple[int, int], build: Callable[[], Operat
 
 def _read(path: Path, shape: tuple[int, int]) -> Operator | None:
     """Return what the file holds if it is one finite matrix of the shape, with its lambda in front."""
-    numbers = shape[0] * shape[1] + 1
+    numbers = shape[0] * shape[1] + _HEAD
     try:
         if path.stat().st_size > 4 * numbers + 4096:
             return None
@@ -58,9 +59,10 @@ def _read(path: Path, shape: tuple[int, int]) -> Operator | None:
             values = np.lib.format.read_array(file, allow_pickle=False)
     except (OSError, ValueError, MemoryError):
         return None
-    if values.shape != (numbers,) or values.dtype != np.float32 or not np.isfinite(values).all():
+    if values.shape != (numbers,) or values.dtype != np.float32 or not np.isfinite(values[_HEAD:]).all():
         return None
-    return Operator(values[1:].reshape(shape), float(values[0]))
+    smoothing = float(values[:_HEAD].view(np.float64)[0])
+    return Operator(values[_HEAD:].reshape(shape), smoothing) if np.isfinite(smoothing) else None
 
 
 def _write(path: Path, operator: Operator) -> None:
@@ -68,7 +70,7 @@ def _write(path: Path, operator: Operator) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with temporary.open("wb") as file:
-            np.save(file, np.concatenate([[np.float32(operator.smoothing)], operator.matrix.ravel()]))
+            np.save(file, np.concatenate([np.array([operator.smoothing]).view(np.float32), operator.matrix.ravel()]))
         temporary.replace(path)  # never half a file under the name
         for old in sorted(path.parent.glob("*.npy"), key=lambda kept: kept.stat().st_mtime)[:-_KEPT]:
             old.unlink()

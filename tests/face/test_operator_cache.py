@@ -8,7 +8,7 @@ from conf.face.operator_cache import cache_folder, cache_key, cached_operator
 from conf.face.rbf import Operator
 
 SHAPE = (5, 3)
-OPERATOR = Operator(np.arange(15, dtype=np.float32).reshape(SHAPE), 0.25)
+OPERATOR = Operator(np.arange(15, dtype=np.float32).reshape(SHAPE), 0.1)
 
 
 @pytest.fixture(autouse=True)
@@ -31,7 +31,7 @@ def test_what_was_built_once_is_not_built_again() -> None:
     for _ in range(3):
         kept = cached_operator("key", SHAPE, build)
         assert kept.matrix.tolist() == OPERATOR.matrix.tolist()
-        assert kept.smoothing == 0.25
+        assert kept.smoothing == 0.1
     assert len(calls) == 1
 
 
@@ -42,11 +42,11 @@ def test_what_was_built_once_is_not_built_again() -> None:
         b"\x93NUMPY\x01\x00",
         b"not an array",
         b"\x00" * 10_000_000,
-        np.zeros(16, dtype=np.float64),
-        np.zeros(15, dtype=np.float32),
+        np.zeros(17, dtype=np.float64),
+        np.zeros(16, dtype=np.float32),
         np.zeros((4, 4), dtype=np.float32),
-        np.full(16, np.nan, dtype=np.float32),
-        np.array([{}] * 16, dtype=object),
+        np.full(17, np.nan, dtype=np.float32),
+        np.array([{}] * 17, dtype=object),
         None,
     ],
     ids=["empty", "cut", "text", "large", "float64", "short", "shape", "nan", "objects", "folder"],
