@@ -2,8 +2,8 @@
 
     python tools/bench_receiver.py [--size 640x480] [--frames 300] [--meter] [--json]
 
-Every frame is a datagram that is decoded, moves the shipped head, is drawn offscreen and read back. `fps` is what the
-whole frame allows. Where there is no GPU this is llvmpipe; LP_NUM_THREADS sets its threads.
+Every frame is a payload of the codec that is decoded, moves the shipped head, is drawn offscreen and read back. `fps`
+is what the whole frame allows. Where there is no GPU this is llvmpipe; LP_NUM_THREADS sets its threads.
 """
 
 import argparse
@@ -20,8 +20,9 @@ import numpy as np
 
 from conf.face.head import load_face
 from conf.face.head_pose import HeadPose
+from conf.protocol.codec.decoder import Decoder
+from conf.protocol.codec.encoder import Encoder
 from conf.protocol.messages import MotionFrame
-from conf.protocol.wire import Datagram, decode, encode
 from conf.receiver.meter import MeterReading, draw_meter
 from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.overlay import Overlay
@@ -37,7 +38,7 @@ READING = MeterReading(
 
 
 def motion(count: int) -> list[bytes]:
-    """Return datagrams of a head that nods and a face that moves all over."""
+    """Return coded frames of a head that nods and a face that moves all over."""
     rng = np.random.default_rng(7)
     phases, speeds = rng.uniform(0, 6, (50, 3)), rng.uniform(0.05, 0.3, (50, 3))
     frames = (
@@ -48,7 +49,8 @@ def motion(count: int) -> list[bytes]:
         )
         for i in range(count)
     )
-    return [encode(Datagram(i, frame)) for i, frame in enumerate(frames)]
+    encoder = Encoder()
+    return [encoder.encode([frame], i) for i, frame in enumerate(frames)]
 
 
 def measure(size: tuple[int, int], frames: int, *, meter: bool) -> tuple[np.ndarray, str]:
@@ -57,11 +59,10 @@ def measure(size: tuple[int, int], frames: int, *, meter: bool) -> tuple[np.ndar
     times = np.zeros((frames, len(STEPS)))
     with OffscreenWindow(*size) as window:
         renderer, overlay = FaceRenderer(window.ctx, face), Overlay(window.ctx)
-        vertices = face.neutral.copy()
+        vertices, decoder = face.neutral.copy(), Decoder()
         for i, data in enumerate(motion(WARM_UP + frames)):
             marks = [time.perf_counter()]
-            frame = decode(data).message
-            assert isinstance(frame, MotionFrame)
+            (frame,) = decoder.decode(data, i)
             marks.append(time.perf_counter())
             face.deform(frame.displacements, out=vertices)
             marks.append(time.perf_counter())
