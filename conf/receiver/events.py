@@ -39,7 +39,54 @@ class Resized:
     height: int
 
 
-Event = KeyPressed | Dragged | Scrolled | Resized
+@dataclass(frozen=True)
+class MouseMoved:
+    """The mouse is at a place: framebuffer pixels from the upper left corner, x right, y down."""
+
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class MouseButton:
+    """A button of the mouse, 0 left, 1 right, 2 middle, went down or up at a place, pixels as in MouseMoved."""
+
+    button: int
+    pressed: bool
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class KeyHeld:
+    """A key of EDITING_KEYS went down or up: what text fields live on beside the text."""
+
+    key: str
+    pressed: bool
+
+
+@dataclass(frozen=True)
+class Typed:
+    """Text came from the keyboard."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Dropped:
+    """Files were dropped onto the window."""
+
+    paths: tuple[str, ...]
+
+
+Event = KeyPressed | Dragged | Scrolled | Resized | MouseMoved | MouseButton | KeyHeld | Typed | Dropped
+
+# Names as Dear ImGui has them.
+EDITING_KEYS = (
+    "left_ctrl", "right_ctrl", "left_shift", "right_shift", "left_alt", "right_alt", "backspace", "delete", "enter",
+    "keypad_enter", "tab", "escape", "home", "end", "left_arrow", "right_arrow", "up_arrow", "down_arrow", "a", "c",
+    "v", "x", "z",
+)  # fmt: skip
 
 # key -> (action, what the help says). Toggles of the view carry the toggle's name.
 KEYS = {

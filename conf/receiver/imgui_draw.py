@@ -48,6 +48,11 @@ class ImGuiDrawing:
                 self._array.render(moderngl.TRIANGLES, vertices=command.elem_count, first=command.idx_offset)
         self._ctx.scissor = None
 
+    def show_texture(self, texture: moderngl.Texture) -> imgui.ImTextureRef:
+        """Let images of this context show a texture that belongs to the caller."""
+        self._textures[texture.glo] = texture
+        return imgui.ImTextureRef(texture.glo)
+
     def release(self) -> None:
         """Free everything on the card; ImGui is told that its textures are gone."""
         for texture in imgui.get_platform_io().textures:

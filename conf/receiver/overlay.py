@@ -52,15 +52,23 @@ class Overlay:
         self.size = (0, 0)
 
     @contextmanager
-    def frame(self, framebuffer: moderngl.Framebuffer, size: tuple[int, int], pixel_ratio: float) -> Iterator[None]:
+    def frame(
+        self,
+        framebuffer: moderngl.Framebuffer,
+        size: tuple[int, int],
+        pixel_ratio: float,
+        *,
+        scale: float | None = None,
+    ) -> Iterator[None]:
         """Lay panels out inside, draw them over the framebuffer at the end.
 
         size : width and height of the framebuffer in pixels
+        scale : of text and panels; without it `interface_scale` of the size
         """
         io = imgui.get_io()
         io.display_size = imgui.ImVec2(*size)
         io.delta_time = 1 / 60  # nothing on the picture is animated by ImGui
-        self._set_scale(interface_scale(size, pixel_ratio))
+        self._set_scale(scale or interface_scale(size, pixel_ratio))
         self.size = size
         imgui.new_frame()
         try:
@@ -70,6 +78,10 @@ class Overlay:
             raise
         imgui.render()
         self._drawing.draw(imgui.get_draw_data(), framebuffer, size)
+
+    def show_texture(self, texture: moderngl.Texture) -> imgui.ImTextureRef:
+        """Return what ImGui's images need to show a texture; it stays the caller's and must outlive the frame."""
+        return self._drawing.show_texture(texture)
 
     def release(self) -> None:
         """Free the contexts and what they keep on the card."""

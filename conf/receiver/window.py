@@ -11,7 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import GraphicsError
-from conf.receiver.events import KEYS, Dragged, Event, KeyPressed, Resized, Scrolled
+from conf.receiver.events import (
+    EDITING_KEYS,
+    KEYS,
+    Dragged,
+    Dropped,
+    Event,
+    KeyHeld,
+    KeyPressed,
+    MouseButton,
+    MouseMoved,
+    Resized,
+    Scrolled,
+    Typed,
+)
 from conf.receiver.offscreen import read_pixels
 
 NO_DISPLAY = (
@@ -38,6 +51,17 @@ NAMED_KEYS = {
     glfw.KEY_KP_0: "0",
     glfw.KEY_0: "0",
 }
+_GLFW_NAMES = {"_ctrl": "_control", "keypad_": "kp_", "_arrow": ""}
+
+
+def _glfw_key(name: str) -> int:
+    """Return GLFW's number of one of EDITING_KEYS."""
+    for ours, theirs in _GLFW_NAMES.items():
+        name = name.replace(ours, theirs)
+    return int(getattr(glfw, f"KEY_{name.upper()}"))
+
+
+HELD_KEYS = {_glfw_key(name): name for name in EDITING_KEYS}
 SMALLEST = 64  # pixels a side: a window cannot be made smaller
 
 
@@ -79,6 +103,7 @@ class GlfwWindow:
         self.ctx = moderngl.create_context(require=330, **found_by_glfw)
         self.framebuffer = self.ctx.screen
         self.size = self._measure()  # of the framebuffer: more than the window's points on a HiDPI display
+        self.keys_close = True  # whether Escape and Q close the window; a program with text fields decides itself
         self._events: list[Event] = []
         self._cursor = glfw.get_cursor_pos(self._window)
         self._before_full_screen: tuple[int, int, int, int] | None = None
@@ -154,22 +179,28 @@ class GlfwWindow:
             (glfw.set_cursor_pos_callback, self._on_cursor),
             (glfw.set_scroll_callback, self._on_scroll),
             (glfw.set_framebuffer_size_callback, self._on_resize),
+            (glfw.set_mouse_button_callback, self._on_button),
+            (glfw.set_char_callback, self._on_text),
+            (glfw.set_drop_callback, self._on_drop),
         )
         for register, listener in listeners:
             register(self._window, listener)
 
     def _on_key(self, _window: object, key: int, scancode: int, action: int, _mods: int) -> None:
+        if key in HELD_KEYS and action != glfw.REPEAT:
+            self._events.append(KeyHeld(HELD_KEYS[key], action == glfw.PRESS))
         if action != glfw.PRESS:
             return
         name = NAMED_KEYS.get(key) or (glfw.get_key_name(key, scancode) or "").lower()
         if name:
             self._events.append(KeyPressed(name))
-        if KEYS.get(name, ("", ""))[0] == "quit":
+        if self.keys_close and KEYS.get(name, ("", ""))[0] == "quit":
             self.should_close = True
 
     def _on_cursor(self, _window: object, x: float, y: float) -> None:
         dx, dy = x - self._cursor[0], y - self._cursor[1]
         self._cursor = (x, y)
+        self._events.append(MouseMoved(*self._pixels(x, y)))
         purpose = self._purpose_of_drag()
         if purpose:
             height = max(1, glfw.get_window_size(self._window)[1])
@@ -183,6 +214,21 @@ class GlfwWindow:
             shift = (glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT)
             return "pan" if any(glfw.get_key(self._window, key) == glfw.PRESS for key in shift) else "turn"
         return "pan" if held(glfw.MOUSE_BUTTON_MIDDLE) else None
+
+    def _on_button(self, _window: object, button: int, action: int, _mods: int) -> None:
+        place = self._pixels(*glfw.get_cursor_pos(self._window))
+        self._events.append(MouseButton(button, action == glfw.PRESS, *place))
+
+    def _on_text(self, _window: object, codepoint: int) -> None:
+        self._events.append(Typed(chr(codepoint)))
+
+    def _on_drop(self, _window: object, paths: list[str]) -> None:
+        self._events.append(Dropped(tuple(paths)))
+
+    def _pixels(self, x: float, y: float) -> tuple[float, float]:
+        """Return a place of the window, in its points, as framebuffer pixels."""
+        ratio = self.size[0] / max(1, glfw.get_window_size(self._window)[0])
+        return x * ratio, y * ratio
 
     def _on_scroll(self, _window: object, _dx: float, dy: float) -> None:
         self._events.append(Scrolled(dy))
