@@ -8,20 +8,23 @@ class Material:
     """How a group of triangles is drawn.
 
     shader : name of a fragment shader
+    vertex_shader : "face", or "shaded" where the key light's shadow falls on it
     two_sided : also drawn from behind
     blended : drawn last, over the rest, by the atlas's alpha
     casts_shadow : whether it stands in the key light's way
     """
 
     shader: str
+    vertex_shader: str = "face"
     two_sided: bool = False
     blended: bool = False
     casts_shadow: bool = True
 
 
-SKIN = Material("skin")
+SKIN = Material("skin", "shaded")
 EYE = Material("eye", casts_shadow=False)
 MOUTH = Material("mouth", casts_shadow=False)
+CLOTH = Material("cloth", "shaded", casts_shadow=False)
 HAIR = Material("hair", blended=True)
 
 # The groups of the shipped head. Any other group, and a mesh without groups, is skin.
@@ -32,6 +35,7 @@ MATERIALS = {
     "teeth_lower": MOUTH,
     "tongue": MOUTH,
     "mouth": MOUTH,
+    "shirt": CLOTH,
     "hair": HAIR,
     "brows": HAIR,
     "lashes": Material("hair", two_sided=True, blended=True, casts_shadow=False),

@@ -125,7 +125,7 @@ class Part:
         self.group = group
         self.material = material_of(group)
         self._ctx = ctx
-        self._program = program(ctx, "skin" if self.material is SKIN else "face", self.material.shader)
+        self._program = program(ctx, self.material.vertex_shader, self.material.shader)
         self._indices = ctx.buffer(np.ascontiguousarray(triangles, dtype=np.int32).tobytes())
         moving, uvs = buffers
         layout = [(moving, "3f4 3f4", "in_position", "in_normal"), (uvs, "2f4", "in_uv")]

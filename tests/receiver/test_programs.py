@@ -6,8 +6,8 @@ from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.programs import columns, program, set_matrix, source
 
 PAIRS = [
-    ("skin", "skin"), ("face", "eye"), ("face", "mouth"), ("face", "hair"), ("face", "wire"), ("marks", "marks"),
-    ("shadow", "shadow"), ("screen", "compose"), ("screen", "smooth"), ("overlay", "overlay"),
+    ("shaded", "skin"), ("shaded", "cloth"), ("face", "eye"), ("face", "mouth"), ("face", "hair"), ("face", "wire"),
+    ("marks", "marks"), ("shadow", "shadow"), ("screen", "compose"), ("screen", "smooth"), ("overlay", "overlay"),
 ]  # fmt: skip
 
 

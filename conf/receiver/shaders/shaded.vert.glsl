@@ -20,7 +20,7 @@ const vec2 DISC[12] = vec2[](
     vec2(0.473, -0.480), vec2(0.519, 0.767), vec2(0.185, -0.893), vec2(0.507, 0.064), vec2(0.896, 0.412),
     vec2(-0.322, -0.933), vec2(-0.792, -0.598));
 
-// A shadow looked up at the vertices and spread over the triangles is soft, and a tenth of the work of one looked up at
+// For what lies in the key light's shadow. A shadow looked up at the vertices and spread over the triangles is soft, and a tenth of the work of one looked up at
 // every pixel.
 float seen(vec3 outwards, float facing) {
     vec3 at = (lamp * vec4(in_position + LIFT_CM * outwards, 1.0)).xyz;
