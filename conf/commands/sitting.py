@@ -1,0 +1,145 @@
+"""A mesh sits for its portraits: find the face in it, come near, and see where the tracker sees its control points."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.commands.portraits import FRONT, SIDE, Studio, pose_towards, triangulate
+from conf.errors import ConfError
+from conf.face.casting import front_hits
+from conf.face.face_prior import FacePrior, Similarity
+from conf.face.mesh import Mesh
+from conf.receiver.offscreen import OffscreenWindow
+from conf.sender.models import fetch_models
+from conf.sender.tracker import FaceTracker
+
+Progress = Callable[[str], None]
+
+ROUGH_SIDES = [(-15.0, 0.0), FRONT, (15.0, 0.0)]
+FINE_SIDES = [(yaw, pitch) for yaw in (-20.0, 0.0, 20.0) for pitch in (-10.0, 0.0, 10.0)]
+PICTURE_CM = 24.0  # height of a close drawing
+WHOLE_CM = 24.0  # to what a mesh of unknown size is brought at first
+# What may be the face: the whole mesh, or the top of a bust or a figure; share of the height, largest first.
+SLICES = (1.0, 0.5, 0.25, 0.14)
+HEAD_CM = 25.0  # what lies farther from the eyes is not looked at
+
+
+@dataclass(frozen=True)
+class Sitting:
+    """What came of it.
+
+    observed : (n, 3) control points where the tracker sees them, in the prior's frame
+    frame : what carries the mesh's own coordinates into the prior's frame
+    mesh : the part of the mesh around the face, in the prior's frame
+    """
+
+    observed: NDArray[np.float64]
+    frame: Similarity
+    mesh: Mesh
+
+
+def observe(mesh: Mesh, prior: FacePrior, *, name: str, on_progress: Progress | None = None) -> Sitting:
+    """Find the face of an upright mesh and see its control points from several sides.
+
+    name : of the mesh, for the user
+    Raises ConfError if no face is seen, GraphicsError, ModelError.
+    """
+    tell = on_progress or (lambda text: None)
+    mesh = welded(mesh)
+    tracker = FaceTracker(fetch_models())
+    with OffscreenWindow(SIDE, SIDE) as window:
+        tell("looking for the face")
+        frame = _find_face(window, tracker, mesh, prior)
+        if frame is None:
+            raise ConfError(
+                f"{name}: no face is seen from the front: name the mesh's axes towards crown and nose with --up and "
+                "--front, or place the points by hand in `conf animate`"
+            )
+        for sides in (ROUGH_SIDES, FINE_SIDES):
+            tell(f"looking at it from {len(sides)} sides")
+            seen = _observe(window, tracker, _closer(mesh, frame), sides, prior)
+            if seen is None:
+                raise ConfError(f"{name}: the face is lost from nearby: place the points by hand in `conf animate`")
+            step = prior.frame(seen)
+            frame = _chain(frame, step)
+    return Sitting(step.apply(seen), frame, _closer(mesh, frame))
+
+
+def welded(mesh: Mesh, /) -> Mesh:
+    """Join vertices at one place where the file repeats every one of them (STL), so that light runs smooth."""
+    if len(mesh.vertices) < 3 * len(mesh.triangles):
+        return mesh
+    places, inverse = np.unique(mesh.vertices, axis=0, return_inverse=True)
+    triangles = inverse.ravel()[mesh.triangles].astype(np.int32)
+    ones = np.arange(len(places), dtype=np.int32)
+    return replace(
+        mesh, vertices=places, triangles=triangles, render_triangles=triangles, render_vertices=ones,
+        uvs=np.zeros((len(places), 2)), texture=None,
+    )  # fmt: skip
+
+
+def _find_face(window: OffscreenWindow, tracker: FaceTracker, mesh: Mesh, prior: FacePrior) -> Similarity | None:
+    """Return roughly what carries the mesh into the prior's frame, from one drawing of it or of its upper part."""
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    scale = WHOLE_CM / max(float((high - low)[1]), 1e-300)
+    whole = Similarity(np.eye(3), scale, -scale * (low + high) / 2)
+    standing = replace(mesh, vertices=whole.apply(mesh.vertices))
+    studio = Studio(window, tracker, standing, prior.mean)
+    try:
+        for share in SLICES:
+            height = 1.15 * share * WHOLE_CM
+            centre = (0.0, (1 - share) * WHOLE_CM / 2)
+            for sight in studio.look(pose_towards(FRONT, height=height, centre=centre)):
+                places = sight.places * height / 2 + centre
+                step = _rough_frame(places, standing, prior)
+                if step is not None:
+                    return _chain(whole, step)
+    finally:
+        studio.release()
+    return None
+
+
+def _rough_frame(places: NDArray[np.float64], mesh: Mesh, prior: FacePrior) -> Similarity | None:
+    """Return a size and a shift from where control points (n, 2) are seen in a drawing of cm."""
+    seen = prior.seen[:, :2]
+    a, b = places - places.mean(axis=0), seen - seen.mean(axis=0)
+    scale = float((a * b).sum() / (a * a).sum())
+    depth = front_hits(places, mesh.vertices, mesh.triangles).points[:, 2]
+    if scale <= 0 or np.isnan(depth).all():  # upside down, or no surface there
+        return None
+    back = float(np.nanmedian(prior.seen[:, 2] - scale * depth))
+    return Similarity(np.eye(3), scale, np.array([*(seen.mean(axis=0) - scale * places.mean(axis=0)), back]))
+
+
+def _closer(mesh: Mesh, near: Similarity) -> Mesh:
+    """Return the part of the mesh around the face, in the prior's frame."""
+    vertices = near.apply(mesh.vertices)
+    kept = np.linalg.norm(vertices, axis=1) < HEAD_CM
+    kept_triangles = kept[mesh.triangles].all(axis=1)
+    numbers = np.cumsum(kept_triangles) - 1
+    groups = {name: numbers[members[kept_triangles[members]]] for name, members in mesh.groups.items()}
+    return replace(
+        mesh, vertices=vertices, triangles=mesh.triangles[kept_triangles],
+        render_triangles=mesh.render_triangles[kept_triangles],
+        groups={name: members for name, members in groups.items() if len(members)},
+    )  # fmt: skip
+
+
+def _observe(
+    window: OffscreenWindow, tracker: FaceTracker, mesh: Mesh, sides: list[tuple[float, float]], prior: FacePrior
+) -> NDArray[np.float64] | None:
+    """Return the (n, 3) control points as the tracker sees them from several sides, or None from fewer than two."""
+    studio = Studio(window, tracker, mesh, prior.mean)
+    try:
+        sights = [s for side in sides for s in studio.look(pose_towards(side, height=PICTURE_CM, centre=(0.0, -0.5)))]
+    finally:
+        studio.release()
+    clips = {sight.clip.tobytes() for sight in sights}
+    return triangulate(sights) if len(clips) > 1 else None
+
+
+def _chain(first: Similarity, then: Similarity) -> Similarity:
+    """Return the two, one after the other."""
+    return Similarity(then.rotation @ first.rotation, then.scale * first.scale, then.apply(first.shift))

@@ -1,0 +1,127 @@
+"""Find places on the surface of a mesh: what is seen from the front, and what is nearest."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+_CHUNK = 1 << 21  # tests of a place against a triangle at a time
+_RIM = 1e-12  # a place on an edge belongs to both triangles
+
+
+@dataclass(frozen=True)
+class Hits:
+    """What rays from the viewer, along -z, meet first.
+
+    points : (L, 3), nan where there is nothing
+    triangles : (L,) the triangle met, -1 where there is none
+    """
+
+    points: NDArray[np.float64]
+    triangles: NDArray[np.intp]
+
+
+def front_hits(places: NDArray[np.float64], vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> Hits:
+    """Return what is seen at each place (L, 2), x and y, of a mesh (V, 3), (F, 3) from the front.
+
+    Both sides of a triangle are seen. All triangles lie flat in the picture; each place is tested against all of them.
+    """
+    points, found = np.full((len(places), 3), np.nan), np.full(len(places), -1, dtype=np.intp)
+    if not len(places):
+        return Hits(points, found)
+    flat = vertices[triangles][..., :2]
+    near = (flat.max(axis=1) >= places.min(axis=0)).all(axis=1) & (flat.min(axis=1) <= places.max(axis=0)).all(axis=1)
+    near = np.flatnonzero(near)
+    step = max(1, _CHUNK // max(1, len(near)))
+    for start in range(0, len(places), step):
+        some = places[start : start + step]
+        place, hit = np.nonzero(_covering(some, flat[near]))
+        corners = vertices[triangles[near[hit]]]
+        shares = _barycentric(some[place], corners[..., :2])
+        depth = (shares * corners[..., 2]).sum(axis=1)
+        order = np.lexsort((-depth, place))
+        seen, first = np.unique(place[order], return_index=True)
+        points[start + seen, :2] = some[seen]
+        points[start + seen, 2] = depth[order[first]]
+        found[start + seen] = near[hit[order[first]]]
+    return Hits(points, found)
+
+
+def nearest_points(
+    places: NDArray[np.float64],
+    facing: NDArray[np.float64],
+    vertices: NDArray[np.float64],
+    triangles: NDArray[np.int32],
+    *,
+    reach: float,
+) -> NDArray[np.float64]:
+    """Return the nearest point of the surface to each place that faces the way it should, nan if none is in reach.
+
+    places : (n, 3); facing : (n, 3) unit directions the surface there should look, within 60 degrees
+    """
+    corners = vertices[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    found = np.full((len(places), 3), np.nan)
+    for i, (place, way) in enumerate(zip(places, facing, strict=True)):
+        near = (low < place + reach).all(axis=1) & (high > place - reach).all(axis=1)
+        near &= (normals @ way >= 0.5 * lengths) & (lengths > 0)
+        if near.any():
+            points = _nearest_in_triangles(place, corners[near])
+            distance = np.linalg.norm(points - place, axis=1)
+            if distance.min() <= reach:
+                found[i] = points[distance.argmin()]
+    return found
+
+
+def nearest_normals(
+    places: NDArray[np.float64], vertices: NDArray[np.float64], triangles: NDArray[np.int32]
+) -> NDArray[np.float64]:
+    """Return the (n, 3) unit normal of the surface at the vertex nearest to each place (n, 3)."""
+    corners = vertices[triangles]
+    faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    used = np.unique(triangles)
+    nearest = used[[np.linalg.norm(vertices[used] - place, axis=1).argmin() for place in places]]
+    normals = np.array([faces[(triangles == vertex).any(axis=1)].sum(axis=0) for vertex in nearest])
+    return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
+
+
+def _nearest_in_triangles(place: NDArray[np.float64], corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the (F, 3) nearest point of each triangle (F, 3, 3): inside it, or on the nearest of its edges."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    inside = place - normal * ((place - a) * normal).sum(axis=1, keepdims=True)
+    within = np.ones(len(corners), dtype=bool)
+    best, distance = inside.copy(), np.full(len(corners), np.inf)
+    for start, end in ((a, b), (b, c), (c, a)):
+        edge = end - start
+        within &= (np.cross(edge, inside - start) * normal).sum(axis=1) >= 0
+        along = ((place - start) * edge).sum(axis=1) / np.maximum((edge * edge).sum(axis=1), 1e-300)
+        on_edge = start + np.clip(along, 0.0, 1.0)[:, None] * edge
+        away = np.linalg.norm(on_edge - place, axis=1)
+        best = np.where((away < distance)[:, None], on_edge, best)
+        distance = np.minimum(distance, away)
+    return np.where(within[:, None], inside, best)
+
+
+def _covering(places: NDArray[np.float64], flat: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return (L, F): does a triangle (F, 3, 2) of the picture cover a place (L, 2)?"""
+    low = np.full((len(places), len(flat)), np.inf)
+    high = -low
+    for corner in range(3):
+        a, b = flat[:, corner], flat[:, (corner + 1) % 3]
+        x, y = (b - a).T
+        side = x * (places[:, 1, None] - a[:, 1]) - y * (places[:, 0, None] - a[:, 0])
+        np.minimum(low, side, out=low)
+        np.maximum(high, side, out=high)
+    return np.asarray(((low >= -_RIM) | (high <= _RIM)) & (high - low > _RIM))
+
+
+def _barycentric(places: NDArray[np.float64], flat: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the (H, 3) shares of the corners (H, 3, 2) at places (H, 2) inside them."""
+    a, b, c = (flat[:, corner] - places for corner in range(3))
+    areas = [p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] for p, q in ((b, c), (c, a), (a, b))]
+    shares = np.stack(areas, axis=1)
+    return np.asarray(shares / shares.sum(axis=1, keepdims=True))

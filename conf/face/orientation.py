@@ -1,0 +1,24 @@
+"""Which way a mesh stands: bring any axes to y up and z to the viewer."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+AXES = {
+    f"{sign}{letter}": value * np.eye(3)[index]
+    for index, letter in enumerate("xyz")
+    for sign, value in (("", 1.0), ("-", -1.0))
+}
+
+
+def turn_upright(up: str, front: str, /) -> NDArray[np.float64]:
+    """Return the (3, 3) rotation that takes a mesh's own axes to the face's: x to its left, y up, z to the viewer.
+
+    up, front : the mesh's axis towards the crown and towards the nose, one of x, y, z, -x, -y, -z
+    Raises ValueError if an axis is none of these, or both lie on one line.
+    """
+    for name, axis in (("up", up), ("front", front)):
+        if axis not in AXES:
+            raise ValueError(f"{name} must be one of {', '.join(AXES)}, got {axis!r}")
+    if up[-1] == front[-1]:
+        raise ValueError(f"front must not lie on the same line as up, got up {up!r} and front {front!r}")
+    return np.stack([np.cross(AXES[up], AXES[front]), AXES[up], AXES[front]])

@@ -1,0 +1,69 @@
+"""Measure what `conf fit` knows beforehand: `python tools/train_fit.py [--wheels FOLDER]`.
+
+Heads are mixed at random from the base figure's targets, drawn and tracked as `conf fit` does it, and what the tracker
+says is set against the vertices that bear the control points. Writes conf/assets/face_prior.npz. None of these heads is
+among those that bench_fit measures on.
+"""
+
+import argparse
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.commands.sitting import observe
+from conf.face.casting import nearest_normals
+from conf.face.face_prior import PRIOR_FILE, FacePrior, learn_prior
+from conf.face.head import DEFAULT_HEAD
+from conf.face.mesh import load_mesh
+from conf.face.ppc import read_ppc
+from tools.fit_heads import Recipe, random_recipe, write_head
+from tools.head.source import Source, fetch_wheel
+
+HEADS = 30
+MODES = 8
+SEED = 11
+
+
+def main() -> None:
+    """Mix, track, measure and write."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--wheels", type=Path, default=Path.home() / ".cache" / "conf", help="folder of the wheel")
+    options = parser.parse_args()
+    options.wheels.mkdir(parents=True, exist_ok=True)
+    source = Source(fetch_wheel(options.wheels))
+    rng = np.random.default_rng(SEED)
+    recipes = [random_recipe(f"{i:02}", source, rng) for i in range(HEADS)]
+    observed, truth, normals = (np.array(rows) for rows in zip(*(look(r, source) for r in recipes), strict=True))
+    prior = learn_prior(observed, truth, normals, modes=MODES)
+    arrays = {name: np.round(getattr(prior, name), 4).astype(np.float32) for name in FacePrior.__dataclass_fields__}
+    np.savez_compressed(PRIOR_FILE, **arrays)
+    print(f"{PRIOR_FILE}: {PRIOR_FILE.stat().st_size:,} B, scatter {10 * prior.scatter.mean():.1f} mm on average")
+
+
+def look(recipe: Recipe, source: Source) -> tuple[NDArray[np.float64], ...]:
+    """Return what the tracker sees of one head, what is true, and the normals there: three times (n, 3)."""
+    with tempfile.TemporaryDirectory() as folder:
+        head = write_head(recipe, source, Path(folder))
+        mesh = load_mesh(head.path)
+    sitting = observe(mesh, starting_prior(), name=recipe.name)
+    truth = sitting.frame.apply(head.truth)
+    normals = nearest_normals(truth, sitting.mesh.vertices, sitting.mesh.triangles)
+    print(recipe.name, flush=True)
+    return sitting.observed, truth, normals
+
+
+def starting_prior() -> FacePrior:
+    """Return what is known before anything is measured: the default head."""
+    points = read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
+    return FacePrior(points, points, np.ones_like(points), np.empty((0, *points.shape)), np.zeros_like(points))
+
+
+if __name__ == "__main__":
+    main()
