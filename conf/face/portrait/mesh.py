@@ -1,4 +1,4 @@
-"""The mesh over a photograph: the face's outlines are vertices, and the rest is a grid, dense at eyes and mouth.
+"""The mesh over a photographed person: the face's outlines are vertices, and the rest is a grid, dense at eyes and mouth.
 
 Strategy: points first, each no nearer to its neighbours than the place asks for; then Delaunay's triangles, which are
 never thinner than the points make them. The outlines are dense beside the grid, so triangles do not cross the lips.
@@ -16,6 +16,7 @@ from conf.face.portrait.shape import FaceShape, project
 LEAST_GAP_CM = 0.03  # between facing lips or lids in the photograph: shut ones have no room for triangles
 SPACING_CM = {"feature": 0.5, "face": 0.9, "rest": 2.2}  # between the grid's points
 BESIDE = 0.55  # of the spacing: nearer than this to another vertex a grid point is left out
+OUTLINE_MARGIN_CM = 0.8  # beyond the person's outline, over which his edge fades
 FACE_REACH = 1.25  # of the oval's radius: where the face's spacing ends
 
 _FACING = [
@@ -39,7 +40,7 @@ _OVAL = contours.rows(contours.OVAL)
 
 @dataclass(frozen=True)
 class PhotoMesh:
-    """Vertices and triangles over a whole picture.
+    """Vertices over a whole picture, and the triangles that show some of the person.
 
     places : (V, 2) float64 picture heights, x right, y up; the first D are the shape's points
     triangles : (F, 3) int32, counter-clockwise
@@ -70,6 +71,7 @@ def build_mesh(shape: FaceShape, /) -> PhotoMesh:
     points = part_lips_and_lids(project(shape.points, shape.pose), centimetre)
     places = np.concatenate([points, _grid(points, centimetre, shape.aspect)])
     triangles = _counter_clockwise(places, Delaunay(places).simplices.astype(np.int32))
+    triangles = triangles[_show_person(places, triangles, shape.outline, OUTLINE_MARGIN_CM * centimetre)]
     ring = np.zeros(len(places), dtype=bool)
     ring[contours.rows(contours.UPPER_INNER_LIP + contours.LOWER_INNER_LIP)] = True
     return PhotoMesh(places, triangles, _in_mouth(places, triangles, ring))
@@ -122,6 +124,37 @@ def _counter_clockwise(places: NDArray[np.float64], triangles: NDArray[np.int32]
     areas = signed_areas(places, triangles)
     turned = np.where((areas < 0)[:, None], triangles[:, ::-1], triangles)
     return np.ascontiguousarray(turned[np.abs(areas) > 1e-12])
+
+
+def _show_person(
+    places: NDArray[np.float64], triangles: NDArray[np.int32], outline: NDArray[np.float64], margin: float
+) -> NDArray[np.bool_]:
+    """Tell the triangles that show some of the person: what is only background need not move, and cannot fold."""
+    corners = places[triangles]
+    if len(outline) < 3:
+        return np.ones(len(triangles), dtype=bool)
+    middles = corners.mean(axis=1)
+    reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
+    return np.asarray(_inside(middles, outline) | (_distance(middles, outline) < reach + margin))
+
+
+def _inside(points: NDArray[np.float64], outline: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell the points (k, 2) inside a closed outline: those whose ray to the right crosses it an odd number of times."""
+    a, b = outline, np.roll(outline, -1, axis=0)
+    x, y = points[:, :1], points[:, 1:]
+    crosses = (a[:, 1] > y) != (b[:, 1] > y)
+    rise = np.where(a[:, 1] == b[:, 1], 1.0, b[:, 1] - a[:, 1])
+    at = a[:, 0] + (y - a[:, 1]) / rise * (b[:, 0] - a[:, 0])
+    return np.asarray(np.count_nonzero(crosses & (x < at), axis=1) % 2 == 1)
+
+
+def _distance(points: NDArray[np.float64], outline: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (k,) how far points are from the nearest side of a closed outline."""
+    sides = np.roll(outline, -1, axis=0) - outline
+    away = points[:, None] - outline
+    along = np.sum(away * sides, axis=2) / np.maximum(np.sum(sides * sides, axis=1), 1e-12)
+    nearest = np.clip(along, 0, 1)[..., None] * sides
+    return np.asarray(np.linalg.norm(away - nearest, axis=2).min(axis=1))
 
 
 def _in_mouth(places: NDArray[np.float64], triangles: NDArray[np.int32], ring: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -17,6 +17,7 @@ class FaceShape:
     points : (D, 3) float64 cm in face axes, head pose removed: control points, then outlines, as contours.ALL
     neutral : (n, 3) float64 cm in face axes: the control points of the person's neutral pose
     unit : (n, 3) float64 cm, the length of one FAPU unit for each axis of each control point
+    outline : (K, 2) of the person, picture heights, x right, y up; fewer than three: everything is person
     """
 
     aspect: float
@@ -24,6 +25,7 @@ class FaceShape:
     points: NDArray[np.float64]
     neutral: NDArray[np.float64]
     unit: NDArray[np.float64]
+    outline: NDArray[np.float64]
 
 
 def project(points: NDArray[np.float64], pose: HeadPose, /) -> NDArray[np.float64]:

@@ -6,7 +6,8 @@ from numpy.typing import NDArray
 from conf.face.portrait.mesh import PhotoMesh, signed_areas
 
 LEAST_SHARE = 0.02  # of its own area that a triangle keeps
-ROUNDS = 6  # of holding back single vertices, before the whole motion is held back
+ROUNDS = 10  # of holding back single vertices, before the whole motion is held back
+ALONE = 4  # rounds, after which the neighbours of what folds are held back as well
 
 
 def unfold(target: NDArray[np.float64], still: NDArray[np.float64], mesh: PhotoMesh, /) -> NDArray[np.float64]:
@@ -17,15 +18,26 @@ def unfold(target: NDArray[np.float64], still: NDArray[np.float64], mesh: PhotoM
     """
     if not _folded(target, mesh).any():
         return target
-    still = _on_the_way(_similar(still, mesh.places), still, mesh)
-    held = np.ones((len(target), 1))
-    for _ in range(ROUNDS):
-        places = still + held * (target - still)
+    if _folded(still, mesh).any():
+        still = _as_far_as_it_goes(_similar(still, mesh.places), still, mesh)
+    return _as_far_as_it_goes(still, target, mesh)
+
+
+def _as_far_as_it_goes(
+    start: NDArray[np.float64], end: NDArray[np.float64], mesh: PhotoMesh
+) -> NDArray[np.float64]:
+    """Return places near the end that are not folded, held back towards a start that is not: single vertices first."""
+    held = np.ones((len(end), 1))
+    for number in range(ROUNDS):
+        places = start + held * (end - start)
         folded = _folded(places, mesh)
         if not folded.any():
             return np.asarray(places)
-        held[np.unique(mesh.triangles[folded])] *= 0.5
-    return _on_the_way(still, still + held * (target - still), mesh)
+        guilty = np.unique(mesh.triangles[folded])
+        if number >= ALONE:
+            guilty = np.unique(mesh.triangles[np.isin(mesh.triangles, guilty).any(axis=1)])
+        held[guilty] *= 0.6
+    return _on_the_way(start, start + held * (end - start), mesh)
 
 
 def _folded(places: NDArray[np.float64], mesh: PhotoMesh) -> NDArray[np.bool_]:

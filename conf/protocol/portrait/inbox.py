@@ -28,6 +28,7 @@ class PortraitInbox:
         self._finished: OrderedDict[int, None] = OrderedDict()
         self._to_answer: OrderedDict[int, None] = OrderedDict()  # numbers the sender may not know to be whole
         self._news = False
+        self._urgent = False  # the end of an object has come, and not all before it
         self._answered_at = float("-inf")
 
     def receive_piece(self, data: bytes) -> bytes | None:
@@ -49,6 +50,7 @@ class PortraitInbox:
         if len(self._parts) > MAX_UNFINISHED:
             self._parts.popitem(last=False)
         if len(pieces) < piece_count(total, size):
+            self._urgent = self._urgent or piece.index == piece_count(total, size) - 1
             return None
         del self._parts[piece.number]
         self._finish(piece.number)
@@ -56,13 +58,13 @@ class PortraitInbox:
 
     def next_answer(self, now: float) -> bytes | None:
         """Return the body of an answer when there is news and it is time."""
-        urgent = bool(self._to_answer)
+        urgent = bool(self._to_answer) or self._urgent
         if not self._news or (now - self._answered_at < ANSWER_EVERY_S and not urgent):
             return None
         finished = tuple(self._to_answer)[:MAX_FINISHED]
         for number in finished:
             del self._to_answer[number]
-        self._news = bool(self._to_answer)
+        self._news, self._urgent = bool(self._to_answer), False
         self._answered_at = now
         unfinished = tuple((number, frozenset(pieces)) for number, (_, _, pieces) in self._parts.items())
         return encode_answer(Answer(self._token, finished, unfinished))

@@ -15,8 +15,10 @@ from conf.protocol.portrait.pieces import (
 from conf.protocol.token_bucket import TokenBucket
 
 PIECE_BYTES = 80  # with header, seal and the motion beside it, what a link of 16 kbit/s carries in one frame's time
-RETRY_S = 1.2  # without an answer: answers come twice a second, and a slow link holds some back
-BURST_BYTES = 200  # after a rest
+RETRY_S = 0.8  # without an answer: answers come twice a second
+REORDERED_S = 0.15  # a piece that is missing while one sent so much later has arrived is lost
+START_RETRY_S = 0.35  # the same before a first object has arrived: the link has nothing better to carry
+BURST_BYTES = 200  # after a rest, beside a piece
 NUMBERS = 1 << 16
 
 
@@ -41,6 +43,12 @@ class _Outgoing:
         fresh = next((i for i in missing if i not in self.sent), None)
         return fresh if fresh is not None else next((i for i in missing if now - self.sent[i] >= retry), None)
 
+    def note(self, indices: frozenset[int]) -> None:
+        """Take note of the pieces that have arrived, and of those that were overtaken: they count as never sent."""
+        self.arrived |= {i for i in indices if i < self.count}
+        newest = max((self.sent.get(i, float("-inf")) for i in self.arrived), default=float("-inf"))
+        self.sent = {i: at for i, at in self.sent.items() if i in self.arrived or at > newest - REORDERED_S}
+
     def piece(self, index: int) -> Piece:
         start = index * self.size
         return Piece(self.number, self.size, index, len(self.data), self.data[start : start + self.size])
@@ -49,7 +57,7 @@ class _Outgoing:
 class PortraitOutbox:
     """Sends objects; `next_piece` is asked as often as there is room on the link."""
 
-    def __init__(self, *, kbps: float = 4.0, start_kbps: float = 9.0, piece_bytes: int = PIECE_BYTES) -> None:
+    def __init__(self, *, kbps: float = 4.0, start_kbps: float = 10.0, piece_bytes: int = PIECE_BYTES) -> None:
         """Make an empty outbox.
 
         kbps : what the pieces may cost, headers included, once a first object has arrived
@@ -64,7 +72,7 @@ class PortraitOutbox:
         self.retry = RETRY_S  # seconds; at least a round trip and the time between two answers
         self.bytes_sent = 0
         self._piece_bytes = piece_bytes
-        self._bucket = TokenBucket(start_kbps * 125, BURST_BYTES)
+        self._bucket = TokenBucket(start_kbps * 125, BURST_BYTES + piece_bytes)
         self._outgoing: dict[int, _Outgoing] = {}  # by slot
         self._delivered: dict[int, _Outgoing] = {}  # by slot: kept for a receiver that begins anew
         self._next_number = 0
@@ -102,9 +110,10 @@ class PortraitOutbox:
         overhead : bytes that the datagram costs beside the body, if it is sent for this piece alone
         """
         started = bool(self._delivered)
+        retry = self.retry if started else min(self.retry, START_RETRY_S)
         self._bucket.rate = (self.kbps if started else max(self.kbps, self.start_kbps)) * 125
         for outgoing in sorted(self._outgoing.values(), key=lambda o: (o.urgency, o.number)):
-            index = outgoing.due(now, self.retry)
+            index = outgoing.due(now, retry)
             if index is None:
                 continue
             body = encode_piece(outgoing.piece(index))
@@ -127,7 +136,7 @@ class PortraitOutbox:
                 self._delivered[slot] = self._outgoing.pop(slot)
         partly = dict(answer.unfinished)
         for outgoing in self._outgoing.values():
-            outgoing.arrived |= {i for i in partly.get(outgoing.number, ()) if i < outgoing.count}
+            outgoing.note(partly.get(outgoing.number, frozenset()))
 
     def restart(self) -> None:
         """Send everything again: the receiver has begun anew."""

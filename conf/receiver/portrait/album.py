@@ -82,6 +82,7 @@ class Album:
             photo.points,
             photo.neutral,
             Fapu(*photo.fapu).lengths(),
+            (photo.outline - 0.5) * (photo.size[0] / photo.size[1], -1.0),
         )
         try:
             warp = PortraitWarp(shape)

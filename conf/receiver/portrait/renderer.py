@@ -60,8 +60,8 @@ class PortraitRenderer:
         x, y, width, height = framebuffer.viewport
         framebuffer.clear(*SURROUND, viewport=(x, y, width, height))
         aspect = sitter.warp.shape.aspect
-        frame, corner, part = _fit(aspect, view, (width, height))
-        self._ctx.scissor = (x + corner[0], y + corner[1], *part)
+        frame, part = _fit(aspect, view, (width, height))
+        self._ctx.scissor = (x + part[0], y + part[1], *part[2:])
         self._program["frame"] = self._mouth_program["frame"] = frame
         self._ctx.enable_only(moderngl.BLEND)
         self._ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE, moderngl.ONE
@@ -175,11 +175,11 @@ class _Set:
 
 def _fit(
     aspect: float, view: View, size: tuple[int, int]
-) -> tuple[tuple[float, float, float, float], tuple[int, int], tuple[int, int]]:
+) -> tuple[tuple[float, float, float, float], tuple[int, int, int, int]]:
     """Fit a picture into a window.
 
     aspect : width of the picture over its height; size : of the window in pixels
-    Returns the shader's `frame`, and lower left corner and size in pixels of the part that may be drawn on.
+    Returns the shader's `frame`, and left, bottom, width and height in pixels of the part that may be drawn on.
     """
     width, height = size
     fit = min(1.0, width / height / aspect) * view.zoom
@@ -188,5 +188,5 @@ def _fit(
     half = (scale[0] * aspect / 2, scale[1] / 2)
     low = [max(0, round((1 + s - h) / 2 * side)) for s, h, side in zip(shift, half, size, strict=True)]
     high = [min(side, round((1 + s + h) / 2 * side)) for s, h, side in zip(shift, half, size, strict=True)]
-    part = (max(0, high[0] - low[0]), max(0, high[1] - low[1]))
-    return (*scale, *shift), (low[0], low[1]), part
+    part = (low[0], low[1], max(0, high[0] - low[0]), max(0, high[1] - low[1]))
+    return (*scale, *shift), part

@@ -2,8 +2,8 @@
 
 Strategy: the keys of a feature (conf.face.portrait.features) say what it does. A frame whose keys are far from those of
 the photograph and of every patch is worth a patch. Slots are few: when they are full, the patch that is nearest to
-another one, so that it would be missed least, makes room. Light is matched here, where both pictures are at hand: a patch
-takes over the photograph's colours along its border.
+another one, so that it would be missed least, makes room. Light is matched here, where both pictures are at hand: a
+patch takes over the photograph's colours along its border.
 """
 
 from dataclasses import dataclass
@@ -49,13 +49,9 @@ class Patchwork:
         self._keys: dict[int, NDArray[np.float64]] = {}
 
     def novelty(self, key: NDArray[np.int8], /) -> float:
-        """Return how far, in key steps, a moment is from all that the receiver can show."""
+        """Return how far a moment is from all that the receiver can show; from 1 on it deserves a patch."""
         known = np.array([self._photo, *self._keys.values()])
-        return float(np.linalg.norm(known - key, axis=1).min())
-
-    def wants(self, key: NDArray[np.int8], /) -> bool:
-        """Whether a moment deserves a patch."""
-        return self.novelty(key) >= self._budget.novelty
+        return float(np.linalg.norm(known - key, axis=1).min()) / self._budget.novelty
 
     def take(self, key: NDArray[np.int8], /) -> int:
         """Keep a moment; return the slot it goes to."""
@@ -106,17 +102,22 @@ def match_light(
     """
     height, width = patch.shape[:2]
     size, photo_size = np.array([width, height]), np.array(photo.shape[1::-1])
-    to_photo, _ = cv2.estimateAffinePartial2D(
-        np.ascontiguousarray(points * size), np.ascontiguousarray(photo_points * photo_size)
-    )
-    if to_photo is None:
-        return patch
+    to_photo = similarity(points * size, photo_points * photo_size)
     under = cv2.warpAffine(photo, to_photo, (width, height), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
     border = np.ones((height, width), bool)
     inset = max(2, min(height, width) // 7)
     border[inset:-inset, inset:-inset] = False
     gain = under[border].mean(axis=0) / np.maximum(patch[border].mean(axis=0), 1)
     return np.asarray(np.clip(patch * np.clip(gain, 0.6, 1.6), 0, 255), dtype=np.uint8)
+
+
+def similarity(source: NDArray[np.float64], target: NDArray[np.float64], /) -> NDArray[np.float64]:
+    """Return the (2, 3) matrix that turns, sizes and shifts points (m, 2) nearest to others, in least squares."""
+    a, b = source - source.mean(axis=0), target - target.mean(axis=0)
+    over = max(float(np.sum(a * a)), 1e-9)
+    cosine, sine = float(np.sum(a * b)) / over, float(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])) / over
+    turn = np.array([[cosine, -sine], [sine, cosine]])
+    return np.column_stack([turn, target.mean(axis=0) - turn @ source.mean(axis=0)])
 
 
 def make_patch(

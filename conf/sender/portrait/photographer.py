@@ -14,7 +14,7 @@ from conf.sender.portrait.cutout import outline_person
 from conf.sender.portrait.encoding import encode_picture
 from conf.sender.pose import remove_head_pose
 
-PICTURE_BYTES = 5000
+PICTURE_BYTES = 4700
 MAX_HEIGHT = 240  # px: more does not fit into the bytes
 BEHIND_BLUR = 1.2  # px: the background is not what people look at, and a soft one takes few bytes
 BODY_BLUR = 0.8

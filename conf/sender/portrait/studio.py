@@ -18,22 +18,25 @@ from conf.protocol.portrait.outbox import PortraitOutbox
 from conf.protocol.portrait.patch import MAX_SLOTS
 from conf.protocol.portrait.photograph import NeutralUpdate, Photograph
 from conf.protocol.portrait.things import encode_thing
+from conf.protocol.token_bucket import TokenBucket
 from conf.sender.canonical_face import CanonicalFace
 from conf.sender.portrait.choice import judge, sharpness
 from conf.sender.portrait.patchwork import PatchBudget, Patchwork, cut_patch, make_patch, match_light
 from conf.sender.portrait.photographer import Shot, take_photograph
 
-FIRST_LOOK_S = 0.6  # how long the first photograph is looked for
+FIRST_LOOK_S = 0.4  # how long the first photograph is looked for
 GOOD = 0.5  # marks: a frame this good is taken at once
 MUCH_BETTER = 1.0  # marks: a frame this much better than the photograph replaces it
-BETWEEN_S = 20.0  # between photographs
+BETWEEN_S = 45.0  # between photographs
 NEUTRAL_DRIFT_CM = 0.06  # the neutral pose is told again when a point has moved so far
 NEUTRAL_EVERY_S = 1.0
 WAITING_BYTES = 700  # no new patch while more than this is on its way
+PATCH_BYTES_A_SECOND = 130  # in the long run, however much the face does
+PATCH_BYTES_AT_ONCE = 2000
 PRESENT = 0.8  # the tracker must be this sure
 PATCHABLE_TURN = np.radians(25)  # a patch from a head turned farther against the photograph would not fit
 
-BUDGETS = {MOUTH.name: PatchBudget(260, 14, 8.0), EYES.name: PatchBudget(330, 10, 14.0)}
+BUDGETS = {MOUTH.name: PatchBudget(260, 14, 8.0), EYES.name: PatchBudget(330, 12, 8.0)}
 PHOTO_SLOT, NEUTRAL_SLOT, PATCH_SLOTS = 0, 1, 2  # of the outbox
 PHOTO_URGENCY, NEUTRAL_URGENCY, PATCH_URGENCY = 0, 1, 2
 
@@ -68,6 +71,7 @@ class PortraitStudio:
         self._works: list[Patchwork] = []
         self._told: tuple[NDArray[np.float64], float] = (np.zeros((0, 3)), float("-inf"))
         self._number = 0
+        self._allowance = TokenBucket(PATCH_BYTES_A_SECOND, PATCH_BYTES_AT_ONCE)
 
     def watch(self, shot: Shot, motion: MotionFrame, presence: float, now: float) -> None:
         """Look at a frame.
@@ -86,7 +90,7 @@ class PortraitStudio:
             self._hang(now)
         if self._hanging is not None:
             self._tell_neutral(shot, now)
-            self._patch(shot, motion)
+            self._patch(shot, motion, now)
 
     def _due(self, now: float) -> bool:
         """Whether it is time to send the best frame seen as a photograph."""
@@ -120,7 +124,7 @@ class PortraitStudio:
         update = NeutralUpdate(self._hanging.photo.number, shot.neutral, astuple(shot.fapu))
         self._outbox.put(NEUTRAL_SLOT, encode_thing(update), urgency=NEUTRAL_URGENCY)
 
-    def _patch(self, shot: Shot, motion: MotionFrame) -> None:
+    def _patch(self, shot: Shot, motion: MotionFrame, now: float) -> None:
         hanging = self._hanging
         if hanging is None or self._outbox.waiting_bytes > WAITING_BYTES:
             return
@@ -128,17 +132,12 @@ class PortraitStudio:
         ahead = HeadPose.from_vector(hanging.photo.pose).matrix()[2] @ pose.matrix()[2]
         if np.arccos(np.clip(ahead, -1, 1)) > PATCHABLE_TURN:
             return
-        region = max(
-            range(len(FEATURES)),
-            key=lambda r: (
-                self._works[r].novelty(FEATURES[r].key(motion.displacements)) / BUDGETS[FEATURES[r].name].novelty
-            ),
-        )
-        feature, work = FEATURES[region], self._works[region]
-        key = feature.key(motion.displacements)
-        if not work.wants(key):
-            return
+        keys = [feature.key(motion.displacements) for feature in FEATURES]
+        region = max(range(len(FEATURES)), key=lambda r: self._works[r].novelty(keys[r]))
+        feature, work, key = FEATURES[region], self._works[region], keys[region]
         budget = BUDGETS[feature.name]
+        if work.novelty(key) < 1 or not self._allowance.take(budget.size, now):
+            return
         centimetre = float(np.exp(pose.log_scale)) * len(shot.pixels)
         pixels, points = cut_patch(shot.pixels, shot.landmarks, feature, centimetre=centimetre)
         photo_points = hanging.landmarks[LANDMARKS[list(feature.points)]]
