@@ -16,7 +16,7 @@ PICTURES: dict[str, list[int]] = {
     ".jpeg": [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY],
     ".png": [],
 }
-CLIPS = {".avi": "MJPG"}
+CLIPS = {".avi": ("MJPG", cv2.CAP_OPENCV_MJPEG), ".mp4": ("mp4v", cv2.CAP_FFMPEG)}
 
 
 Kind = TypeVar("Kind")
@@ -53,7 +53,7 @@ def save_picture(path: Path, pixels: NDArray[np.uint8]) -> Path:
 
 
 class ClipRecorder:
-    """Writes an AVI (Motion JPEG) picture by picture. All pictures have the size of the first."""
+    """Writes an AVI (Motion JPEG) or MP4 (MPEG-4) picture by picture. All pictures have the size of the first."""
 
     def __init__(self, path: Path, *, fps: float) -> None:
         """Raises RecordingError if the file cannot be made, ValueError if fps is not positive."""
@@ -101,8 +101,9 @@ class ClipRecorder:
 
     def _open(self, size: tuple[int, int]) -> cv2.VideoWriter:
         self._size = size
-        fourcc = cv2.VideoWriter.fourcc(*self._codec)
-        writer = cv2.VideoWriter(str(self._partial), cv2.CAP_OPENCV_MJPEG, fourcc, self._fps, size)
+        letters, backend = self._codec
+        fourcc = cv2.VideoWriter.fourcc(*letters)
+        writer = cv2.VideoWriter(str(self._partial), backend, fourcc, self._fps, size)
         if not writer.isOpened():
             raise RecordingError(f"{self.path}: the clip cannot be opened for writing; choose another file or size")
         return writer

@@ -1,0 +1,55 @@
+"""Waters' muscles as the panel holds them: how far each contracts, left and right together or apart."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from conf.face.face_muscles import COURSES, SPHINCTER
+from conf.face.symmetry import OTHER_SIDE
+
+MAX_JAW = 0.45  # radians
+
+# The thesis's figures 4.6 and 4.11: a smile and an open mouth by muscles.
+POSES: dict[str, tuple[dict[str, float], float]] = {
+    "relaxed": ({}, 0.0),
+    "smile": ({"zygomatic_major": 0.6, "risorius": 0.15, "levator_labii": 0.1}, 0.0),
+    "open mouth": ({"levator_labii": 0.15, "depressor_labii": 0.2}, 0.32),
+    "frown": ({"depressor_anguli": 0.5, "corrugator": 0.5, "frontalis_inner": 0.25}, 0.0),
+    "kiss": ({SPHINCTER: 0.7}, 0.0),
+}
+
+
+def sides_of(name: str) -> tuple[str, ...]:
+    """Return the muscles that bear a name: two of a pair, or the one in the middle."""
+    return (name,) if name == SPHINCTER else (f"{name}_l", f"{name}_r")
+
+
+@dataclass(frozen=True)
+class Muscling:
+    """What the panel of muscles says. Every change gives a new one.
+
+    active : whether muscles move the face instead of radial basis functions
+    contractions : muscle -> 0 relaxed to 1
+    jaw : radians
+    both : whether a slider moves both sides
+    """
+
+    active: bool = False
+    contractions: Mapping[str, float] = field(default_factory=dict)
+    jaw: float = 0.0
+    both: bool = True
+
+    def contract(self, muscle: str, strength: float) -> "Muscling":
+        """Contract a muscle, and its partner if both sides go together."""
+        stem, _, side = muscle.rpartition("_")
+        together = self.both and side in OTHER_SIDE
+        names = sides_of(stem) if together else (muscle,)
+        return replace(self, contractions={**self.contractions, **dict.fromkeys(names, strength)})
+
+    def posed(self, pose: str) -> "Muscling":
+        """Take one of POSES."""
+        strengths, jaw = POSES[pose]
+        contractions = {name: strength for stem, strength in strengths.items() for name in sides_of(stem)}
+        return replace(self, contractions=contractions, jaw=jaw, active=True)
+
+
+MUSCLES = (*COURSES, SPHINCTER)

@@ -1,0 +1,70 @@
+"""One picture of a face in any style, into any framebuffer: what the window shows and what exports write."""
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from dataclasses import replace
+
+from conf.animator.influence import point_colours, region_colours
+from conf.animator.look import Look
+from conf.animator.tinted import TintedFace
+from conf.face.head import FaceModel
+from conf.face.head_pose import HeadPose
+from conf.receiver.canvas import Canvas
+from conf.receiver.renderer import FaceRenderer
+
+
+class FacePicture:
+    """Draws one mesh; the operator that moves it may change."""
+
+    def __init__(self, ctx: moderngl.Context, face: FaceModel) -> None:
+        self._ctx = ctx
+        self._face = face
+        self._renderer = FaceRenderer(ctx, face)
+        self._tinted: TintedFace | None = None
+        self._canvas: Canvas | None = None
+        self._coloured: tuple[int, int | None] | None = None
+
+    def take(self, face: FaceModel) -> None:
+        """Go on with another operator on the same mesh and control points."""
+        self._face = face
+        self._coloured = None
+
+    def draw(
+        self, vertices: NDArray[np.float32], pose: HeadPose, look: Look, framebuffer: moderngl.Framebuffer
+    ) -> None:
+        """Draw (V, 3) vertices, face axes, cm, into the framebuffer's viewport."""
+        if look.style != "regions":
+            view = replace(look.view, wireframe=look.style == "wireframe")
+            self._renderer.draw(vertices, pose, view, framebuffer)
+            return
+        x, y, width, height = framebuffer.viewport
+        canvas = self._canvas_of((width, height))
+        tinted = self._tinted_face(look.influence)
+        canvas.begin()
+        tinted.draw(vertices, pose, look.view, canvas)
+        canvas.show(framebuffer, (x, y))
+
+    def release(self) -> None:
+        """Free everything on the card."""
+        for thing in (self._renderer, self._tinted, self._canvas):
+            if thing is not None:
+                thing.release()
+
+    def _tinted_face(self, influence: int | None) -> TintedFace:
+        if self._tinted is None:
+            self._tinted = TintedFace(self._ctx, self._face.mesh)
+        key = (id(self._face), influence)
+        if self._coloured != key:
+            operator = self._face.operator
+            self._tinted.colour(region_colours(operator) if influence is None else point_colours(operator, influence))
+            self._coloured = key
+        return self._tinted
+
+    def _canvas_of(self, size: tuple[int, int]) -> Canvas:
+        if self._canvas is None or self._canvas.size != size:
+            if self._canvas is not None:
+                self._canvas.release()
+            self._canvas = Canvas(self._ctx, size)
+        return self._canvas
