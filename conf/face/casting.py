@@ -1,4 +1,4 @@
-"""Find places on the surface of a mesh: what is seen from the front, and what is nearest."""
+"""Find places on the surface of a mesh: what is seen at a place of a picture, and what is nearest."""
 
 from dataclasses import dataclass
 
@@ -21,30 +21,56 @@ class Hits:
     triangles: NDArray[np.intp]
 
 
-def front_hits(places: NDArray[np.float64], vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> Hits:
-    """Return what is seen at each place (L, 2), x and y, of a mesh (V, 3), (F, 3) from the front.
+def first_hits(
+    places: NDArray[np.floating], clip: NDArray[np.float64], vertices: NDArray[np.float64], triangles: NDArray[np.int32]
+) -> NDArray[np.float64]:
+    """Return the (L, 3) point of the mesh that is seen at each place of a picture, nan where there is none.
 
-    Both sides of a triangle are seen. All triangles lie flat in the picture; each place is tested against all of them.
+    places : (L, 2) in the picture, -1 to 1, x right, y up
+    clip : (4, 4) from a homogeneous column of the vertices' coordinates to clip coordinates
+    vertices : (V, 3); triangles : (F, 3); both sides of a triangle are seen
     """
+    seen = vertices @ clip[:, :3].T + clip[:, 3]
+    before = triangles[(seen[:, 3] > 0)[triangles].all(axis=1)]
+    corners = seen[before]
+    place, hit, shares = _pierce(places, corners[..., :3] / np.where(corners[..., 3:] > 0, corners[..., 3:], 1.0))
+    shares = shares / corners[hit][..., 3]  # straight in the picture is not straight in depth
+    points = np.full((len(places), 3), np.nan)
+    points[place] = np.einsum("hc,hci->hi", shares, vertices[before[hit]]) / shares.sum(axis=1, keepdims=True)
+    return points
+
+
+def front_hits(places: NDArray[np.float64], vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> Hits:
+    """Return what rays along -z through each place (L, 2), x and y, meet of a mesh (V, 3), (F, 3)."""
     points, found = np.full((len(places), 3), np.nan), np.full(len(places), -1, dtype=np.intp)
-    if not len(places):
-        return Hits(points, found)
-    flat = vertices[triangles][..., :2]
-    near = (flat.max(axis=1) >= places.min(axis=0)).all(axis=1) & (flat.min(axis=1) <= places.max(axis=0)).all(axis=1)
-    near = np.flatnonzero(near)
-    step = max(1, _CHUNK // max(1, len(near)))
-    for start in range(0, len(places), step):
-        some = places[start : start + step]
-        place, hit = np.nonzero(_covering(some, flat[near]))
-        corners = vertices[triangles[near[hit]]]
-        shares = _barycentric(some[place], corners[..., :2])
-        depth = (shares * corners[..., 2]).sum(axis=1)
-        order = np.lexsort((-depth, place))
-        seen, first = np.unique(place[order], return_index=True)
-        points[start + seen, :2] = some[seen]
-        points[start + seen, 2] = depth[order[first]]
-        found[start + seen] = near[hit[order[first]]]
+    place, hit, shares = _pierce(places, vertices[triangles] * [1.0, 1.0, -1.0])
+    points[place] = np.einsum("hc,hci->hi", shares, vertices[triangles[hit]])
+    found[place] = hit
     return Hits(points, found)
+
+
+def _pierce(
+    places: NDArray[np.floating], corners: NDArray[np.float64]
+) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
+    """Return which places (L, 2) are covered, the nearest triangle of (F, 3, 3) at each, and the shares of its corners.
+
+    Depth, the third coordinate, grows away from the viewer. All triangles lie flat in the picture, and each place is
+    tested against every one of them that may cover any.
+    """
+    flat = corners[..., :2]
+    low, high = (places.min(axis=0), places.max(axis=0)) if len(places) else (np.zeros(2), np.zeros(2))
+    near = np.flatnonzero((flat.max(axis=1) >= low).all(axis=1) & (flat.min(axis=1) <= high).all(axis=1))
+    step = max(1, _CHUNK // max(1, len(near)))
+    covered, hits = [], []
+    for start in range(0, len(places), step):
+        place, hit = np.nonzero(_covering(places[start : start + step], flat[near]))
+        covered.append(place + start)
+        hits.append(near[hit])
+    place, hit = np.concatenate([np.empty(0, np.intp), *covered]), np.concatenate([np.empty(0, np.intp), *hits])
+    shares = _barycentric(places[place], flat[hit])
+    order = np.lexsort(((shares * corners[hit][..., 2]).sum(axis=1), place))
+    seen, first = np.unique(place[order], return_index=True)
+    return seen, hit[order[first]], shares[order[first]]
 
 
 def nearest_points(
@@ -103,10 +129,10 @@ def _nearest_in_triangles(place: NDArray[np.float64], corners: NDArray[np.float6
         away = np.linalg.norm(on_edge - place, axis=1)
         best = np.where((away < distance)[:, None], on_edge, best)
         distance = np.minimum(distance, away)
-    return np.where(within[:, None], inside, best)
+    return np.asarray(np.where(within[:, None], inside, best))
 
 
-def _covering(places: NDArray[np.float64], flat: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _covering(places: NDArray[np.floating], flat: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return (L, F): does a triangle (F, 3, 2) of the picture cover a place (L, 2)?"""
     low = np.full((len(places), len(flat)), np.inf)
     high = -low
@@ -119,7 +145,7 @@ def _covering(places: NDArray[np.float64], flat: NDArray[np.float64]) -> NDArray
     return np.asarray(((low >= -_RIM) | (high <= _RIM)) & (high - low > _RIM))
 
 
-def _barycentric(places: NDArray[np.float64], flat: NDArray[np.float64]) -> NDArray[np.float64]:
+def _barycentric(places: NDArray[np.floating], flat: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the (H, 3) shares of the corners (H, 3, 2) at places (H, 2) inside them."""
     a, b, c = (flat[:, corner] - places for corner in range(3))
     areas = [p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] for p, q in ((b, c), (c, a), (a, b))]
