@@ -1,0 +1,31 @@
+"""What each frame of a bundle is predicted from: the first from what was acknowledged, the others from the one before.
+
+Within a payload prediction is free of risk: its frames arrive together or not at all.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from conf.protocol.codec.bundle import BundleHeader
+from conf.protocol.codec.model import Model
+from conf.protocol.codec.quantised import QuantisedFrame
+from conf.protocol.codec.syntax import Context
+
+Recall = Callable[[int], QuantisedFrame]
+
+
+def first_context(model: Model, header: BundleHeader, number: int, recall: Recall) -> Context:
+    """Return what frame `number`, the first of its bundle, is predicted from. `recall` gives remembered frames."""
+    if not header.age:
+        return Context(model.rows[0], replace(model.standing, staggered=header.staggers(number)))
+    at = number - header.age
+    if header.companion:
+        return Context(model.companion_rows[header.age], recall(at), recall(at - header.stride))
+    return Context(model.rows[header.age], recall(at))
+
+
+def next_context(model: Model, header: BundleHeader, before: Sequence[QuantisedFrame]) -> Context:
+    """Return what the frame after those `before` it in the bundle is predicted from."""
+    if len(before) > 1:
+        return Context(model.companion_rows[header.stride], before[-1], before[-2])
+    return Context(model.rows[header.stride], before[-1])

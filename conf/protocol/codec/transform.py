@@ -1,0 +1,128 @@
+"""From motion to numbers of equal worth and back: the float part of the codec, which steers no bit of it.
+
+Strategy. Every number that is quantised should do the same harm when it is off by one step. Displacements are weighted
+so that their squared sum is the mean squared error that a viewer sees in the picture (in eye distances; depth, which a
+face seen from the front hides, counts less; some points count more), and turned into the principal directions of the
+weighted space. Pose is taken about the *middle* of the face, measured in face sizes: then a small rotation, a move and
+a growth of the head disturb each other least, and one step of each moves the points equally far. The size comes first,
+because the middle is measured in it, and what rounding the pose has moved, the components partly move back.
+
+Rounding throws away where in its step a value was. Two things bring some of it back without a bit. In every second
+payload that is predicted from nothing, the values that are hardly ever still count from half a step further
+(*staggered*): two frames in a row then tell more than either. And a value that was one step away in the frame before
+has most likely just crossed the border: it *leans* that way. A receiver that missed the frame before shows the plain
+value, so nothing is lost but the gain.
+Source: Martin, Cohen 1986 and Gray, Stockham 1993 (dither); Vaishampayan 1993 (staggered quantisers).
+"""
+
+from dataclasses import dataclass
+from math import cos, exp, hypot, sin
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.protocol.codec.quantised import LOG_SCALE, MIDDLE, POSE_VALUES, ROTATION, QuantisedFrame
+
+
+@dataclass(frozen=True)
+class MotionTransform:
+    """The trained linear maps, for one step.
+
+    forward : (3 n, K) float64, displacements to components, in steps
+    backward : (K, 3 n) float64, and back
+    pose_steps : (6,) float64, one step of log scale, rotation (3) and middle (2, in model centimetres)
+    middle : (3,) float64, the middle of the points of a typical neutral face, model centimetres
+    usual_log_scale : log scale of a typical frame
+    correction_steps : (n, 3) float64, one step of a correction, FAPU units
+    coupling : (6, K) float64, steps of each component that look most like one step of the pose
+    stagger : (6 + K,) float64, steps that the values of a staggered frame count from
+    lean : (6 + K,) float64, how much of the way to the frame before a value goes that is at most a step away
+    """
+
+    forward: NDArray[np.float64]
+    backward: NDArray[np.float64]
+    pose_steps: NDArray[np.float64]
+    middle: NDArray[np.float64]
+    usual_log_scale: float
+    correction_steps: NDArray[np.float64]
+    coupling: NDArray[np.float64]
+    stagger: NDArray[np.float64]
+    lean: NDArray[np.float64]
+
+    def log_scale(self, pose: NDArray[np.float64], /) -> float:
+        """Return a pose's log scale in steps from the usual."""
+        return float((pose[5] - self.usual_log_scale) / self.pose_steps[LOG_SCALE])
+
+    def analyse(
+        self, displacements: NDArray[np.float32], pose: NDArray[np.float64], /, *, log_scale: int
+    ) -> NDArray[np.float64]:
+        """Return the values (6 + K,) of a frame in steps, not yet rounded, given the log scale that will be sent.
+
+        displacements : (n, 3) FAPU units; pose : (6,) as in conf.protocol.messages
+        """
+        size = exp(self.usual_log_scale + log_scale * self.pose_steps[LOG_SCALE])
+        middle = pose[3:5] + exp(pose[5]) * self._turned_middle(pose[:3])
+        return np.concatenate(
+            [
+                [log_scale],
+                pose[:3] / self.pose_steps[ROTATION],
+                middle / size / self.pose_steps[MIDDLE],
+                displacements.reshape(-1) @ self.forward,
+            ]
+        )
+
+    def residual(self, displacements: NDArray[np.float32], /) -> NDArray[np.float64]:
+        """Return what the components cannot carry of displacements (n, 3), in steps of a correction."""
+        flat = displacements.reshape(-1)
+        left = flat - flat @ self.forward @ self.backward
+        return np.asarray(left.reshape(-1, 3) / self.correction_steps)
+
+    def absorb(self, pose_error: NDArray[np.float64], /) -> NDArray[np.float64]:
+        """Return what to add to the components (K,) so that they make up for a pose that is off by some steps (6,)."""
+        return np.asarray(pose_error @ self.coupling)
+
+    def positions(self, frame: QuantisedFrame, /) -> NDArray[np.float64]:
+        """Return the values (6 + K,) of a frame in steps."""
+        values = np.array(frame.values, dtype=np.float64)
+        return values + self.stagger if frame.staggered else values
+
+    def synthesise(
+        self, frame: QuantisedFrame, before: QuantisedFrame | None = None, /
+    ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+        """Return displacements (n, 3) in FAPU units and pose (6,).
+
+        before : the frame one tick earlier, if it is known
+        """
+        numbers = self.positions(frame)
+        if before is not None:
+            numbers += self._lean(self.positions(before) - numbers)
+        displacements = (numbers[POSE_VALUES:] @ self.backward).reshape(-1, 3)
+        for point, steps in frame.corrections.items():
+            displacements[point] += self.correction_steps[point] * steps
+        scaled = numbers[:POSE_VALUES] * self.pose_steps
+        log_scale = scaled[LOG_SCALE] + self.usual_log_scale
+        rotation = scaled[ROTATION]
+        position = exp(log_scale) * (scaled[MIDDLE] - self._turned_middle(rotation))
+        return displacements.astype(np.float32), np.array([*rotation, *position, log_scale])
+
+    def _lean(self, way: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how far (6 + K,) to move towards the frame before, which lies `way` steps off."""
+        lean = np.where(np.abs(way) <= 1, self.lean * way, 0.0)
+        lean[POSE_VALUES:] -= self.absorb(lean[:POSE_VALUES])  # the components made up for a pose that did not lean
+        return lean
+
+    def _turned_middle(self, rotation: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return x and y (2,) of the middle turned by a rotation vector. Source: Rodrigues' formula."""
+        x, y, z = rotation.tolist()
+        a, b, c = self.middle.tolist()
+        angle = hypot(x, y, z)
+        if angle < 1e-9:
+            return self.middle[:2]
+        sine, versine = sin(angle) / angle, (1 - cos(angle)) / angle**2
+        along = (x * a + y * b + z * c) * versine
+        return np.array(
+            [
+                a * cos(angle) + (y * c - z * b) * sine + x * along,
+                b * cos(angle) + (z * a - x * c) * sine + y * along,
+            ]
+        )
