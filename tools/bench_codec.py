@@ -67,7 +67,11 @@ def _print_table(results: dict[str, Result]) -> None:
     print(f"{'track':24}" + "".join(f"{title:>11}" for title in COLUMNS.values()))
     for name, result in results.items():
         summary = result.summary()
-        print(f"{name:24}" + "".join(f"{summary[key]:11.3f}" for key in COLUMNS))
+        print(f"{name:24}" + "".join(_cell(summary[key]) for key in COLUMNS))
+
+
+def _cell(value: float) -> str:
+    return f"{value:11d}" if isinstance(value, int) else f"{value:11.3f}"
 
 
 if __name__ == "__main__":

@@ -38,7 +38,12 @@ class Link:
 
 @dataclass(frozen=True)
 class Result:
-    """What was measured. errors : (frames played, n) per cent of the eye distance; times : seconds for each payload."""
+    """What was measured.
+
+    frames_recovered : decoded although a frame before was lost
+    errors : (frames played, n) per cent of the eye distance
+    times : seconds to encode and decode each payload
+    """
 
     fps: int
     frames: int
@@ -128,7 +133,7 @@ def measure(track: Track, profile: Profile, link: Link, /, *, models: Mapping[st
             lost += len(frames)
             continue
         times.append(encoded + time.perf_counter() - began)
-        recovered += lost > 0 and len(decoded)
+        recovered += len(decoded) if lost else 0
         for frame in decoded:
             errors.append(track.picture_errors(frame.number, frame.displacements, frame.pose))
         if link.ack_delay and random.random() >= link.loss:
