@@ -7,7 +7,7 @@ picture.
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
@@ -57,7 +57,7 @@ class Export:
     size: tuple[int, int] = (1280, 720)
     fps: float | None = None
     at: float = 0.0
-    look: Look = Look()
+    look: Look = field(default_factory=Look)
     to_file: ToFile | None = None
 
 

@@ -30,7 +30,7 @@ class Expressing:
     idle : whether the face blinks, glances and sways by itself
     """
 
-    envelope: Envelope = Envelope()
+    envelope: Envelope = field(default_factory=Envelope)
     stays: bool = False
     played: tuple[Played, ...] = ()
     units: Mapping[int, float] = field(default_factory=dict)

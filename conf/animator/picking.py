@@ -34,9 +34,7 @@ class Rect:
         """Return (n, 2) pixels of the window for (n, 3) places of the face under a (4, 4) clip matrix."""
         homogeneous = places @ clip[:, :3].T + clip[:, 3]
         ndc = homogeneous[:, :2] / homogeneous[:, 3:]
-        return np.stack(
-            [self.x + (ndc[:, 0] + 1) / 2 * self.width, self.y + (1 - ndc[:, 1]) / 2 * self.height], axis=1
-        )
+        return np.stack([self.x + (ndc[:, 0] + 1) / 2 * self.width, self.y + (1 - ndc[:, 1]) / 2 * self.height], axis=1)
 
 
 class Picker:
@@ -63,7 +61,7 @@ class Picker:
         straight = np.diag([1 / reach, 1 / reach, -1 / reach, 1.0])
         hit = first_hits(place[None, :2] / reach, straight, self._vertices, self._triangles)[0]
         if np.isfinite(hit).all() and np.linalg.norm(hit - place) < SNAP_CM:
-            return hit
+            return np.asarray(hit)
         nearest: NDArray[np.float64] = self._tree.data[self._tree.query(place)[1]]
         return nearest
 

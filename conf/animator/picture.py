@@ -1,10 +1,10 @@
 """One picture of a face in any style, into any framebuffer: what the window shows and what exports write."""
 
+from dataclasses import replace
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
-
-from dataclasses import replace
 
 from conf.animator.influence import point_colours, region_colours
 from conf.animator.look import Look

@@ -4,13 +4,13 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.face.head_pose import HeadPose
 from conf.face.mesh import Mesh
 from conf.receiver.canvas import Canvas
 from conf.receiver.programs import columns, program, set_matrix
 from conf.receiver.renderer import facing_outwards
 from conf.receiver.scene import View, clip_matrix, rotation
 from conf.receiver.surface import Surface
-from conf.face.head_pose import HeadPose
 
 BARE = ("hair", "brows", "lashes")  # what would hide the skin
 

@@ -1,0 +1,68 @@
+"""All that the animator's user has chosen, as plain data; and what the panels are told beside it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from conf.animator.expressing import Expressing
+from conf.animator.look import Look
+from conf.animator.muscling import Muscling
+from conf.animator.placing import Placing
+from conf.animator.player import Player
+from conf.animator.subject import Subject
+from conf.face.epc import Expressions
+from conf.face.head import Deformer
+
+SHOWN = "what is shown"
+RECORDING = "the recording"
+
+
+@dataclass(frozen=True)
+class Fields:
+    """What stands in the text fields."""
+
+    face: str = ""
+    points: str = ""
+    recording: str = ""
+    expressions: str = ""
+    output: str = "face.jpg"
+    source: str = SHOWN
+    size: str = "1280x720"
+    fps: str = "30"
+
+
+@dataclass(frozen=True)
+class Desk:
+    """The state of every panel. Every change gives a new one."""
+
+    look: Look = field(default_factory=Look)
+    deformer: Deformer = field(default_factory=Deformer)
+    expressing: Expressing = field(default_factory=Expressing)
+    muscling: Muscling = field(default_factory=Muscling)
+    placing: Placing | None = None
+    fields: Fields = field(default_factory=Fields)
+    help: bool = False
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What the panels show and cannot change.
+
+    now : seconds, on the clock of the loop
+    smoothing : the lambda that operator B took; build_ms : the time it took; busy : whether another is being built
+    emotions : every expression that can be played
+    taking : whether a take is being recorded
+    progress : of an export under way, 0 to 1
+    """
+
+    now: float
+    subject: Subject
+    player: Player | None
+    emotions: Expressions
+    smoothing: float = 0.0
+    build_ms: float = 0.0
+    busy: bool = False
+    taking: bool = False
+    progress: float | None = None
+    fps: float = 0.0
+    vertices: int = 0
+    units: Mapping[int, str] = field(default_factory=dict)

@@ -1,0 +1,1 @@
+"""The panels: each draws one part of the desk and returns what it becomes, and what it asks for."""

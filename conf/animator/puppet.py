@@ -1,0 +1,38 @@
+"""What moves the face at one moment: recording, emotions, action units and idle life laid over each other."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.animator.expressing import Expressing
+from conf.animator.look import Look, with_eye_contact
+from conf.animator.player import REST_POSE, Player
+from conf.face.head_pose import HeadPose
+from conf.face.idle import IdleMotion
+from conf.face.performance import lay_over
+
+
+@dataclass(frozen=True)
+class Moment:
+    """The motion at one moment: (n, 3) displacements in FAPU units, and the head's pose."""
+
+    displacements: NDArray[np.float32]
+    pose: HeadPose
+
+
+def moment(player: Player | None, expressing: Expressing, idle: IdleMotion, look: Look, now: float, /) -> Moment:
+    """Return what the face does at a time in seconds."""
+    layers = [expressing.at(now)]
+    pose = REST_POSE
+    if player is not None:
+        recorded, pose = player.at(now)
+        layers.append(recorded)
+    if expressing.idle and player is None:
+        life = idle.at(now)
+        layers.append(life.displacements)
+        pose = HeadPose.from_vector(pose.to_vector() + life.pose)
+    displacements = lay_over(*layers)
+    if look.eye_contact:
+        displacements = with_eye_contact(displacements, pose, look.view)
+    return Moment(displacements, pose)

@@ -1,0 +1,91 @@
+"""The look of panels that can be worked: the overlay's colours on sliders, buttons and tabs."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from imgui_bundle import imgui
+
+from conf.animator.picking import Rect
+from conf.receiver.overlay import ACCENT, QUIET, TEXT
+
+BACKDROP = (0.052, 0.060, 0.076, 1.0)
+RAISED = (0.118, 0.138, 0.170, 1.0)
+HOVERED = (0.160, 0.190, 0.235, 1.0)
+CHOSEN = (0.125, 0.330, 0.450, 1.0)
+CHOSEN_HOVERED = (0.150, 0.400, 0.540, 1.0)
+AMBER = (1.0, 0.76, 0.36, 1.0)
+GREEN = (0.45, 0.86, 0.55, 1.0)
+COLOURS = {
+    imgui.Col_.window_bg: BACKDROP,
+    imgui.Col_.popup_bg: (0.075, 0.088, 0.110, 0.98),
+    imgui.Col_.text: TEXT,
+    imgui.Col_.text_disabled: QUIET,
+    imgui.Col_.frame_bg: RAISED,
+    imgui.Col_.frame_bg_hovered: HOVERED,
+    imgui.Col_.frame_bg_active: HOVERED,
+    imgui.Col_.slider_grab: (*ACCENT[:3], 0.75),
+    imgui.Col_.slider_grab_active: ACCENT,
+    imgui.Col_.check_mark: ACCENT,
+    imgui.Col_.button: RAISED,
+    imgui.Col_.button_hovered: HOVERED,
+    imgui.Col_.button_active: CHOSEN,
+    imgui.Col_.header: CHOSEN,
+    imgui.Col_.header_hovered: HOVERED,
+    imgui.Col_.header_active: CHOSEN,
+    imgui.Col_.tab: BACKDROP,
+    imgui.Col_.tab_hovered: CHOSEN_HOVERED,
+    imgui.Col_.tab_selected: CHOSEN,
+    imgui.Col_.tab_selected_overline: ACCENT,
+    imgui.Col_.plot_histogram: (*ACCENT[:3], 0.8),
+    imgui.Col_.separator: HOVERED,
+    imgui.Col_.scrollbar_bg: BACKDROP,
+    imgui.Col_.border: HOVERED,
+}
+SIZES: dict[imgui.StyleVar_, tuple[float, float] | float] = {
+    imgui.StyleVar_.frame_rounding: 3.0,
+    imgui.StyleVar_.grab_rounding: 3.0,
+    imgui.StyleVar_.frame_padding: (6.0, 2.5),
+    imgui.StyleVar_.item_spacing: (6.0, 4.0),
+    imgui.StyleVar_.item_inner_spacing: (6.0, 4.0),
+    imgui.StyleVar_.window_rounding: 0.0,
+    imgui.StyleVar_.window_padding: (10.0, 8.0),
+    imgui.StyleVar_.grab_min_size: 9.0,
+    imgui.StyleVar_.scrollbar_size: 9.0,
+}
+COLUMN_FLAGS = (
+    imgui.WindowFlags_.no_title_bar
+    | imgui.WindowFlags_.no_resize
+    | imgui.WindowFlags_.no_move
+    | imgui.WindowFlags_.no_collapse
+    | imgui.WindowFlags_.no_saved_settings
+    | imgui.WindowFlags_.no_bring_to_front_on_focus
+)
+
+
+@contextmanager
+def themed(scale: float) -> Iterator[None]:
+    """Give everything drawn inside the animator's look."""
+    for name, colour in COLOURS.items():
+        imgui.push_style_color(name, imgui.ImVec4(*colour))
+    for variable, size in SIZES.items():
+        if isinstance(size, float):
+            imgui.push_style_var(variable, size * scale)
+        else:
+            imgui.push_style_var(variable, imgui.ImVec2(size[0] * scale, size[1] * scale))
+    try:
+        yield
+    finally:
+        imgui.pop_style_var(len(SIZES))
+        imgui.pop_style_color(len(COLOURS))
+
+
+@contextmanager
+def column(name: str, rect: Rect) -> Iterator[None]:
+    """Open a panel that fills a rectangle of the window."""
+    imgui.set_next_window_pos(imgui.ImVec2(rect.x, rect.y))
+    imgui.set_next_window_size(imgui.ImVec2(rect.width, rect.height))
+    imgui.begin(name, None, COLUMN_FLAGS)
+    try:
+        yield
+    finally:
+        imgui.end()
