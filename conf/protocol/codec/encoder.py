@@ -18,6 +18,7 @@ from conf.protocol.codec.syntax import Context, FrameCoder, code_corrections
 from conf.protocol.messages import MotionFrame
 
 THRIFT = (0.5, 1.5)  # times the profile's trade: a payload ends on a whole byte, so either may be the better bargain
+WITH_REFERENCE = 0.5  # times the profile's trade: beside its headers such a payload is small, so bits are cheap
 STAY = 0.7  # steps: log scale keeps the reference's value while it is this near, because the middle is measured in it
 NOTICED = 1.0  # steps: a face that has moved less than this in every direction need not be sent
 FARTHEST = 50.0  # radians, picture heights or e-folds: no pose is
@@ -56,8 +57,9 @@ class Encoder:
         model = self._models[self.profile.name]
         header = self._header(len(frames), number, stride)
         context = first_context(model, header, number, self._history.recall)
-        attempts = [_attempt(model, header, context, frames, thrift) for thrift in THRIFT]
-        best = min(attempts, key=lambda attempt: attempt.error + 8 * self.profile.trade * len(attempt.payload))
+        trade = self.profile.trade * (WITH_REFERENCE if header.age else 1.0)
+        attempts = [_attempt(model, header, context, frames, thrift * trade) for thrift in THRIFT]
+        best = min(attempts, key=lambda attempt: attempt.error + 8 * trade * len(attempt.payload))
         for position, quantised in enumerate(best.frames):
             self._history.remember(number + position * stride, quantised)
         self._newest = best.frames[-1]
@@ -117,7 +119,7 @@ class Encoder:
 
 @dataclass(frozen=True)
 class _Attempt:
-    """A bundle encoded with one thrift; error: the sum of squares, in steps."""
+    """A bundle encoded at one price of a bit; error: the sum of squares, in steps."""
 
     payload: bytes
     frames: list[QuantisedFrame]
@@ -125,9 +127,9 @@ class _Attempt:
 
 
 def _attempt(
-    model: Model, header: BundleHeader, context: Context, frames: Sequence[MotionFrame], thrift: float
+    model: Model, header: BundleHeader, context: Context, frames: Sequence[MotionFrame], trade: float
 ) -> _Attempt:
-    writer = Writer(trade=thrift * model.profile.trade)
+    writer = Writer(trade=trade)
     code_header(writer, header)
     coded: list[QuantisedFrame] = []
     total = 0.0
