@@ -19,6 +19,7 @@ from conf.errors import ConfError
 DEFAULT_HOST = "127.0.0.1"
 DEFAULT_PORT = 5005
 HEADLESS_SECONDS = 20.0
+PROFILES_HELP = "live: 15 frames a second; narrow: for 2,400 bit/s; rich: 30; auto: live, and less when the link asks"
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -66,6 +67,7 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="HOST:PORT",
         help=f"default {DEFAULT_HOST}:{DEFAULT_PORT}; 0.0.0.0:{DEFAULT_PORT} takes calls from the network",
     )
+    receive.add_argument("--code", type=_code, help="the code callers must know (default: a new one each time)")
     receive.add_argument("--face", type=Path, metavar="FILE", help="another face: a mesh with its PPC beside it")
     receive.add_argument("--headless", type=Path, metavar="OUT.avi", help="no window: draw into this clip")
     receive.add_argument("--seconds", type=_positive, help="stop after so long")
@@ -75,6 +77,9 @@ def build_parser() -> argparse.ArgumentParser:
     source = send.add_mutually_exclusive_group()
     source.add_argument("--camera", default="0", metavar="N", help="number or device of the camera (default 0)")
     source.add_argument("--file", type=Path, metavar="CLIP", help="a clip as the camera")
+    send.add_argument("--code", type=_code, help="the code the receiver shows (default: CONF_CODE, or asked for)")
+    send.add_argument("--profile", choices=["auto", "live", "narrow", "rich"], default="auto", help=PROFILES_HELP)
+    send.add_argument("--kbps", type=_positive, metavar="N", help="never more than this over any ten seconds")
     send.add_argument("--loop", action="store_true", help="play the clip again and again")
     send.add_argument("--seconds", type=_positive, help="stop after so long")
 
@@ -84,6 +89,7 @@ def build_parser() -> argparse.ArgumentParser:
 
     measure = command("measure", _measure, "bytes a frame of every stage beside raw pixels")
     measure.add_argument("clip", type=Path)
+    measure.add_argument("--profile", choices=["live", "narrow", "rich"], default="live")
     measure.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the table as bars")
 
     models = command("models", _models, "the tracker's files")
@@ -103,6 +109,15 @@ def _positive(text: str) -> float:
     if not 0 < value < float("inf"):
         raise argparse.ArgumentTypeError(f"{text} is not a positive number")
     return value
+
+
+def _code(text: str) -> str:
+    from conf.protocol.session.code import normalise_code
+
+    try:
+        return normalise_code(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
 
 
 def _address(text: str) -> tuple[str, int]:
@@ -128,31 +143,52 @@ def _demo(options: argparse.Namespace) -> None:
 
 def _receive(options: argparse.Namespace) -> None:
     from conf.commands.receive import Showing, receive
+    from conf.protocol.session.code import make_code
     from conf.receiver.udp import ReceiverSocket
 
+    code = options.code or make_code(os.urandom)
     with ReceiverSocket(*options.listen) as link:
-        host, port = link.address
-        _tell(f"listening on {host}:{port}", options)
-        traffic = receive(link, Showing(options.headless, None, options.seconds), face=options.face)
+        _tell("listening on {}:{}, code {}".format(*link.address, code), options)
+        showing = Showing(options.headless, None, options.seconds, on_event=lambda text: _tell(text, options))
+        traffic = receive(link, code, showing, face=options.face)
     _print_figures("the call", traffic, options)
 
 
 def _send(options: argparse.Namespace) -> None:
     from conf.commands.send import Sending, send
+    from conf.protocol.caller import LinkOptions
 
-    host, port = options.receiver
-    sending = Sending(options.camera, options.file, options.loop, options.seconds)
+    code = options.code or _ask_code()
+    link = LinkOptions(options.profile, options.kbps)
+    sending = Sending(options.camera, options.file, options.loop, options.seconds, link)
     with _status_line(options) as show:
-        status = send(host, port, sending, on_status=lambda s: show(_sender_line(s)))
+        status = send(options.receiver, code, sending, on_status=lambda s: show(_sender_line(s)))
     _print_figures("sent", status, options)
 
 
+def _ask_code() -> str:
+    """Return the code from CONF_CODE or from the user. Raises ConfError when there is neither."""
+    text = os.environ.get("CONF_CODE")
+    if not text and sys.stdin.isatty():
+        text = input("the code that the receiver shows: ")
+    try:
+        return _code(text or "")
+    except argparse.ArgumentTypeError as error:
+        raise ConfError(f"{error}: give the one the receiver shows with --code") from error
+
+
 def _sender_line(status: Any) -> str:
-    face = "face" if status.face else "no face: looking for one"
-    return (
-        f"{face}, {status.frames_sent} frames sent, {status.wire_bytes_per_frame:.0f} B a frame, "
-        f"{status.wire_kbps:.1f} kbit/s with headers, tracker {status.tracker_ms_median:.1f} ms"
-    )
+    link = status.link
+    if not link.connected:
+        return status.note or "calling"
+    if link.stopped:
+        return "nothing has come back for 10 s: not sending; trying now and then"
+    parts = ["face" if status.face else "no face: looking for one", f"{link.profile}, {status.wire_kbps:.1f} kbit/s"]
+    parts.append(f"{status.wire_bytes_per_frame:.0f} B a frame with headers, {status.frames_sent} frames")
+    if link.round_trip_ms is not None:
+        parts.append(f"round trip {link.round_trip_ms:.0f} ms, loss {link.loss_percent or 0:.1f} %")
+        parts.append(f"jitter {link.jitter_ms or 0:.0f} ms")
+    return ", ".join([*parts, f"tracker {status.tracker_ms_median:.1f} ms"])
 
 
 def _extract(options: argparse.Namespace) -> None:
@@ -167,7 +203,7 @@ def _measure(options: argparse.Namespace) -> None:
     from conf.commands.measure import measure, plot
 
     with _status_line(options) as show:
-        stages = measure(options.clip, on_progress=lambda n: show(f"{n} frames"))
+        stages = measure(options.clip, options.profile, on_progress=lambda n: show(f"{n} frames"))
     if options.plot:
         plot(stages, options.plot)
     if options.json:

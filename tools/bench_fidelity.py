@@ -20,11 +20,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.commands.rehearsal import ONE_WAY_S, Rehearsal
 from conf.face.head import load_face
 from conf.face.head_pose import HeadPose
-from conf.protocol.inbound import Inbound
+from conf.protocol.caller import LinkOptions
+from conf.protocol.codec import LIVE
 from conf.protocol.messages import StreamParameters
-from conf.protocol.outbound import Outbound
 from conf.receiver.framing import Framer
 from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.renderer import FaceRenderer
@@ -32,6 +33,7 @@ from conf.receiver.scene import View
 from conf.sender.canonical_face import read_canonical_face
 from conf.sender.models import fetch_models
 from conf.sender.motion import MotionExtractor
+from conf.sender.pace import Pace
 from conf.sender.pose import remove_head_pose
 from conf.sender.sources import open_clip
 from conf.sender.tracker import FaceTracker
@@ -78,17 +80,17 @@ def run(clip: Path, face_path: Path | None = None) -> Iterator[Pair]:
     with open_clip(clip) as source, OffscreenWindow(*SIZE) as window:
         renderer = FaceRenderer(window.ctx, face)
         extractor = MotionExtractor(canonical, source.size)
-        outbound = Outbound(StreamParameters(*source.size, source.fps, 50, extractor.fapu_lengths()))
-        inbound, framer, view = Inbound(), Framer(), View()
+        parameters = StreamParameters(*source.size, source.fps, 50, extractor.fapu_lengths())
+        call = Rehearsal(parameters, 0.0, link=LinkOptions(LIVE.name))
+        pace, framer, view = Pace(LIVE.fps), Framer(), View()
         for frame in iter(source.read, None):
             tracking = person.track(frame.pixels)
-            if tracking is None:
-                continue
             now = frame.timestamp
-            outbound.send_frame(extractor.update(tracking, now), now)
-            for data in outbound.datagrams_to_send(now):
-                inbound.receive_datagram(data, now)
-            playout = inbound.play(now + inbound.snapshot(now).playout_delay_ms / 1000 + 1e-6)
+            if tracking is None or pace.wait(now, now) is None:
+                continue
+            call.send_frame(extractor.update(tracking, now), now)
+            delay = call.inbound.snapshot(now).playout_delay_ms / 1000
+            playout = call.inbound.play(now + ONE_WAY_S + delay + 1e-3)
             if playout is None:
                 continue
             pose = framer.place(HeadPose.from_vector(playout.frame.pose), now)

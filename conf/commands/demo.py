@@ -1,5 +1,6 @@
 """`conf demo`: a call on one machine. The sample clip is the camera, the datagrams go over real UDP."""
 
+import os
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -7,11 +8,13 @@ from pathlib import Path
 
 from conf.commands.receive import Showing, receive
 from conf.errors import ConfError
+from conf.protocol.session.code import make_code
 from conf.protocol.statistics import TrafficSnapshot
 from conf.receiver.udp import ReceiverSocket
 from conf.sender.models import fetch_demo_clip
 
 LOOPBACK = "127.0.0.1"
+CODE_VARIABLE = "CONF_CODE"
 
 
 @dataclass(frozen=True)
@@ -33,10 +36,15 @@ def demo(*, seconds: float | None, headless: bool) -> Demo:
     film = fetch_demo_clip()
     with ReceiverSocket(LOOPBACK, 0) as link:
         host, port = link.address
+        code = make_code(os.urandom)
         command = [sys.executable, "-m", "conf", "send", f"{host}:{port}", "--file", str(film), "--loop", "--json"]
-        with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as sender:
+        secret = os.environ | {CODE_VARIABLE: code}  # not on the command line, where every user of the machine sees it
+        with subprocess.Popen(
+            command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=secret
+        ) as sender:
             try:
-                traffic = receive(link, Showing(clip, picture, seconds), keep_going=lambda: sender.poll() is None)
+                showing = Showing(clip, picture, seconds)
+                traffic = receive(link, code, showing, keep_going=lambda: sender.poll() is None)
             finally:
                 sender.terminate()
                 _, words = sender.communicate()

@@ -6,12 +6,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from conf.commands.rehearsal import Rehearsal
 from conf.commands.tracking import Progress, track_clip
 from conf.errors import CameraError
 from conf.face.control_points import CONTROL_POINT_COUNT
+from conf.protocol.caller import LinkOptions
+from conf.protocol.codec import LIVE, PROFILES
 from conf.protocol.messages import StreamParameters
-from conf.protocol.outbound import Outbound
-from conf.protocol.statistics import HEADER_BYTES, raw_bytes
+from conf.protocol.statistics import raw_bytes
 from conf.receiver.chart import Bar, bar_chart
 from conf.receiver.recorder import save_picture
 from conf.sender.canonical_face import read_canonical_face
@@ -20,7 +22,7 @@ from conf.sender.motion import MotionExtractor
 from conf.sender.pace import Pace
 from conf.sender.sources import open_clip
 
-FPS = 15.0
+SEAL_BYTES = 14  # framing and seal of a datagram; WIRE.md counts them
 JPEG_QUALITY = 30  # about the lowest at which a face is pleasant to look at
 
 
@@ -35,34 +37,34 @@ class Stage:
     ratio: float
 
 
-def measure(clip: Path, on_progress: Progress | None = None) -> list[Stage]:
-    """Send a clip to nobody and count. Raises CameraError, ModelError."""
+def measure(clip: Path, profile: str = LIVE.name, on_progress: Progress | None = None) -> list[Stage]:
+    """Make a call with a clip, without a network, and count. Raises CameraError, ModelError."""
     with open_clip(clip) as source:
-        size, fps = source.size, min(source.fps, FPS)
+        size, fps = source.size, min(source.fps, float(PROFILES[profile].fps))
     extractor = MotionExtractor(read_canonical_face(fetch_models()), size)
-    outbound = Outbound(StreamParameters(*size, fps, CONTROL_POINT_COUNT, extractor.fapu_lengths()))
-    pace, frames, jpeg, payload, datagrams = Pace(fps), 0, 0, 0, 0
+    parameters = StreamParameters(*size, fps, CONTROL_POINT_COUNT, extractor.fapu_lengths())
+    call = Rehearsal(parameters, 0.0, link=LinkOptions(profile))
+    pace, frames, jpeg = Pace(fps), 0, 0
     for frame, tracking in track_clip(clip, on_progress):
         now = frame.timestamp
         if tracking is None or pace.wait(now, now) is None:
             continue
-        outbound.send_frame(extractor.update(tracking, now), now)
-        sent = outbound.datagrams_to_send(now)
+        call.send_frame(extractor.update(tracking, now), now)
         frames += 1
-        datagrams += len(sent)
-        payload += sum(map(len, sent))
         jpeg += len(cv2.imencode(".jpg", frame.pixels, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1])
     if not frames:
         raise CameraError(f"{clip} shows no face: choose a clip in which one face is well seen")
+    coded = call.sealed_bytes - SEAL_BYTES * call.datagrams
+    raw = raw_bytes(*size)
     costs = {
-        f"raw pixels {size[0]}x{size[1]}": float(raw_bytes(*size)),
+        f"raw pixels {size[0]}x{size[1]}": float(raw),
         f"JPEG, quality {JPEG_QUALITY}": jpeg / frames,
         "478 landmarks, float32": 478 * 3 * np.float32().nbytes,
         f"{CONTROL_POINT_COUNT} points and pose, float32": (CONTROL_POINT_COUNT * 3 + 6) * np.float32().nbytes,
-        "datagrams": payload / frames,
-        "datagrams with UDP/IP headers": (payload + HEADER_BYTES * datagrams) / frames,
+        "coded": coded / frames,
+        "sealed datagrams": call.sealed_bytes / frames,
+        "with UDP/IP headers": call.wire_bytes / frames,
     }
-    raw = raw_bytes(*size)
     return [Stage(name, cost, fps, cost * fps * 8 / 1000, raw / cost) for name, cost in costs.items()]
 
 

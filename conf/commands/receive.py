@@ -5,13 +5,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from conf.face.head import FaceModel, load_face
-from conf.protocol.inbound import Inbound
+from conf.face.head import load_face
+from conf.protocol.host import Host
+from conf.protocol.session.server import ReceiverSessions
 from conf.protocol.statistics import TrafficSnapshot
 from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.pipeline import ReceivingLoop
 from conf.receiver.recorder import save_picture
-from conf.receiver.stage import Window
 from conf.receiver.udp import ReceiverSocket
 from conf.receiver.viewer import TimedClip
 from conf.receiver.window import GlfwWindow
@@ -32,6 +32,7 @@ class Showing:
     headless: Path | None = None
     picture: Path | None = None
     seconds: float | None = None
+    on_event: Callable[[str], None] | None = None
 
 
 def has_display() -> bool:
@@ -41,6 +42,7 @@ def has_display() -> bool:
 
 def receive(
     link: ReceiverSocket,
+    code: str,
     showing: Showing,
     *,
     face: Path | None = None,
@@ -48,32 +50,34 @@ def receive(
 ) -> TrafficSnapshot:
     """Show what comes over a link. Returns the figures of the traffic.
 
+    code : what callers must know, as normalise_code returns it
+
     Raises GraphicsError, FileFormatError, RecordingError.
     """
     model = load_face(face)
+    host = Host(ReceiverSessions(code, os.urandom))
+    greeting = "listening on {}:{}   code  {}".format(*link.address, code)
     if showing.headless is None:
         with GlfwWindow(*SIZE, "conf") as window:
-            return _loop(window, model, link).run(fps=WINDOW_FPS, seconds=showing.seconds, keep_going=keep_going)
+            loop = ReceivingLoop(window, model, host, link, greeting=greeting)
+            return loop.run(fps=WINDOW_FPS, seconds=showing.seconds, keep_going=keep_going, on_event=showing.on_event)
     with OffscreenWindow(*SIZE) as window:
-        return _record(window, model, link, showing, keep_going)
-
-
-def _loop(window: Window, model: FaceModel, link: ReceiverSocket) -> ReceivingLoop:
-    return ReceivingLoop(window, model, Inbound(), link)
+        loop = ReceivingLoop(window, model, host, link, greeting=greeting)
+        return _record(window, loop, showing, keep_going)
 
 
 def _record(
-    window: OffscreenWindow,
-    model: FaceModel,
-    link: ReceiverSocket,
-    showing: Showing,
-    keep_going: Callable[[], bool],
+    window: OffscreenWindow, loop: ReceivingLoop, showing: Showing, keep_going: Callable[[], bool]
 ) -> TrafficSnapshot:
     assert showing.headless is not None
     clip = TimedClip(showing.headless, fps=HEADLESS_FPS)
     try:
-        return _loop(window, model, link).run(
-            fps=HEADLESS_FPS, seconds=showing.seconds, keep_going=keep_going, on_picture=clip.add
+        return loop.run(
+            fps=HEADLESS_FPS,
+            seconds=showing.seconds,
+            keep_going=keep_going,
+            on_picture=clip.add,
+            on_event=showing.on_event,
         )
     finally:
         clip.close()

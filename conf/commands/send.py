@@ -1,12 +1,15 @@
 """`conf send`: track a face and send its motion."""
 
+import os
+import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from conf.face.control_points import CONTROL_POINT_COUNT
+from conf.protocol.caller import Caller, LinkOptions
 from conf.protocol.messages import StreamParameters
-from conf.protocol.outbound import Outbound
+from conf.protocol.session.client import SenderSession
 from conf.sender.canonical_face import read_canonical_face
 from conf.sender.models import fetch_models
 from conf.sender.motion import MotionExtractor
@@ -29,17 +32,25 @@ class Sending:
     file: Path | None = None
     loop: bool = False
     seconds: float | None = None
+    link: LinkOptions = field(default_factory=LinkOptions)
 
 
 def send(
-    host: str, port: int, sending: Sending, on_status: Callable[[SenderStatus], None] | None = None
+    receiver: tuple[str, int], code: str, sending: Sending, on_status: Callable[[SenderStatus], None] | None = None
 ) -> SenderStatus:
-    """Send until the clip ends, the time is over or the user stops it. Raises CameraError, ModelError, NetworkError."""
+    """Send until the clip ends, the time is over or the user stops it.
+
+    code : what the receiver shows, as normalise_code returns it
+    Raises CameraError, ModelError, NetworkError.
+    """
     models = fetch_models()
-    with SenderSocket(host, port) as link, _open_source(sending) as source:
+    with SenderSocket(*receiver) as link, _open_source(sending) as source:
         extractor = MotionExtractor(read_canonical_face(models), source.size)
         parameters = StreamParameters(*source.size, min(FPS, source.fps), CONTROL_POINT_COUNT, extractor.fapu_lengths())
-        loop = SendingLoop(source, FaceTracker(models), extractor, Outbound(parameters), link)
+        now = time.monotonic()
+        session = SenderSession(code, link.remote, os.urandom, now)
+        caller = Caller(session, parameters, now, link=sending.link)
+        loop = SendingLoop(source, FaceTracker(models), extractor, caller, link)
         return loop.run(seconds=sending.seconds, on_status=on_status)
 
 

@@ -81,17 +81,30 @@ class Reception:
         self.jitter = InterarrivalJitter()
         self._window = ReplayWindow()
         self._count = 0
+        self._newest = -1
         self._highest_came = 0.0
         self._due = float("-inf")
 
-    def add(self, counter: int, now: float, *, timestamp: float | None = None) -> None:
-        """Note a datagram under a valid seal; timestamp : of its newest frame, seconds on the sender's clock."""
+    def add(self, counter: int, now: float, *, timestamp: float | None = None, understood: bool = True) -> None:
+        """Note a datagram under a valid seal.
+
+        timestamp : of its newest frame, seconds on the sender's clock
+        understood : what it carried could be used; what could not is not lost, but is not acknowledged either
+        """
+        self._count += 1
+        self._newest = max(self._newest, counter)
+        if not understood:
+            return
         if counter > self._window.highest:
             self._highest_came = now
         self._window.accept(counter)
-        self._count += 1
         if timestamp is not None:
             self.jitter.add(timestamp, now)
+
+    @property
+    def lost(self) -> int:
+        """Datagrams lost since the start."""
+        return self._newest + 1 - self._count
 
     def report(self, now: float) -> Report | None:
         """Return a report when one is due, every half second once something has come."""
@@ -103,7 +116,7 @@ class Reception:
         return Report(
             highest=highest,
             missing=~(self._window.received >> 1) & ((1 << reach) - 1),
-            lost=highest + 1 - self._count,
+            lost=min(self.lost, highest),
             jitter_ms=_milliseconds(self.jitter.seconds),
             hold_ms=_milliseconds(now - self._highest_came),
         )

@@ -1,53 +1,56 @@
-"""The receiving half without I/O: datagrams in, motion out. Time is an argument, sockets live in receiver/udp.py."""
+"""The receiving half of the motion: opened bodies in, motion to draw out. No I/O, no clock."""
 
 from conf.errors import ProtocolError
+from conf.protocol.bodies import NUMBER_BITS, Body, Feedback, Goodbye, Motion, RoundTripNotice, decode_body, encode_body
+from conf.protocol.codec import Decoder, MissingReferenceError
+from conf.protocol.codec.bundle import profile_of
+from conf.protocol.feedback import Reception
 from conf.protocol.jitter_buffer import JitterBuffer, Playout
 from conf.protocol.messages import KeepAlive, MotionFrame, Presence, StreamParameters
-from conf.protocol.sequence import ReceptionLog
-from conf.protocol.statistics import (
-    HEADER_BYTES,
-    InterarrivalJitter,
-    RateWindow,
-    TrafficSnapshot,
-    raw_bytes,
-)
-from conf.protocol.wire import decode
+from conf.protocol.sequence import unwrap
+from conf.protocol.statistics import RateWindow, TrafficSnapshot, raw_bytes
 
 SILENCE_S = 3.0
 
 
 class Inbound:
-    """Take datagrams, keep what is sound, and play the motion at its time."""
+    """Take the bodies of one sender and play its motion at its time."""
 
     def __init__(self) -> None:
         self.parameters: StreamParameters | None = None
         self.presence = Presence.FACE
+        self.round_trip_ms: float | None = None
+        self.ended = False
         self.rejected = 0
+        self.missed_references = 0
         self.frames = RateWindow()
         self.traffic = RateWindow()
+        self._decoder = Decoder()
         self._buffer = JitterBuffer()
-        self._log = ReceptionLog()
-        self._jitter = InterarrivalJitter()
+        self._reception = Reception()
+        self._clock: tuple[float, float] | None = None  # the sender's stream time, and ours when we learned of it
         self._heard_at: float | None = None
+        self._refresh = False
+        self._motion_datagrams = 0
+        self._reported_at = float("-inf")
 
-    def receive_datagram(self, data: bytes, now: float) -> None:
-        """Take one datagram. A bad one is counted in `rejected` and changes nothing else."""
+    def receive_body(self, data: bytes, counter: int, wire_bytes: int, now: float) -> None:
+        """Take one body under a valid seal. A bad one is counted in `rejected` and changes nothing else.
+
+        counter : of its datagram; wire_bytes : the datagram's size on the wire, headers counted
+        """
+        self.traffic.add(wire_bytes, now)
+        self._heard_at = now
+        timestamp, understood = None, False
         try:
-            datagram = decode(data)
+            timestamp = self._take(decode_body(data), now)
+            understood = True
+        except MissingReferenceError:
+            self._refresh = True
+            self.missed_references += 1
         except ProtocolError:
             self.rejected += 1
-            return
-        self.traffic.add(len(data) + HEADER_BYTES, now)
-        if not self._log.add(datagram.sequence):
-            return
-        self._heard_at = now
-        match datagram.message:
-            case StreamParameters() as parameters:
-                self.parameters = parameters
-            case KeepAlive(presence=presence):
-                self.presence = presence
-            case MotionFrame() as frame:
-                self._take_frame(frame, now)
+        self._reception.add(counter, now, timestamp=timestamp, understood=understood)
 
     def play(self, now: float) -> Playout | None:
         """Return the motion to draw at `now`, or None before there is any."""
@@ -57,6 +60,16 @@ class Inbound:
         """Say whether the sender has not been heard for a while, or never."""
         return self._heard_at is None or now - self._heard_at > SILENCE_S
 
+    def feedback(self, now: float) -> bytes | None:
+        """Return a report to seal and send back when one is due and there is something to report."""
+        if self._heard_at is None or self._heard_at <= self._reported_at:
+            return None
+        report = self._reception.report(now)
+        if report is None:
+            return None
+        refresh, self._refresh, self._reported_at = self._refresh, False, now
+        return encode_body(Feedback(report, refresh))
+
     def snapshot(self, now: float) -> TrafficSnapshot:
         """Return the figures of the meter."""
         bytes_a_second, _ = self.traffic.rates(now)
@@ -65,7 +78,7 @@ class Inbound:
         frames = max(self.frames.count, 1)
         return TrafficSnapshot(
             frames_received=self.frames.count,
-            frames_lost=self._log.lost,
+            frames_lost=round(self._reception.lost * frames / max(self._motion_datagrams, 1)),
             frames_late=self._buffer.late,
             datagrams=self.traffic.count,
             rejected=self.rejected,
@@ -75,14 +88,43 @@ class Inbound:
             raw_bytes_per_frame=raw,
             raw_kbps=raw * (self.parameters.fps if self.parameters else 0.0) * 8 / 1000,
             ratio=raw * self.frames.count / self.traffic.total if self.traffic.total else 0.0,
-            jitter_ms=self._jitter.seconds * 1000,
+            jitter_ms=self._reception.jitter.seconds * 1000,
             playout_delay_ms=self._buffer.playout_delay_s * 1000,
         )
 
-    def _take_frame(self, frame: MotionFrame, now: float) -> None:
-        if self.parameters is None or len(frame.displacements) != self.parameters.points:
-            return
+    def _take(self, body: Body, now: float) -> float | None:
+        """Act on a body. Returns the time of the newest frame in it, seconds on the sender's clock, if it has any."""
+        match body:
+            case StreamParameters(clock=clock):
+                self.parameters = body
+                self._clock = (clock, now)
+            case KeepAlive(timestamp=timestamp, presence=presence):
+                self.presence = presence
+                self._clock = (timestamp, now)
+                if presence is Presence.FACE:
+                    self._buffer.extend(timestamp, now)
+            case Motion():
+                return self._take_motion(body, now)
+            case RoundTripNotice(milliseconds=milliseconds):
+                self.round_trip_ms = float(milliseconds)
+            case Goodbye():
+                self.ended = True
+            case _:
+                raise ProtocolError("a report came to the receiver")
+        return None
+
+    def _take_motion(self, body: Motion, now: float) -> float:
+        if self._clock is None:
+            raise ProtocolError("motion before the stream's parameters")
+        profile = profile_of(body.payload)
+        stream_time = self._clock[0] + now - self._clock[1]
+        number = unwrap(body.number, bits=NUMBER_BITS, near=round(stream_time * profile.fps))
+        decoded = self._decoder.decode(body.payload, number)
+        self._motion_datagrams += 1
         self.presence = Presence.FACE
-        self.frames.add(1, now)
-        self._jitter.add(frame.timestamp, now)
-        self._buffer.add(frame, now)
+        for frame in decoded:
+            timestamp = frame.number / profile.fps
+            self.frames.add(1, now)
+            self._buffer.add(MotionFrame(timestamp, frame.displacements, frame.pose), now)
+        self._clock = max(self._clock, (timestamp, now))
+        return timestamp

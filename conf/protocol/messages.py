@@ -15,6 +15,7 @@ class StreamParameters:
     fps : frames a second the sender means to send
     points : how many control points a frame carries
     fapu : the five FAPU distances of the sender's neutral face, es0 ens0 mns0 mw0 irisd0, in model centimetres
+    clock : seconds on the stream's clock when this was sent; 0 is the first frame's capture
     """
 
     width: int
@@ -22,6 +23,7 @@ class StreamParameters:
     fps: float
     points: int
     fapu: tuple[float, ...]
+    clock: float = 0.0
 
 
 @dataclass(frozen=True)

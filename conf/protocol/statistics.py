@@ -81,3 +81,26 @@ class InterarrivalJitter:
 def raw_bytes(width: int, height: int) -> int:
     """Return what one picture of this size costs as raw 8-bit RGB."""
     return width * height * BYTES_PER_PIXEL
+
+
+def combined(snapshots: list[TrafficSnapshot]) -> TrafficSnapshot:
+    """Return several streams' figures as one: counts and rates added, means weighted by frames, delays the longest."""
+    frames = sum(s.frames_received for s in snapshots)
+    per_frame = max(frames, 1)
+    wire = sum(s.wire_bytes_per_frame * max(s.frames_received, 1) for s in snapshots)
+    raw = sum(s.raw_bytes_per_frame * s.frames_received for s in snapshots)
+    return TrafficSnapshot(
+        frames_received=frames,
+        frames_lost=sum(s.frames_lost for s in snapshots),
+        frames_late=sum(s.frames_late for s in snapshots),
+        datagrams=sum(s.datagrams for s in snapshots),
+        rejected=sum(s.rejected for s in snapshots),
+        fps=sum(s.fps for s in snapshots),
+        wire_bytes_per_frame=wire / per_frame,
+        wire_kbps=sum(s.wire_kbps for s in snapshots),
+        raw_bytes_per_frame=round(raw / per_frame),
+        raw_kbps=sum(s.raw_kbps for s in snapshots),
+        ratio=raw / wire if wire else 0.0,
+        jitter_ms=max((s.jitter_ms for s in snapshots), default=0.0),
+        playout_delay_ms=max((s.playout_delay_ms for s in snapshots), default=0.0),
+    )

@@ -1,5 +1,6 @@
-"""Charts as pictures: bars on a logarithmic scale, drawn offscreen with ImPlot."""
+"""Charts as pictures: bars and dots on a logarithmic scale, drawn offscreen with ImPlot."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,8 @@ from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.overlay import ACCENT, Overlay, panel
 
 SIZE = (900, 460)
+FLAGS = implot.Flags_.no_legend | implot.Flags_.no_mouse_text | implot.Flags_.no_inputs
+OURS = (0.35, 0.90, 0.50, 1.0)
 LABELS_ROOM = 10.0  # the value's text stands right of its bar: the axis goes on so many times further
 
 
@@ -29,6 +32,11 @@ def bar_chart(title: str, bars: list[Bar], *, size: tuple[int, int] = SIZE) -> N
     """
     if not bars or not all(bar.value > 0 for bar in bars):
         raise ValueError("bars must be there and positive")
+    return _picture(size, lambda plot: _draw_bars(title, bars, plot))
+
+
+def _picture(size: tuple[int, int], draw: Callable[[tuple[float, float]], None]) -> NDArray[np.uint8]:
+    """Return what `draw`, told the room it has, draws with ImPlot."""
     plot = (size[0] - 20.0, size[1] - 16.0)
     with OffscreenWindow(*size) as window:
         overlay = Overlay(window.ctx)
@@ -36,18 +44,17 @@ def bar_chart(title: str, bars: list[Bar], *, size: tuple[int, int] = SIZE) -> N
             for _ in range(2):  # ImPlot lays its axes out in the first frame
                 window.begin()
                 with overlay.frame(window.framebuffer, size, 1.0), panel("chart", (0, 0), (0.0, 0.0), plot):
-                    _draw(title, bars, plot)
+                    draw(plot)
                 window.end()
             return window.read()
         finally:
             overlay.release()
 
 
-def _draw(title: str, bars: list[Bar], size: tuple[float, float]) -> None:
+def _draw_bars(title: str, bars: list[Bar], size: tuple[float, float]) -> None:
     places = np.arange(len(bars), dtype=np.float64)[::-1].copy()
     values = np.array([bar.value for bar in bars])
-    flags = implot.Flags_.no_legend | implot.Flags_.no_mouse_text | implot.Flags_.no_inputs
-    if not implot.begin_plot(title, imgui.ImVec2(*size), flags):
+    if not implot.begin_plot(title, imgui.ImVec2(*size), FLAGS):
         return
     bare = implot.AxisFlags_.no_grid_lines | implot.AxisFlags_.no_tick_marks
     implot.setup_axes("", "", implot.AxisFlags_.no_decorations, bare)
@@ -60,4 +67,43 @@ def _draw(title: str, bars: list[Bar], size: tuple[float, float]) -> None:
     for bar, place in zip(bars, places, strict=True):
         half = imgui.calc_text_size(bar.text).x / 2
         implot.plot_text(bar.text, bar.value, float(place), imgui.ImVec2(half + 8, 0))
+    implot.end_plot()
+
+
+@dataclass(frozen=True)
+class Dot:
+    """One dot of a scatter: its name, where it lies, and whether it is one of ours."""
+
+    name: str
+    x: float
+    y: float
+    ours: bool = False
+
+
+def scatter_chart(
+    title: str, axes: tuple[str, str], dots: list[Dot], *, size: tuple[int, int] = SIZE
+) -> NDArray[np.uint8]:
+    """Return (H, W, 3) uint8 BGR: named dots, x on a logarithmic scale.
+
+    axes : what x and y are
+    Raises ValueError if there are no dots or an x is not positive, GraphicsError without OpenGL.
+    """
+    if not dots or not all(dot.x > 0 for dot in dots):
+        raise ValueError("dots must be there, with positive x")
+    return _picture(size, lambda plot: _draw_scatter(title, axes, dots, plot))
+
+
+def _draw_scatter(title: str, axes: tuple[str, str], dots: list[Dot], size: tuple[float, float]) -> None:
+    if not implot.begin_plot(title, imgui.ImVec2(*size), FLAGS):
+        return
+    implot.setup_axes(*axes)
+    implot.setup_axis_scale(implot.ImAxis_.x1, implot.Scale_.log10)
+    x, y = np.array([dot.x for dot in dots]), np.array([dot.y for dot in dots])
+    implot.setup_axes_limits(x.min() / 2, x.max() * 4, -0.06 * y.max(), y.max() * 1.15, imgui.Cond_.always)
+    for dot in dots:
+        colour = imgui.ImVec4(*(OURS if dot.ours else ACCENT))
+        spec = implot.Spec(marker=implot.Marker_.circle, marker_size=5.0, marker_fill_color=colour)
+        implot.plot_scatter(dot.name, np.array([dot.x]), np.array([dot.y]), spec=spec)
+        half = imgui.calc_text_size(dot.name).x / 2
+        implot.plot_text(dot.name, dot.x, dot.y, imgui.ImVec2(half + 9, -8))
     implot.end_plot()

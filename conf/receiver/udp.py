@@ -6,11 +6,10 @@ import socket
 from types import TracebackType
 
 from conf.errors import NetworkError
+from conf.protocol.session.limits import Address
 
 MAX_DATAGRAM = 2048
-BUFFER_BYTES = 1 << 20  # what the system may hold for us while a frame is drawn
-
-Address = tuple[str, int]
+BUFFER_BYTES = 4 << 20  # what the system may hold for us while a frame is drawn, junk of a flood included
 
 
 class ReceiverSocket:
@@ -41,7 +40,7 @@ class ReceiverSocket:
         self._socket.close()
 
     @property
-    def address(self) -> Address:
+    def address(self) -> tuple[str, int]:
         """Where it listens: host and port."""
         host, port = self._socket.getsockname()[:2]
         return host, port

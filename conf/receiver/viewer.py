@@ -42,6 +42,10 @@ class Viewer:
             if act:
                 act(now)
 
+    def say(self, text: str, now: float) -> None:
+        """Show a line at the bottom for a moment."""
+        self._notice = (text, now + NOTICE_S)
+
     def notice(self, now: float) -> str:
         """Return the line to show at the bottom, empty for none."""
         text, until = self._notice
@@ -89,7 +93,7 @@ class Viewer:
             text = task()
         except ConfError as error:
             text = str(error)
-        self._notice = (text, now + NOTICE_S)
+        self.say(text, now)
 
 
 class TimedClip:

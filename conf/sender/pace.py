@@ -7,7 +7,7 @@ class Pace:
     """Choose frames so that about `fps` of them a second are sent, each at its time."""
 
     def __init__(self, fps: float) -> None:
-        self._interval = 1 / fps
+        self.fps = fps  # may be changed between frames
         self._start: float | None = None  # what to add to a timestamp to get the clock
         self._due = float("-inf")  # timestamp of the next frame to send
         self._previous: float | None = None
@@ -27,6 +27,7 @@ class Pace:
         wait = timestamp + self._start - now
         if wait < -BEHIND_S:
             return None
+        interval = 1 / self.fps
         # A gap in the source does not make the frames after it come in a rush.
-        self._due = max(self._due + self._interval, timestamp + self._interval / 2)
+        self._due = max(self._due + interval, timestamp + interval / 2)
         return max(wait, 0.0)

@@ -4,12 +4,16 @@ The way of one frame is read here from top to bottom; every step it calls is a m
 """
 
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from conf.protocol.outbound import Outbound
+from conf.errors import NetworkError
+from conf.protocol.caller import Caller, LinkStatus
+from conf.protocol.session.events import Connected, Event, Lost, NoAnswer, Refused, WrongCode
+from conf.protocol.session.handshake import Refusal
 from conf.sender.motion import MotionExtractor
 from conf.sender.pace import Pace
 from conf.sender.sources import Frame, FrameSource
@@ -17,6 +21,13 @@ from conf.sender.tracker import FaceTracker
 from conf.sender.udp import SenderSocket
 
 STATUS_EVERY_S = 0.25
+POLL_S = 0.1
+WRONG_CODE = "the code is wrong: type it as the receiver shows it (conf send ... --code CODE)"
+REFUSALS = {
+    Refusal.LOCKED: "too many wrong codes: the receiver listens again in {wait:.0f} s",
+    Refusal.FULL: "the receiver has no room for one more caller: try later",
+    Refusal.BUSY: "the receiver is busy: trying again in {wait:.0f} s",
+}
 
 
 @dataclass(frozen=True)
@@ -31,77 +42,123 @@ class SenderStatus:
     wire_kbps: float
     face: bool
     calibrated: bool
+    link: LinkStatus
+    note: str
 
 
 class SendingLoop:
     """Track the face in each frame of a source and send its motion."""
 
     def __init__(
-        self,
-        source: FrameSource,
-        tracker: FaceTracker,
-        extractor: MotionExtractor,
-        outbound: Outbound,
-        link: SenderSocket,
+        self, source: FrameSource, tracker: FaceTracker, extractor: MotionExtractor, caller: Caller, link: SenderSocket
     ) -> None:
         self._source = source
         self._tracker = tracker
         self._extractor = extractor
-        self._outbound = outbound
+        self._caller = caller
         self._link = link
-        self._pace = Pace(outbound.parameters.fps)
+        self._pace = Pace(caller.outbound.profile.fps)
         self._captured = self._tracked = 0
-        self._tracker_ms: list[float] = []
+        self._tracker_ms: deque[float] = deque(maxlen=1000)
         self._face = False
+        self._note = "calling"
+        self._on_status: Callable[[SenderStatus], None] | None = None
+        self._status_due = 0.0
 
     def run(
         self, *, seconds: float | None = None, on_status: Callable[[SenderStatus], None] | None = None
     ) -> SenderStatus:
-        """Send until the source ends, or for `seconds`. Raises CameraError when the camera stops, NetworkError."""
-        began = status_due = time.monotonic()
-        while (frame := self._source.read()) is not None:
-            now = time.monotonic()
-            if seconds is not None and now - began >= seconds:
-                break
-            self._captured += 1
-            wait = self._pace.wait(frame.timestamp, now)
-            if wait is None:
-                continue
-            if wait > 0:
-                time.sleep(wait)
-            self._send(frame)
-            if on_status and now >= status_due:
-                status_due = now + STATUS_EVERY_S
-                on_status(self.status())
+        """Send until the source ends, or for `seconds`.
+
+        Raises CameraError when the camera stops, NetworkError when the receiver refuses for good.
+        """
+        self._on_status = on_status
+        end = time.monotonic() + seconds if seconds is not None else float("inf")
+        try:
+            self._connect(end)
+            while (frame := self._source.read()) is not None and (now := time.monotonic()) < end:
+                self._captured += 1
+                self._pace.fps = self._caller.outbound.profile.fps
+                wait = self._pace.wait(frame.timestamp, now)
+                if wait is not None:
+                    self._exchange_until(now + wait)
+                    self._send(frame)
+        finally:
+            self._link.send(self._caller.hang_up(time.monotonic()))
         return self.status()
 
     def status(self) -> SenderStatus:
         """Return how it goes now."""
         now = time.monotonic()
-        traffic = self._outbound.traffic
+        traffic, sent = self._caller.traffic, self._caller.outbound.frames_sent
         return SenderStatus(
             frames_captured=self._captured,
             frames_tracked=self._tracked,
-            frames_sent=self._outbound.frames_sent,
+            frames_sent=sent,
             tracker_ms_median=float(np.median(self._tracker_ms)) if self._tracker_ms else 0.0,
-            wire_bytes_per_frame=traffic.total / max(self._outbound.frames_sent, 1),
+            wire_bytes_per_frame=traffic.total / max(sent, 1),
             wire_kbps=traffic.rates(now)[0] * 8 / 1000,
             face=self._face,
             calibrated=self._extractor.calibrated,
+            link=self._caller.status(now),
+            note=self._note,
         )
+
+    def _connect(self, end: float) -> None:
+        """Shake hands before the first frame is read, so that no clip begins unseen."""
+        while not self._caller.status(time.monotonic()).connected and time.monotonic() < end:
+            self._exchange_until(time.monotonic() + POLL_S)
+
+    def _exchange_until(self, until: float) -> None:
+        """Take and send datagrams as they come until a moment; at least once."""
+        while True:
+            now = time.monotonic()
+            for data, address in self._link.receive():
+                self._caller.receive_datagram(data, address, now)
+            self._link.send(self._caller.datagrams_to_send(now))
+            while event := self._caller.next_event():
+                self._note = note_of(event)
+            self._tell(now)
+            if now >= until:
+                return
+            self._link.wait(min(until - now, POLL_S))
 
     def _send(self, frame: Frame) -> None:
         began = time.monotonic()
         tracking = self._tracker.track(frame.pixels)
         now = time.monotonic()
         self._tracker_ms.append((now - began) * 1000)
-        del self._tracker_ms[:-1000]
         self._face = tracking is not None
         if tracking is None:
-            self._outbound.send_absence(frame.timestamp, now)
+            self._caller.send_absence(frame.timestamp, now)
         else:
             self._tracked += 1
             motion = self._extractor.update(tracking, frame.timestamp)
-            self._outbound.parameters = replace(self._outbound.parameters, fapu=self._extractor.fapu_lengths())
-            self._outbound.send_frame(motion, now)
-        self._link.send(self._outbound.datagrams_to_send(now))
+            outbound = self._caller.outbound
+            outbound.parameters = replace(outbound.parameters, fapu=self._extractor.fapu_lengths())
+            self._caller.send_frame(motion, now)
+        self._link.send(self._caller.datagrams_to_send(now))
+
+    def _tell(self, now: float) -> None:
+        if self._on_status and now >= self._status_due:
+            self._status_due = now + STATUS_EVERY_S
+            self._on_status(self.status())
+
+
+def note_of(event: Event) -> str:
+    """Return what an event of the session means to the user. Raises NetworkError when the call cannot go on."""
+    match event:
+        case WrongCode():
+            raise NetworkError(WRONG_CODE)
+        case Refused(refusal=refusal, wait_s=None):
+            raise NetworkError(REFUSALS[refusal])
+        case Refused(refusal=refusal, wait_s=float(wait)):
+            return REFUSALS[refusal].format(wait=wait)
+        case Connected():
+            return "connected"
+        case NoAnswer(seconds=seconds):
+            return f"nobody has answered for {seconds:.0f} s: is `conf receive` running there? trying on"
+        case Lost():
+            return "the receiver is gone: calling again"
+        case _:
+            return ""

@@ -4,9 +4,10 @@ import contextlib
 import select
 import socket
 from types import TracebackType
-from typing import Any
+from typing import cast
 
 from conf.errors import NetworkError
+from conf.protocol.session.limits import Address
 
 MAX_DATAGRAM = 2048
 
@@ -21,10 +22,9 @@ class SenderSocket:
         except (OSError, UnicodeError) as error:
             raise NetworkError(f"no address for {host!r}: give the receiver's name or number as HOST:PORT") from error
         family, kind, protocol, _, address = found[0]
+        self.remote = cast(Address, address)
         self._socket = socket.socket(family, kind, protocol)
         self._socket.setblocking(False)
-        self._peer: tuple[Any, ...] = address
-        self.unsent = 0
 
     def __enter__(self) -> "SenderSocket":
         return self
@@ -34,24 +34,26 @@ class SenderSocket:
     ) -> None:
         self._socket.close()
 
-    def send(self, datagrams: list[bytes]) -> None:
-        """Send, or lose: a full queue or an absent receiver is the network's business, the protocol copes with loss."""
-        for data in datagrams:
+    def send(self, datagrams: list[tuple[bytes, Address]]) -> None:
+        """Send, or lose: a full queue or an unreachable network is lost like anything else on the way."""
+        for data, address in datagrams:
             try:
-                self._socket.sendto(data, self._peer)
+                self._socket.sendto(data, address)
             except PermissionError as error:
-                raise NetworkError(f"this machine may not send to {self._peer[0]}: check its firewall") from error
+                raise NetworkError(f"this machine may not send to {address[0]}: check its firewall") from error
             except OSError:
-                self.unsent += 1
+                continue
 
-    def receive(self) -> list[bytes]:
+    def receive(self) -> list[tuple[bytes, Address]]:
         """Take all that has come."""
-        datagrams: list[bytes] = []
-        with contextlib.suppress(OSError):  # nothing more, or the word that nobody listens over there
-            while len(datagrams) < 64:
-                data, sender = self._socket.recvfrom(MAX_DATAGRAM)
-                if sender[:2] == self._peer[:2]:
-                    datagrams.append(data)
+        datagrams: list[tuple[bytes, Address]] = []
+        with contextlib.suppress(BlockingIOError):
+            while len(datagrams) < 256:
+                try:
+                    data, sender = self._socket.recvfrom(MAX_DATAGRAM)
+                except ConnectionError:  # the word that nobody listens over there, for a datagram sent before
+                    continue
+                datagrams.append((data, sender))
         return datagrams
 
     def wait(self, seconds: float) -> None:
