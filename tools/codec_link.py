@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from conf.protocol.codec import Decoder, Encoder, MissingReferenceError, Profile
 from conf.protocol.codec.model import Model
+from conf.protocol.statistics import HEADER_BYTES
 from tools.tracks import Track
 
 HELD_OUT = ("grid_lbax4n", "man_smiles", "talk_1", "talk_4", "talk_9")  # files the shipped tables have never seen
-UDP_IP_BYTES = 28
+
 FRAMING_BYTES = 14  # framing and seal of a datagram, at most
 
 
@@ -57,7 +58,7 @@ class Result:
     @property
     def wire_bytes(self) -> int:
         """Return the bytes of all datagrams with their headers."""
-        return self.payload_bytes + self.datagrams * (UDP_IP_BYTES + FRAMING_BYTES)
+        return self.payload_bytes + self.datagrams * (HEADER_BYTES + FRAMING_BYTES)
 
     @property
     def payload_bytes_per_frame(self) -> float:
