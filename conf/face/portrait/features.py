@@ -42,6 +42,10 @@ class Feature:
         t = np.clip((self.reach[1] - distance) / (self.reach[1] - self.reach[0]), 0, 1)
         return np.asarray(t * t * (3 - 2 * t))
 
+    def near(self, flat: NDArray[np.float64], reach: float, /) -> NDArray[np.bool_]:
+        """Return (V,) whether each vertex lies within `reach` cm of the core."""
+        return np.asarray(cKDTree(flat[contours.rows(self.core)]).query(flat)[0] <= reach)
+
     def key(self, displacements: Displacements, /) -> NDArray[np.int8]:
         """Return the keys as they travel, (k,) int8."""
         return np.clip(np.rint(np.array(self.keys(displacements)) / KEY_STEP), -127, 127).astype(np.int8)

@@ -1,4 +1,4 @@
-"""The mesh over a photographed person: the face's outlines are vertices, and the rest is a grid, dense at eyes and mouth.
+"""The mesh over a photographed person: the face's outlines are vertices, the rest a grid, dense at eyes and mouth.
 
 Strategy: points first, each no nearer to its neighbours than the place asks for; then Delaunay's triangles, which are
 never thinner than the points make them. The outlines are dense beside the grid, so triangles do not cross the lips.
@@ -8,25 +8,19 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 from scipy.spatial import Delaunay, cKDTree
 
 from conf.face.portrait import contours
+from conf.face.portrait.outline import OUTLINE_MARGIN_CM, OVERLAP, go_on, show_person
+from conf.face.portrait.parting import between_lips, open_lips_and_lids, part_lips_and_lids
 from conf.face.portrait.shape import FaceShape, project
 
-LEAST_GAP_CM = 0.03  # between facing lips or lids in the photograph: shut ones have no room for triangles
 SPACING_CM = {"feature": 0.5, "face": 0.9, "rest": 2.2}  # between the grid's points
 BESIDE = 0.55  # of the spacing: nearer than this to another vertex a grid point is left out
-OUTLINE_MARGIN_CM = 0.8  # beyond the person's outline, over which his edge fades
+LIP_MARGIN_CM = 0.15  # from the inner lips: between them and this near there are no other vertices
 FACE_REACH = 1.25  # of the oval's radius: where the face's spacing ends
 
-_FACING = [
-    (contours.rows(upper[1:-1]), contours.rows(lower[1:-1]))
-    for upper, lower in (
-        (contours.UPPER_INNER_LIP, contours.LOWER_INNER_LIP),
-        (contours.UPPER_LID_R, contours.LOWER_LID_R),
-        (contours.UPPER_LID_L, contours.LOWER_LID_L),
-    )
-]
 _FEATURES = contours.rows(
     contours.UPPER_OUTER_LIP
     + contours.LOWER_OUTER_LIP
@@ -45,24 +39,13 @@ class PhotoMesh:
     places : (V, 2) float64 picture heights, x right, y up; the first D are the shape's points
     triangles : (F, 3) int32, counter-clockwise
     in_mouth : (F,) bool, the triangles between the lips
+    around : (V, V) sparse, the mean over a vertex and its neighbours
     """
 
     places: NDArray[np.float64]
     triangles: NDArray[np.int32]
     in_mouth: NDArray[np.bool_]
-
-
-def part_lips_and_lids(places: NDArray[np.float64], centimetre: float, /) -> NDArray[np.float64]:
-    """Return the shape's points (D, 2) with facing lips and lids at least LEAST_GAP_CM apart.
-
-    centimetre : its length in the picture
-    """
-    parted = places.copy()
-    for upper, lower in _FACING:
-        lack = np.maximum(0.0, LEAST_GAP_CM * centimetre - (parted[upper, 1] - parted[lower, 1])) / 2
-        parted[upper, 1] += lack
-        parted[lower, 1] -= lack
-    return parted
+    around: sparse.csr_array
 
 
 def build_mesh(shape: FaceShape, /) -> PhotoMesh:
@@ -70,11 +53,12 @@ def build_mesh(shape: FaceShape, /) -> PhotoMesh:
     centimetre = float(np.exp(shape.pose.log_scale))
     points = part_lips_and_lids(project(shape.points, shape.pose), centimetre)
     places = np.concatenate([points, _grid(points, centimetre, shape.aspect)])
-    triangles = _counter_clockwise(places, Delaunay(places).simplices.astype(np.int32))
-    triangles = triangles[_show_person(places, triangles, shape.outline, OUTLINE_MARGIN_CM * centimetre)]
+    triangles = _triangulate(places, open_lips_and_lids(places, points, centimetre))
+    outline = go_on(shape.outline, shape.aspect)
+    triangles = triangles[show_person(places, triangles, outline, OUTLINE_MARGIN_CM * centimetre)]
     ring = np.zeros(len(places), dtype=bool)
     ring[contours.rows(contours.UPPER_INNER_LIP + contours.LOWER_INNER_LIP)] = True
-    return PhotoMesh(places, triangles, _in_mouth(places, triangles, ring))
+    return PhotoMesh(places, triangles, _in_mouth(places, triangles, ring), _around(len(places), triangles))
 
 
 def signed_areas(places: NDArray[np.float64], triangles: NDArray[np.int32], /) -> NDArray[np.float64]:
@@ -89,7 +73,7 @@ def _grid(points: NDArray[np.float64], centimetre: float, aspect: float) -> NDAr
     features, oval = cKDTree(points[_FEATURES]), points[_OVAL]
     middle = oval.mean(axis=0)
     radius = np.linalg.norm(oval - middle, axis=1).max()
-    half = np.array([aspect / 2, 0.5])
+    half = np.array([aspect / 2 + OVERLAP, 0.5 + OVERLAP])
     step = {name: spacing * centimetre for name, spacing in SPACING_CM.items()}
     kept = np.concatenate([points, _border(half, step["rest"])])
     for name, reach in (("feature", 2 * step["feature"]), ("face", FACE_REACH * radius), ("rest", np.inf)):
@@ -98,6 +82,7 @@ def _grid(points: NDArray[np.float64], centimetre: float, aspect: float) -> NDAr
             candidates = candidates[features.query(candidates)[0] < reach]
         elif name == "face":
             candidates = candidates[np.linalg.norm(candidates - middle, axis=1) < reach]
+        candidates = candidates[~between_lips(candidates, points, LIP_MARGIN_CM * centimetre)]
         kept = np.concatenate([kept, candidates[cKDTree(kept).query(candidates)[0] > BESIDE * step[name]]])
     return kept[len(points) :]
 
@@ -120,41 +105,27 @@ def _hexagons(half: NDArray[np.float64], step: float) -> NDArray[np.float64]:
     return np.asarray(grid[np.abs(grid[:, 0]) < half[0] - step / 4])
 
 
+def _triangulate(places: NDArray[np.float64], opened: NDArray[np.float64]) -> NDArray[np.int32]:
+    """Return triangles over places (V, 2) that do not cross the lips: Delaunay's over the opened mouth, if they fit."""
+    triangles = _counter_clockwise(opened, Delaunay(opened).simplices.astype(np.int32))
+    if signed_areas(places, triangles).min() > 0:
+        return triangles
+    return _counter_clockwise(places, Delaunay(places).simplices.astype(np.int32))
+
+
 def _counter_clockwise(places: NDArray[np.float64], triangles: NDArray[np.int32]) -> NDArray[np.int32]:
     areas = signed_areas(places, triangles)
     turned = np.where((areas < 0)[:, None], triangles[:, ::-1], triangles)
     return np.ascontiguousarray(turned[np.abs(areas) > 1e-12])
 
 
-def _show_person(
-    places: NDArray[np.float64], triangles: NDArray[np.int32], outline: NDArray[np.float64], margin: float
-) -> NDArray[np.bool_]:
-    """Tell the triangles that show some of the person: what is only background need not move, and cannot fold."""
-    corners = places[triangles]
-    if len(outline) < 3:
-        return np.ones(len(triangles), dtype=bool)
-    middles = corners.mean(axis=1)
-    reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
-    return np.asarray(_inside(middles, outline) | (_distance(middles, outline) < reach + margin))
-
-
-def _inside(points: NDArray[np.float64], outline: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell the points (k, 2) inside a closed outline: those whose ray to the right crosses it an odd number of times."""
-    a, b = outline, np.roll(outline, -1, axis=0)
-    x, y = points[:, :1], points[:, 1:]
-    crosses = (a[:, 1] > y) != (b[:, 1] > y)
-    rise = np.where(a[:, 1] == b[:, 1], 1.0, b[:, 1] - a[:, 1])
-    at = a[:, 0] + (y - a[:, 1]) / rise * (b[:, 0] - a[:, 0])
-    return np.asarray(np.count_nonzero(crosses & (x < at), axis=1) % 2 == 1)
-
-
-def _distance(points: NDArray[np.float64], outline: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (k,) how far points are from the nearest side of a closed outline."""
-    sides = np.roll(outline, -1, axis=0) - outline
-    away = points[:, None] - outline
-    along = np.sum(away * sides, axis=2) / np.maximum(np.sum(sides * sides, axis=1), 1e-12)
-    nearest = np.clip(along, 0, 1)[..., None] * sides
-    return np.asarray(np.linalg.norm(away - nearest, axis=2).min(axis=1))
+def _around(count: int, triangles: NDArray[np.int32]) -> sparse.csr_array:
+    ends = np.concatenate([triangles[:, [a, b]] for a in range(3) for b in range(3)])
+    ones = np.ones(len(ends))
+    linked = sparse.csr_array((ones, (ends[:, 0], ends[:, 1])), shape=(count, count))
+    linked.data[:] = 1.0
+    counts = np.maximum(linked.sum(axis=1), 1.0)
+    return sparse.csr_array(sparse.diags_array(1 / counts) @ linked)
 
 
 def _in_mouth(places: NDArray[np.float64], triangles: NDArray[np.int32], ring: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -7,7 +7,6 @@ from conf.face.portrait.mesh import PhotoMesh, signed_areas
 
 LEAST_SHARE = 0.02  # of its own area that a triangle keeps
 ROUNDS = 10  # of holding back single vertices, before the whole motion is held back
-ALONE = 4  # rounds, after which the neighbours of what folds are held back as well
 
 
 def unfold(target: NDArray[np.float64], still: NDArray[np.float64], mesh: PhotoMesh, /) -> NDArray[np.float64]:
@@ -23,9 +22,7 @@ def unfold(target: NDArray[np.float64], still: NDArray[np.float64], mesh: PhotoM
     return _as_far_as_it_goes(still, target, mesh)
 
 
-def _as_far_as_it_goes(
-    start: NDArray[np.float64], end: NDArray[np.float64], mesh: PhotoMesh
-) -> NDArray[np.float64]:
+def _as_far_as_it_goes(start: NDArray[np.float64], end: NDArray[np.float64], mesh: PhotoMesh) -> NDArray[np.float64]:
     """Return places near the end that are not folded, held back towards a start that is not: single vertices first."""
     held = np.ones((len(end), 1))
     for number in range(ROUNDS):
@@ -33,10 +30,9 @@ def _as_far_as_it_goes(
         folded = _folded(places, mesh)
         if not folded.any():
             return np.asarray(places)
-        guilty = np.unique(mesh.triangles[folded])
-        if number >= ALONE:
-            guilty = np.unique(mesh.triangles[np.isin(mesh.triangles, guilty).any(axis=1)])
-        held[guilty] *= 0.6
+        held[np.unique(mesh.triangles[folded])] *= 0.6
+        for _ in range(1 + number // 2):  # ever wider around, so that what is held back does not stand out
+            held = np.minimum(held, mesh.around @ held)
     return _on_the_way(start, start + held * (end - start), mesh)
 
 

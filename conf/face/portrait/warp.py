@@ -27,6 +27,7 @@ from conf.face.regions import Regions
 MAX_TURN = np.radians(32)  # out of the picture's plane, against the photograph
 KNEE = 0.7  # the share of a limit that is reached unchanged
 DEPTH_SLOPE = 0.5  # how fast the head falls away beyond its oval
+DEPTH_ROUNDS = 3  # of smoothing: the steep sides of nose and face would fold at small turns
 DEEPEST_CM = 5.0  # behind the oval
 ANCHOR_RINGS = (1.45, 1.8)  # of the oval: where no expression reaches
 _NEAREST = 8  # outline points that a vertex's depth is taken from
@@ -59,9 +60,12 @@ class PortraitWarp:
         self._turn = shape.pose.matrix()
         self.flat = flat = (self.mesh.places - shape.pose.position) / self._scale  # (V, 2) cm, picture axes
         depth = _depths(flat, shape.points @ self._turn.T)
+        for _ in range(DEPTH_ROUNDS):
+            depth[CONTROL_POINT_COUNT:] = (self.mesh.around @ depth)[CONTROL_POINT_COUNT:]
         self._solid = np.column_stack([flat, depth]) @ self._turn  # (V, 3) cm, face axes
         self._share = head_share(flat, self.mesh.places, shape)[:, None]
         self.fields = split_fields(flat)
+        self.on_face = _within(flat, flat[_OVAL])  # (V,) bool
         self._operator = _operator(flat, self.fields)
         self._neutral, self._unit = shape.neutral, shape.unit
 
@@ -136,6 +140,13 @@ def _depths(flat: NDArray[np.float64], known: NDArray[np.float64]) -> NDArray[np
     rim = np.linalg.norm(oval[cKDTree(oval[:, :2]).query(flat)[1], :2] - middle, axis=1)
     fall = np.minimum(DEPTH_SLOPE * np.maximum(0.0, radius - rim), DEEPEST_CM)
     return np.asarray(depth - fall)
+
+
+def _within(flat: NDArray[np.float64], oval: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell the vertices (V, 2) well within the face's oval (36, 2)."""
+    middle = oval.mean(axis=0)
+    rim = np.linalg.norm(oval[cKDTree(oval).query(flat)[1]] - middle, axis=1)
+    return np.asarray(np.linalg.norm(flat - middle, axis=1) < 0.92 * rim)
 
 
 def _operator(flat: NDArray[np.float64], fields: Regions) -> NDArray[np.float32]:

@@ -77,6 +77,7 @@ class PortraitOutbox:
         self._delivered: dict[int, _Outgoing] = {}  # by slot: kept for a receiver that begins anew
         self._next_number = 0
         self._token: int | None = None
+        self._started = False  # whether the receiver has had anything yet
 
     def put(self, slot: int, data: bytes, *, urgency: int) -> None:
         """Send an object in place of what its slot held.
@@ -109,7 +110,7 @@ class PortraitOutbox:
 
         overhead : bytes that the datagram costs beside the body, if it is sent for this piece alone
         """
-        started = bool(self._delivered)
+        started = self._started
         retry = self.retry if started else min(self.retry, START_RETRY_S)
         self._bucket.rate = (self.kbps if started else max(self.kbps, self.start_kbps)) * 125
         for outgoing in sorted(self._outgoing.values(), key=lambda o: (o.urgency, o.number)):
@@ -134,12 +135,14 @@ class PortraitOutbox:
         for slot, outgoing in list(self._outgoing.items()):
             if outgoing.number in finished:
                 self._delivered[slot] = self._outgoing.pop(slot)
+                self._started = True
         partly = dict(answer.unfinished)
         for outgoing in self._outgoing.values():
             outgoing.note(partly.get(outgoing.number, frozenset()))
 
     def restart(self) -> None:
         """Send everything again: the receiver has begun anew."""
+        self._started = False
         again = self._delivered | self._outgoing
         self._outgoing, self._delivered = {}, {}
         for slot, outgoing in sorted(again.items(), key=lambda item: item[1].number):

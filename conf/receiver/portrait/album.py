@@ -13,11 +13,13 @@ from conf.face.portrait import contours
 from conf.face.portrait.features import FEATURES
 from conf.face.portrait.shape import FaceShape
 from conf.face.portrait.warp import PortraitWarp
-from conf.protocol.portrait.patch import MAX_SLOTS, Patch
+from conf.protocol.portrait.patch import Patch
 from conf.protocol.portrait.photograph import NeutralUpdate, Photograph
 from conf.protocol.portrait.things import decode_thing
 from conf.receiver.portrait.backdrop import fill_behind, person_share
 from conf.receiver.portrait.decoding import decode_picture
+
+MAX_EARLY = 15
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ class Album:
         self.refused = 0
         self.sitter: Sitter | None = None
         self.stickers: dict[tuple[int, int], Sticker] = {}  # by region and slot
-        self._early: list[Patch] = []  # patches whose photograph has not come yet
+        self._early: list[Patch | NeutralUpdate] = []  # what belongs to a photograph that has not come yet
 
     def receive(self, data: bytes, /) -> bool:
         """Take the bytes of an object that is whole; return whether they were good."""
@@ -91,21 +93,29 @@ class Album:
         self.sitter = Sitter(photo.number, pixels, person, fill_behind(pixels, person), warp)
         self.stickers.clear()
         early, self._early = self._early, []
-        for patch in early:
-            if patch.photograph == photo.number:
-                self._take_patch(patch)
+        for thing in early:
+            if thing.photograph == photo.number:
+                self._take_early(thing)
+
+    def _take_early(self, thing: Patch | NeutralUpdate) -> None:
+        if isinstance(thing, Patch):
+            self._take_patch(thing)
+        else:
+            self._take_neutral(thing)
 
     def _take_neutral(self, update: NeutralUpdate) -> None:
         if len(update.neutral) != CONTROL_POINT_COUNT:
             raise ProtocolError("a neutral pose with other points than ours")
-        if self.sitter and self.sitter.number == update.photograph:
-            self.sitter.warp.follow_neutral(update.neutral, Fapu(*update.fapu).lengths())
+        if self.sitter is None or self.sitter.number != update.photograph:
+            self._early = [*self._early[-MAX_EARLY:], update]
+            return
+        self.sitter.warp.follow_neutral(update.neutral, Fapu(*update.fapu).lengths())
 
     def _take_patch(self, patch: Patch) -> None:
         if patch.region >= len(FEATURES) or len(patch.points) != len(FEATURES[patch.region].points):
             raise ProtocolError("a patch for another face than ours")
         if self.sitter is None or self.sitter.number != patch.photograph:
-            self._early = [*self._early[-MAX_SLOTS:], patch]
+            self._early = [*self._early[-MAX_EARLY:], patch]
             return
         sticker = Sticker(patch.keys.astype(np.float64), patch.points, decode_picture(patch.frame))
         self.stickers[patch.region, patch.slot] = sticker

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from conf.face.portrait import contours
 
 MAX_CORNERS = 64
-WORK_HEIGHT = 160  # px: cutting is done on a small copy
+WORK_HEIGHT = 120  # px: cutting is done on a small copy
 PLAIN_SHARE = 0.75  # of the border that must have the wall's colour
 LOWEST_HUE, HIGHEST_HUE = 35, 130  # OpenCV's, 0 to 180: from green to blue
 WALL_SATURATION = 20

@@ -1,5 +1,6 @@
 """Make a photograph that travels out of a frame and its landmarks."""
 
+from collections.abc import Iterator
 from dataclasses import astuple, dataclass
 
 import cv2
@@ -35,24 +36,27 @@ class Shot:
     fapu: Fapu
 
 
-def take_photograph(shot: Shot, canonical: CanonicalFace, number: int, /, *, budget: int = PICTURE_BYTES) -> Photograph:
-    """Return the photograph of a shot, its picture at most `budget` bytes."""
+def take_photograph(shot: Shot, canonical: CanonicalFace, number: int, /) -> Photograph:
+    """Return the photograph of a shot, its picture at most PICTURE_BYTES."""
+    for photo in develop(shot, canonical, number):
+        if photo is not None:
+            return photo
+    raise AssertionError("a photograph is developed in a few steps")
+
+
+def develop(shot: Shot, canonical: CanonicalFace, number: int, /) -> Iterator[Photograph | None]:
+    """Make the photograph of a shot in steps of at most a frame's time each: yield None until it is there."""
     height, width = shot.pixels.shape[:2]
-    aligned, pose = remove_head_pose(shot.landmarks, canonical, (width, height))
     outline = outline_person(shot.pixels, shot.landmarks)
+    yield None
     scale = min(1.0, MAX_HEIGHT / height)
     small = cv2.resize(shot.pixels, (round(width * scale), round(height * scale)), interpolation=cv2.INTER_AREA)
     softened = soften(np.asarray(small, np.uint8), outline, shot.landmarks[:, :2] * scale)
-    return Photograph(
-        number,
-        (width, height),
-        pose.to_vector(),
-        aligned[contours.ALL],
-        shot.neutral,
-        astuple(shot.fapu),
-        outline,
-        encode_picture(softened, budget=budget),
-    )
+    frame = encode_picture(softened, budget=PICTURE_BYTES)
+    yield None
+    aligned, pose = remove_head_pose(shot.landmarks, canonical, (width, height))
+    points, fapu = aligned[contours.ALL], astuple(shot.fapu)
+    yield Photograph(number, (width, height), pose.to_vector(), points, shot.neutral, fapu, outline, frame)
 
 
 def soften(

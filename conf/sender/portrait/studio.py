@@ -1,17 +1,16 @@
 """The sender's side of a portrait, frame by frame: when to take a photograph, when to add a patch, what to tell.
 
 Strategy: a call should not begin without a face, so the best frame of the first moments is taken, whatever it is. A
-clearly better one replaces it soon after, one in a new light or pose later, never often: a photograph costs as much
-as a minute of patches. Patches fill the budget that the photograph leaves.
+better one replaces it, the sooner the better it is, never often: a photograph costs as much as a minute of patches.
+Patches fill the budget that the photograph leaves.
 """
 
+from collections.abc import Iterator
 from dataclasses import astuple, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import LANDMARKS
-from conf.face.head_pose import HeadPose
 from conf.face.portrait.features import EYES, FEATURES, MOUTH
 from conf.protocol.messages import MotionFrame
 from conf.protocol.portrait.outbox import PortraitOutbox
@@ -21,20 +20,20 @@ from conf.protocol.portrait.things import encode_thing
 from conf.protocol.token_bucket import TokenBucket
 from conf.sender.canonical_face import CanonicalFace
 from conf.sender.portrait.choice import judge, sharpness
-from conf.sender.portrait.patchwork import PatchBudget, Patchwork, cut_patch, make_patch, match_light
-from conf.sender.portrait.photographer import Shot, take_photograph
+from conf.sender.portrait.hanging import Hanging, cut_for
+from conf.sender.portrait.patchwork import PatchBudget, Patchwork, make_patch
+from conf.sender.portrait.photographer import Shot, develop
 
 FIRST_LOOK_S = 0.4  # how long the first photograph is looked for
 GOOD = 0.5  # marks: a frame this good is taken at once
-MUCH_BETTER = 1.0  # marks: a frame this much better than the photograph replaces it
-BETWEEN_S = 45.0  # between photographs
+BETWEEN_S = 45.0  # between photographs, for one mark of improvement; for two, half of it
 NEUTRAL_DRIFT_CM = 0.06  # the neutral pose is told again when a point has moved so far
 NEUTRAL_EVERY_S = 1.0
 WAITING_BYTES = 700  # no new patch while more than this is on its way
 PATCH_BYTES_A_SECOND = 130  # in the long run, however much the face does
 PATCH_BYTES_AT_ONCE = 2000
 PRESENT = 0.8  # the tracker must be this sure
-PATCHABLE_TURN = np.radians(25)  # a patch from a head turned farther against the photograph would not fit
+SHARPNESS_WEIGHT = 0.1  # marks for each factor of e in sharpness
 
 BUDGETS = {MOUTH.name: PatchBudget(260, 14, 8.0), EYES.name: PatchBudget(330, 12, 8.0)}
 PHOTO_SLOT, NEUTRAL_SLOT, PATCH_SLOTS = 0, 1, 2  # of the outbox
@@ -48,17 +47,6 @@ class _Candidate:
     marks: float
 
 
-@dataclass(frozen=True)
-class _Hanging:
-    """The photograph that the receiver has or will have."""
-
-    photo: Photograph
-    pixels: NDArray[np.uint8]
-    landmarks: NDArray[np.float64]  # (478, 2) 0 to 1
-    marks: float
-    taken_at: float
-
-
 class PortraitStudio:
     """Watches the frames of one person and fills an outbox."""
 
@@ -67,7 +55,8 @@ class PortraitStudio:
         self._outbox = outbox
         self._began: float | None = None
         self._best: _Candidate | None = None
-        self._hanging: _Hanging | None = None
+        self._developing: tuple[_Candidate, Iterator[Photograph | None]] | None = None
+        self._hanging: Hanging | None = None
         self._works: list[Patchwork] = []
         self._told: tuple[NDArray[np.float64], float] = (np.zeros((0, 3)), float("-inf"))
         self._number = 0
@@ -79,69 +68,73 @@ class PortraitStudio:
         shot : the frame, its landmarks and the neutral pose in use
         presence : how sure the tracker is; now : seconds
         """
+        if self._developing is not None:
+            self._develop(now)
         if presence < PRESENT:
             return
+        self._judge(shot, motion, now)
+        if self._hanging is not None:
+            self._tell_neutral(self._hanging, shot, now)
+            self._patch(self._hanging, shot, motion, now)
+
+    def _judge(self, shot: Shot, motion: MotionFrame, now: float) -> None:
+        """Keep the best frame since the last photograph, and have it developed when it is time."""
         if self._began is None:
             self._began = now
-        marks = judge(motion).marks - 0.1 * float(np.log1p(sharpness(shot.pixels, shot.landmarks)))
+        marks = judge(motion).marks - SHARPNESS_WEIGHT * float(np.log1p(sharpness(shot.pixels, shot.landmarks)))
         if self._best is None or marks < self._best.marks:
-            self._best = _Candidate(Shot(shot.pixels.copy(), shot.landmarks, shot.neutral, shot.fapu), motion, marks)
-        if self._due(now):
-            self._hang(now)
-        if self._hanging is not None:
-            self._tell_neutral(shot, now)
-            self._patch(shot, motion, now)
+            kept = Shot(shot.pixels.copy(), shot.landmarks, shot.neutral, shot.fapu)
+            self._best = _Candidate(kept, motion, marks)
+        if self._developing is None and self._due(self._best, now, now - self._began):
+            self._developing = (self._best, develop(self._best.shot, self._canonical, self._number))
+            self._number = (self._number + 1) % 256
+            self._best = None
 
-    def _due(self, now: float) -> bool:
+    def _due(self, best: _Candidate, now: float, elapsed: float) -> bool:
         """Whether it is time to send the best frame seen as a photograph."""
-        assert self._best is not None and self._began is not None
         if self._hanging is None:
-            return self._best.marks < GOOD or now - self._began >= FIRST_LOOK_S
-        rested = now - self._hanging.taken_at >= BETWEEN_S
-        return rested and self._best.marks < self._hanging.marks - MUCH_BETTER
+            return best.marks < GOOD or elapsed >= FIRST_LOOK_S
+        better = self._hanging.marks - best.marks
+        return better >= 1 and (now - self._hanging.taken_at) * better >= BETWEEN_S
 
-    def _hang(self, now: float) -> None:
-        best, self._best = self._best, None
-        assert best is not None
-        shot = best.shot
-        photo = take_photograph(shot, self._canonical, self._number)
-        self._number = (self._number + 1) % 256
-        size = np.array(shot.pixels.shape[1::-1])
-        self._hanging = _Hanging(photo, shot.pixels, shot.landmarks[:, :2] / size, best.marks, now)
-        self._works = [Patchwork(f, BUDGETS[f.name], f.key(best.motion.displacements)) for f in FEATURES]
+    def _develop(self, now: float) -> None:
+        """Go one step on with the photograph; when it is done, it takes the place of the one before it."""
+        assert self._developing is not None
+        candidate, steps = self._developing
+        photo = next(steps)
+        if photo is None:
+            return
+        self._developing = None
+        self._hanging = Hanging.of(photo, candidate.shot, candidate.marks, now)
+        self._works = [Patchwork(f, BUDGETS[f.name], f.key(candidate.motion.displacements)) for f in FEATURES]
         for slot in range(len(FEATURES) * MAX_SLOTS):
             self._outbox.drop(PATCH_SLOTS + slot)
         self._outbox.drop(NEUTRAL_SLOT)
-        self._told = (shot.neutral, now)
+        self._told = (candidate.shot.neutral, now)
         self._outbox.put(PHOTO_SLOT, encode_thing(photo), urgency=PHOTO_URGENCY)
 
-    def _tell_neutral(self, shot: Shot, now: float) -> None:
+    def _tell_neutral(self, hanging: Hanging, shot: Shot, now: float) -> None:
         told, at = self._told
-        drift = float(np.abs(shot.neutral - told).max())
-        if drift < NEUTRAL_DRIFT_CM or now - at < NEUTRAL_EVERY_S or self._hanging is None:
+        if float(np.abs(shot.neutral - told).max()) < NEUTRAL_DRIFT_CM or now - at < NEUTRAL_EVERY_S:
             return
         self._told = (shot.neutral.copy(), now)
-        update = NeutralUpdate(self._hanging.photo.number, shot.neutral, astuple(shot.fapu))
+        hanging.warp.follow_neutral(shot.neutral, shot.fapu.lengths())
+        update = NeutralUpdate(hanging.photo.number, shot.neutral, astuple(shot.fapu))
         self._outbox.put(NEUTRAL_SLOT, encode_thing(update), urgency=NEUTRAL_URGENCY)
 
-    def _patch(self, shot: Shot, motion: MotionFrame, now: float) -> None:
-        hanging = self._hanging
-        if hanging is None or self._outbox.waiting_bytes > WAITING_BYTES:
-            return
-        pose = HeadPose.from_vector(motion.pose)
-        ahead = HeadPose.from_vector(hanging.photo.pose).matrix()[2] @ pose.matrix()[2]
-        if np.arccos(np.clip(ahead, -1, 1)) > PATCHABLE_TURN:
+    def _patch(self, hanging: Hanging, shot: Shot, motion: MotionFrame, now: float) -> None:
+        """Send a patch of the feature that does what no patch shows yet, if one does."""
+        if self._outbox.waiting_bytes > WAITING_BYTES:
             return
         keys = [feature.key(motion.displacements) for feature in FEATURES]
         region = max(range(len(FEATURES)), key=lambda r: self._works[r].novelty(keys[r]))
         feature, work, key = FEATURES[region], self._works[region], keys[region]
         budget = BUDGETS[feature.name]
-        if work.novelty(key) < 1 or not self._allowance.take(budget.size, now):
+        if work.novelty(key) < 1 or not hanging.fits(shot, motion, region):
             return
-        centimetre = float(np.exp(pose.log_scale)) * len(shot.pixels)
-        pixels, points = cut_patch(shot.pixels, shot.landmarks, feature, centimetre=centimetre)
-        photo_points = hanging.landmarks[LANDMARKS[list(feature.points)]]
-        pixels = match_light(pixels, points, hanging.pixels, photo_points)
+        if not self._allowance.take(budget.size, now):
+            return
+        pixels, points = cut_for(hanging, shot, motion, feature)
         slot = work.take(key)
         patch = make_patch(pixels, points, key, where=(hanging.photo.number, region, slot), budget=budget.size)
         self._outbox.put(PATCH_SLOTS + region * MAX_SLOTS + slot, encode_thing(patch), urgency=PATCH_URGENCY)
