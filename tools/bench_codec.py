@@ -43,8 +43,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="of the losses")
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
-    if arguments.ack_delay < 0 or not 0 <= arguments.loss <= 1:
-        parser.error("--ack-delay is at least 0 and --loss between 0 and 1")
+    if arguments.ack_delay < 0 or not 0 <= arguments.loss < 1:
+        parser.error("--ack-delay is at least 0 and --loss at least 0 and below 1")
     profile = PROFILES[arguments.profile]
     link = Link(ack_delay=arguments.ack_delay, loss=arguments.loss, seed=arguments.seed)
     paths = arguments.tracks or [MOTION / f"{name}.npz" for name in HELD_OUT]
