@@ -147,7 +147,7 @@ class Director:
     def _place_points(self, _request: ask.PlacePoints, _now: float) -> None:
         points = self.actor.subject.points
         placing = Placing() if points is None else Placing(points.copy())
-        look = replace(self.desk.look, view=self.desk.look.view.reset(), style="rendered")
+        look = replace(self.desk.look, style="rendered")
         self._change(placing=placing, look=look, expressing=replace(self.desk.expressing, units={}))
 
     def _mirror_points(self, _request: ask.MirrorPoints, _now: float) -> None:
@@ -171,6 +171,8 @@ class Director:
             return
         subject = self.actor.subject
         self._show(Actor(self.ctx, place_points(subject, subject.to_file(placing.positions)), self.desk.deformer))
+        look = self.desk.look
+        self._change(look=replace(look, view=look.view.reset()))
         self.notice = "the points are placed; Save PPC keeps them"
 
     def _play(self, request: ask.Play, now: float) -> None:

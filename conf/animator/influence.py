@@ -23,15 +23,17 @@ COLD, HOT = (72, 80, 94), (255, 214, 96)
 
 
 def region_colours(operator: NDArray[np.float32], /) -> NDArray[np.float32]:
-    """Return (V, 3) sRGB 0 to 1: each vertex the mixture of those who move it, grey where nobody does.
+    """Return (V, 3) sRGB 0 to 1: each vertex the mixture of the regions that move it, grey where none does.
 
+    What counts is how far the vertex goes when all points of a region go together: single columns of B swing to both
+    sides far away and take each other back.
     operator : (V, n)
     """
-    strength = np.abs(operator)
-    shares = np.stack([strength[:, rows].sum(axis=1) for rows, _ in REGIONS.values()], axis=1) ** 2
+    together = np.stack([operator[:, rows].sum(axis=1) for rows, _ in REGIONS.values()], axis=1)
+    shares = together**2
     palette = np.array([colour for _, colour in REGIONS.values()], np.float32) / 255
     mixture = shares @ palette / np.maximum(shares.sum(axis=1, keepdims=True), 1e-12)
-    moved = np.clip(strength.sum(axis=1, keepdims=True) * 1.4, 0.0, 1.0)
+    moved = np.clip(1.5 * np.sqrt(shares.sum(axis=1, keepdims=True)) - 0.1, 0.0, 1.0)
     return np.asarray(moved * mixture + (1 - moved) * np.array(STILL, np.float32) / 255, np.float32)
 
 

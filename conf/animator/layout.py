@@ -6,7 +6,7 @@ from conf.animator.picking import Rect
 
 COLUMN = 276.0  # at scale 1, in a window of 1280 x 800
 TIMELINE = 84.0
-REFERENCE = 1.16  # height of the reference face over its width
+REFERENCE = 1.42  # height of the reference face over its width
 SCALE_LIMITS = (0.8, 2.0)
 DESIGNED_FOR = (1280, 800)
 

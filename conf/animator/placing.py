@@ -76,6 +76,12 @@ class Placing:
         return float(self.positions[known, 0].mean()) if known else otherwise
 
 
+def exchanged(placing: Placing) -> list[tuple[int, int]]:
+    """Return the pairs, left and right, whose left point does not lie to the subject's left of its partner."""
+    pairs = [(point, PARTNERS[point]) for point in left_points(placing) if placing.placed[PARTNERS[point]]]
+    return [(left, right) for left, right in pairs if placing.positions[left, 0] <= placing.positions[right, 0]]
+
+
 def left_points(placing: Placing) -> list[int]:
     """Return the placed points of the subject's left side."""
     return [p.index for p in CONTROL_POINTS if p.name.endswith("_l") and placing.placed[p.index]]

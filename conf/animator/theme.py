@@ -16,7 +16,7 @@ CHOSEN_HOVERED = (0.150, 0.400, 0.540, 1.0)
 AMBER = (1.0, 0.76, 0.36, 1.0)
 GREEN = (0.45, 0.86, 0.55, 1.0)
 COLOURS = {
-    imgui.Col_.window_bg: BACKDROP,
+    imgui.Col_.window_bg: (0.0, 0.0, 0.0, 0.0),  # the window is cleared to the backdrop: not painted twice
     imgui.Col_.popup_bg: (0.075, 0.088, 0.110, 0.98),
     imgui.Col_.text: TEXT,
     imgui.Col_.text_disabled: QUIET,
@@ -80,11 +80,11 @@ def themed(scale: float) -> Iterator[None]:
 
 
 @contextmanager
-def column(name: str, rect: Rect) -> Iterator[None]:
+def column(name: str, rect: Rect, flags: int = 0) -> Iterator[None]:
     """Open a panel that fills a rectangle of the window."""
     imgui.set_next_window_pos(imgui.ImVec2(rect.x, rect.y))
     imgui.set_next_window_size(imgui.ImVec2(rect.width, rect.height))
-    imgui.begin(name, None, COLUMN_FLAGS)
+    imgui.begin(name, None, COLUMN_FLAGS | flags)
     try:
         yield
     finally:

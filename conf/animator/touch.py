@@ -134,24 +134,29 @@ class Touch:
         if placing is None:
             return
         self._grabbed = nearest_mark(x, y, self.marks, reach=REACH * scale)
-        if self._grabbed is not None:
-            self._place(placing.remember().select(self._grabbed))
 
     def _drag_point(self, layout: Layout, scale: float) -> None:
         if self._pressed_at is None:
             return
         far = np.hypot(self._mouse[0] - self._pressed_at[0], self._mouse[1] - self._pressed_at[1])
-        self._moved = self._moved or far > STILL * scale
+        begins, self._moved = not self._moved and far > STILL * scale, self._moved or far > STILL * scale
         placing = self._director.desk.placing
-        if self._grabbed is not None and placing is not None and self._moved:
-            self._put(placing, self._grabbed, layout)
+        if self._grabbed is None or placing is None or not self._moved:
+            return
+        if begins:
+            placing = placing.remember().select(self._grabbed)
+        self._put(placing, self._grabbed, layout)
 
     def _release(self, layout: Layout) -> None:
+        """End a drag; a click places the chosen point, or chooses the one it meets if that has its place already."""
         placing = self._director.desk.placing
-        if placing is not None and self._pressed_at and self._grabbed is None and not self._moved:
-            placed = self._put(placing.remember(), placing.selected, layout)
-            if placed:
-                self._place(placed.advance())
+        if placing is not None and self._pressed_at and not self._moved:
+            if self._grabbed is not None and placing.placed[placing.selected]:
+                self._place(placing.select(self._grabbed))
+            else:
+                placed = self._put(placing.remember(), placing.selected, layout)
+                if placed:
+                    self._place(placed.advance())
         self._pressed_at, self._grabbed = None, None
 
     def _put(self, placing: Placing, point: int, layout: Layout) -> Placing | None:

@@ -9,20 +9,36 @@ from conf.animator.theme import AMBER, CHOSEN, CHOSEN_HOVERED
 from conf.receiver.overlay import QUIET
 
 LABEL_SHARE = 0.40  # of a row
+LONG_LABEL_SHARE = 0.58
 
 
-def label(text: str) -> None:
+def label(text: str, share: float = LABEL_SHARE) -> None:
     """Write a row's label and make room for the rest of the row."""
     imgui.align_text_to_frame_padding()
     imgui.text(text)
-    imgui.same_line(imgui.get_window_width() * LABEL_SHARE)
+    imgui.same_line(imgui.get_window_width() * share)
     imgui.set_next_item_width(-1)
 
 
-def slider(text: str, value: float, limits: tuple[float, float], form: str = "%.2f", *, curved: bool = False) -> float:
-    """Show a slider; curved makes it logarithmic. Returns the value, within the limits if it was changed."""
+def slider(text: str, value: float, limits: tuple[float, float], *, form: str = "%.2f") -> float:
+    """Show a slider. Returns the value, within the limits if it was changed."""
     label(text)
-    flags = imgui.SliderFlags_.always_clamp | (imgui.SliderFlags_.logarithmic if curved else 0)
+    return _slide(text, value, limits, form, imgui.SliderFlags_.always_clamp)
+
+
+def curved_slider(text: str, value: float, limits: tuple[float, float], *, form: str = "%.2f") -> float:
+    """Show a slider whose steps grow with the value."""
+    label(text)
+    return _slide(text, value, limits, form, imgui.SliderFlags_.always_clamp | imgui.SliderFlags_.logarithmic)
+
+
+def strength(text: str, value: float) -> float:
+    """Show a slider from 0 to 1 with room for a long label."""
+    label(text, LONG_LABEL_SHARE)
+    return _slide(text, value, (0.0, 1.0), "%.2f", imgui.SliderFlags_.always_clamp)
+
+
+def _slide(text: str, value: float, limits: tuple[float, float], form: str, flags: int) -> float:
     changed, moved = imgui.slider_float(f"##{text}", value, *limits, form, flags)
     return moved if changed else value
 

@@ -6,7 +6,7 @@ from imgui_bundle import imgui
 
 from conf.animator.desk import Desk, Facts
 from conf.animator.requests import Request
-from conf.animator.widgets import check, choice, heading, quiet, slider, warning
+from conf.animator.widgets import check, choice, curved_slider, heading, quiet, warning
 from conf.face.head import Deformer
 from conf.face.kernels import KERNELS
 
@@ -29,11 +29,11 @@ def draw_deformer(desk: Desk, facts: Facts) -> tuple[Desk, list[Request]]:
         if imgui.radio_button(name, deformer.kernel == name) and deformer.kernel != name:
             deformer = replace(deformer, kernel=name, epsilon=None)
     own = KERNELS[deformer.kernel].epsilon
-    epsilon = slider("locality, 1/cm", deformer.epsilon or own, EPSILONS, "%.2f", curved=True)
+    epsilon = curved_slider("locality, 1/cm", deformer.epsilon or own, EPSILONS)
     deformer = replace(deformer, epsilon=None if epsilon == own else epsilon)
     inverse = {degree: name for name, degree in POLYNOMIALS.items()}
     deformer = replace(deformer, degree=POLYNOMIALS[choice("polynomial", inverse[deformer.degree], list(POLYNOMIALS))])
-    deformer = replace(deformer, smoothing=slider("lambda", deformer.smoothing, LAMBDAS, "%.5f", curved=True))
+    deformer = replace(deformer, smoothing=curved_slider("lambda", deformer.smoothing, LAMBDAS, form="%.5f"))
     heading("regions of influence")
     deformer = replace(deformer, split=check("lips and lids apart", deformer.split))
     if facts.subject.shapes is not None:

@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 
 from conf.animator.desk import Desk, Facts
 from conf.animator.requests import Open, Play, Release, Request
-from conf.animator.widgets import buttons, check, heading, path_field, slider
+from conf.animator.widgets import buttons, check, heading, path_field, slider, strength
 from conf.face.action_units import NAMES
 
 MOST_SECONDS = 5.0
@@ -42,7 +42,7 @@ def draw_emotions(desk: Desk, facts: Facts) -> tuple[Desk, list[Request]]:
     heading("action units")
     for unit, name in NAMES.items():
         before = expressing.units.get(unit, 0.0)
-        after = slider(f"{unit} {name}", before, (0.0, 1.0))
+        after = strength(f"{unit} {name}", before)
         if after != before:
             expressing = expressing.set_unit(unit, after)
     if imgui.button("All to zero", imgui.ImVec2(-1, 0)):

@@ -6,7 +6,7 @@ from pathlib import Path
 from imgui_bundle import imgui
 
 from conf.animator.desk import Desk, Facts
-from conf.animator.placing import Placing
+from conf.animator.placing import Placing, exchanged
 from conf.animator.requests import (
     AcceptPoints,
     LeavePlacing,
@@ -74,5 +74,7 @@ def _draw_placing(desk: Desk, placing: Placing) -> tuple[Desk, list[Request]]:
         requests.append(LeavePlacing())
     if placing.missing:
         quiet(f"OK comes when the {placing.missing} points left have their places.")
+    for left, right in exchanged(placing)[:3]:
+        warning(f"{left} should lie to the right of {right} in this picture: are they exchanged?")
     quiet("Pick points on the reference face below; left and right are the subject's.")
     return replace(desk, placing=placing), requests
