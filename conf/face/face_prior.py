@@ -1,9 +1,9 @@
-"""What is known of every face before one is looked at: the mean shape, how shapes vary, where the tracker errs.
+"""What is known of faces before one is looked at: where the tracker errs, and how the true points follow from it.
 
 Strategy. On a drawing of a plain mesh the tracker sees lips and lids well, guesses brows and takes cheeks from habit.
-How far it is off on average, and how much that scatters, was measured on heads whose points are known. The most likely
-shape given what it says is then a small linear problem: modes of shape weighed against the scatter of each point.
-Source: Cootes, Taylor, Cooper, Graham 1995 (point distribution models).
+How far it is off on average, and how the rest of what it says tells more about each point, was measured on heads whose
+points are known: a linear regression, held back by a ridge so that a strange face is read as it is.
+Source: Hoerl, Kennard 1970 (ridge regression); Cootes, Taylor, Cooper, Graham 1995 (faces as points in a common frame).
 """
 
 from dataclasses import dataclass
@@ -21,9 +21,6 @@ from conf.face.symmetry import PARTNERS
 PRIOR_FILE = Path(str(files("conf"))) / "assets" / "face_prior.npz"
 STEADY = indices("eye_outer_corner", "eye_inner_corner", "eyelid", "nos", "outer_lip_corner")  # tie a face to the frame
 _MIRROR = np.array([-1.0, 1.0, 1.0])
-_LEAST_SCATTER = 0.05  # cm
-
-
 @dataclass(frozen=True)
 class Similarity:
     """A turn, a size and a shift: target = scale * rotation @ source + shift."""
@@ -55,28 +52,23 @@ class FacePrior:
 
     seen : (n, 3) where the tracker sees the control points on average
     mean : (n, 3) where they are on average
-    scatter : (n, 3) standard deviation of what the tracker says about what is true, its mean error taken out
-    modes : (k, n, 3) how shapes vary, each as long as its standard deviation
+    correction : (3n, 3n) how the difference between the two goes with what is seen: a row of coordinates times it
     normals : (n, 3) which way the surface looks at each control point
     """
 
     seen: NDArray[np.float64]
     mean: NDArray[np.float64]
-    scatter: NDArray[np.float64]
-    modes: NDArray[np.float64]
+    correction: NDArray[np.float64]
     normals: NDArray[np.float64]
 
     def frame(self, observed: NDArray[np.float64]) -> Similarity:
         """Return what carries observed control points (n, 3) of any size and turn into the prior's frame."""
         return fit_similarity(observed[STEADY], self.seen[STEADY])
 
-    def likely_shape(self, observed: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the most likely true control points (n, 3) for observed ones, all in the prior's frame."""
-        weights = 1 / np.maximum(self.scatter, _LEAST_SCATTER).ravel() ** 2
-        modes = self.modes.reshape(len(self.modes), -1)
-        system = (modes * weights) @ modes.T + np.eye(len(modes))
-        amounts = np.linalg.solve(system, (modes * weights) @ (observed - self.seen).ravel())
-        return np.asarray(self.mean + (amounts @ modes).reshape(-1, 3))
+    def likely_points(self, observed: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return where the control points most likely are, (n, 3), when seen at (n, 3), in the prior's frame."""
+        difference = observed - self.seen
+        return np.asarray(self.mean + difference + (difference.ravel() @ self.correction).reshape(-1, 3))
 
 
 @cache
@@ -87,32 +79,28 @@ def load_prior() -> FacePrior:
 
 
 def learn_prior(
-    observed: NDArray[np.float64], truth: NDArray[np.float64], normals: NDArray[np.float64], /, *, modes: int
+    observed: NDArray[np.float64], truth: NDArray[np.float64], normals: NDArray[np.float64], /, *, ridge: float
 ) -> FacePrior:
-    """Measure a prior on N heads, each taken twice: as it is and mirrored.
+    """Measure a prior on N heads, all lit from one side; how each differs from the rest is taken twice, also mirrored.
 
     observed, truth : (N, n, 3) what the tracker says and what is true, each head in a frame of its own
     normals : (N, n, 3) of the surface at the true points, in the same frames
+    ridge : lambda, cm^2: large trusts what is seen, small what was measured
     """
-    seen = _mirrored_mean(observed)
+    seen = observed.mean(axis=0)
     for _ in range(3):
         frames = [fit_similarity(points[STEADY], seen[STEADY]) for points in observed]
-        seen = _mirrored_mean(np.array([f.apply(points) for f, points in zip(frames, observed, strict=True)]))
-    true = _with_mirror(np.array([f.apply(points) for f, points in zip(frames, truth, strict=True)]))
-    said = _with_mirror(np.array([f.apply(points) for f, points in zip(frames, observed, strict=True)]))
-    turned = _with_mirror(np.array([n @ f.rotation.T for f, n in zip(frames, normals, strict=True)]))
+        said = np.array([f.apply(points) for f, points in zip(frames, observed, strict=True)])
+        seen = said.mean(axis=0)
+    true = np.array([f.apply(points) for f, points in zip(frames, truth, strict=True)])
     mean = true.mean(axis=0)
-    scatter = ((said - seen) - (true - mean)).std(axis=0)
-    _, sizes, directions = np.linalg.svd((true - mean).reshape(len(true), -1), full_matrices=False)
-    spread = sizes[:modes, None] / np.sqrt(len(true)) * directions[:modes]
-    normal = turned.mean(axis=0)
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    return FacePrior(seen, mean, scatter, spread.reshape(-1, *mean.shape), normal)
+    differences = _with_mirror(said - seen).reshape(2 * len(said), -1)
+    errors = _with_mirror(true - mean).reshape(2 * len(said), -1) - differences
+    system = differences.T @ differences + ridge * np.eye(differences.shape[1])
+    correction = np.linalg.solve(system, differences.T @ errors)
+    normal = np.array([n @ f.rotation.T for f, n in zip(frames, normals, strict=True)]).mean(axis=0)
+    return FacePrior(seen, mean, correction, normal / np.linalg.norm(normal, axis=1, keepdims=True))
 
 
 def _with_mirror(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.concatenate([points, points[:, PARTNERS] * _MIRROR])
-
-
-def _mirrored_mean(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.asarray(_with_mirror(points).mean(axis=0))

@@ -82,7 +82,7 @@ def lip_line(shells: Shells, expected: NDArray[np.float64]) -> tuple[NDArray[np.
         while bottom > 0 and depths[bottom] < floor:
             bottom -= 1
     else:
-        top, bottom = min(line + 1, len(depths) - 1), max(line - 1, 0)
+        bottom = max(line - 1, 0)  # the lower lip's edge lies before the upper's
     return profile.point(top), profile.point(bottom)
 
 

@@ -45,7 +45,7 @@ def place_points(
     observed: NDArray[np.float64], vertices: NDArray[np.float64], triangles: NDArray[np.int32], prior: FacePrior
 ) -> Placement:
     """Find the (n, 3) control points of a mesh (V, 3), (F, 3) from where the tracker saw them, (n, 3)."""
-    shape = prior.likely_shape(observed)
+    shape = prior.likely_points(observed)
     triangles = _facing_viewer(shape, vertices, triangles)
     shells = Shells(vertices, triangles, _shell_of_triangles(len(vertices), triangles))
     points = nearest_points(shape, prior.normals, vertices, triangles, reach=_REACH)
