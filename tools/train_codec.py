@@ -25,8 +25,8 @@ How far the figures may be trusted. The tables never saw the tracks they are mea
 trade, number of components, what is staggered) were chosen by the figures of the folds over all tracks, so HELD_OUT was
 not hidden from that choice. It is also one of the two easier parts: of five folds at `live`, two meet every target, the
 other three miss the 95th percentile (2.2 to 2.4 instead of 2.1) and two of those 8 bytes without acknowledgements. What
-makes them hard is heads turned or bent far (pose_s32, pose_s29, talk_7) and a hand over the face. The folds together are
-the figure to quote.
+makes them hard is heads turned or bent far (pose_s32, pose_s29, talk_7) and a hand over the face. The folds together
+are the figure to quote.
 """
 
 import argparse
