@@ -1,7 +1,8 @@
 """Draw a face: deformed vertices and a head pose in, a picture out.
 
-Each frame the normals are computed again from the vertices (surface.py), both are uploaded, each group of triangles is
-drawn with its material's shader into a canvas, and the canvas goes over the background with its edges smoothed.
+Each frame the neck is bent (neck.py) and the normals are computed again from the vertices (surface.py), both are
+uploaded, each group of triangles is drawn with its material's shader into a canvas, and the canvas goes over the
+background with its edges smoothed.
 """
 
 from dataclasses import replace
@@ -19,6 +20,7 @@ from conf.face.mesh import Mesh
 from conf.receiver.canvas import Canvas
 from conf.receiver.marks import ControlPointMarks
 from conf.receiver.materials import EYE, MOUTH, SKIN, material_of
+from conf.receiver.neck import Neck
 from conf.receiver.programs import columns, program, set_matrix
 from conf.receiver.scene import View, clip_matrix, rotation
 from conf.receiver.shadow import Shadow, lamp_matrix
@@ -35,6 +37,7 @@ class FaceRenderer:
     def __init__(self, ctx: moderngl.Context, face: FaceModel) -> None:
         mesh = facing_outwards(face.mesh)
         self._ctx = ctx
+        self._neck = Neck(mesh)
         self._surface = Surface(mesh.triangles, mesh.render_vertices)
         self._canvas: Canvas | None = None
         self._atlas = load_atlas(ctx, mesh)
@@ -59,13 +62,13 @@ class FaceRenderer:
 
         vertices : (V, 3) float32, face axes, cm
         """
-        self.prepare(vertices)
+        self.prepare(vertices, pose)
         self.upload()
         self.show(pose, view, framebuffer)
 
-    def prepare(self, vertices: NDArray[np.float32]) -> None:
-        """First part of `draw`: compute the normals of the (V, 3) vertices."""
-        self._rows = self._surface.rows(vertices)
+    def prepare(self, vertices: NDArray[np.float32], pose: HeadPose) -> None:
+        """First part of `draw`: bend the neck, compute the normals of the (V, 3) vertices."""
+        self._rows = self._surface.rows(self._neck.bend(vertices, pose))
         self._places = self._marks.places(vertices)
 
     def upload(self) -> None:
