@@ -27,7 +27,7 @@ def show_person(
 
 
 def _inside(points: NDArray[np.float64], outline: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell the points (k, 2) inside a closed outline: a ray from them to the right crosses it an odd number of times."""
+    """Tell the points (k, 2) inside a closed outline: a ray to the right crosses it an odd number of times."""
     a, b = outline, np.roll(outline, -1, axis=0)
     x, y = points[:, :1], points[:, 1:]
     crosses = (a[:, 1] > y) != (b[:, 1] > y)

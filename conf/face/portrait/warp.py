@@ -29,6 +29,7 @@ KNEE = 0.7  # the share of a limit that is reached unchanged
 DEPTH_SLOPE = 0.5  # how fast the head falls away beyond its oval
 DEPTH_ROUNDS = 3  # of smoothing: the steep sides of nose and face would fold at small turns
 DEEPEST_CM = 5.0  # behind the oval
+LEAST_FACE_CM = 4.0  # any side of a face's oval
 ANCHOR_RINGS = (1.45, 1.8)  # of the oval: where no expression reaches
 _NEAREST = 8  # outline points that a vertex's depth is taken from
 
@@ -54,6 +55,9 @@ class PortraitWarp:
     """Moves the mesh of one photograph."""
 
     def __init__(self, shape: FaceShape, /) -> None:
+        """Build mesh and operator. Raises ValueError or scipy's QhullError if the points are no face."""
+        if np.ptp(shape.points[_OVAL, :2], axis=0).min() < LEAST_FACE_CM:
+            raise ValueError("points must be those of a face")
         self.shape = shape
         self.mesh: PhotoMesh = build_mesh(shape)
         self._scale = float(np.exp(shape.pose.log_scale))
@@ -78,8 +82,8 @@ class PortraitWarp:
         points = self._neutral + displacements * self._unit
         gap = self._neutral[_UPPER, 1] - self._neutral[_LOWER, 1]
         openness = np.clip(1 + (displacements[_UPPER, 1] - displacements[_LOWER, 1]) / UNITS_PER_DISTANCE, 0, 2)
-        # The tracker's lids never meet: what is left between them is taken away as the eye shuts.
-        left_over = np.maximum(0.0, gap - self._unit[_UPPER, 1] * UNITS_PER_DISTANCE)
+        # The tracker's lids never quite meet, and not alike: what keeps them from it goes as the eye shuts.
+        left_over = gap - self._unit[_UPPER, 1] * UNITS_PER_DISTANCE
         points[_UPPER, 1] -= left_over * np.maximum(0.0, 1 - openness) ** 2
         for pupil, corners in zip(PUPILS, _CORNERS, strict=True):
             points[pupil] += (points - self._neutral)[corners].mean(axis=0)
@@ -111,11 +115,22 @@ class PortraitWarp:
 
 
 def ease_turn(pose: HeadPose, photographed: HeadPose, /) -> HeadPose:
-    """Return the pose with its turn out of the picture's plane kept within what the photograph can show."""
-    turn = (Rotation.from_rotvec(pose.rotation) * Rotation.from_rotvec(photographed.rotation).inv()).as_rotvec()
-    turn[:2] = _ease(turn[None, :2], MAX_TURN)[0]
-    eased = Rotation.from_rotvec(turn) * Rotation.from_rotvec(photographed.rotation)
-    return HeadPose(eased.as_rotvec(), pose.position, pose.log_scale)
+    """Return the pose with its turn out of the picture's plane kept within what the photograph can show.
+
+    The turn since the photograph is taken apart into one within the picture's plane, which may be any, and the shortest
+    one that then brings the line of sight to where it is.
+    """
+    first = Rotation.from_rotvec(photographed.rotation)
+    turn = Rotation.from_rotvec(pose.rotation) * first.inv()
+    sight = turn.apply([0.0, 0.0, 1.0])
+    axis = np.array([-sight[1], sight[0], 0.0])
+    length = float(np.linalg.norm(axis))
+    axis = axis / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
+    angle = float(np.arctan2(length, sight[2]))
+    within = Rotation.from_rotvec(-angle * axis) * turn
+    eased = float(_ease(np.array([[angle]]), MAX_TURN)[0, 0])
+    rotation = Rotation.from_rotvec(eased * axis) * within * first
+    return HeadPose(rotation.as_rotvec(), pose.position, pose.log_scale)
 
 
 def _ease(vectors: NDArray[np.float64], limits: NDArray[np.float64] | float) -> NDArray[np.float64]:

@@ -79,7 +79,7 @@ def decode_photograph(data: bytes, /) -> Photograph:
     numbers, points, neutral, outline, frame = _unpack(data, 5)
     values = check_numbers(numbers, 17)
     number, width, height, point_count, neutral_count, corners = values[:6]
-    if not (0 <= number < 256 and 16 <= width <= 8192 and 16 <= height <= 8192):
+    if not (0 <= number < 256 and 16 <= width <= 8192 and 16 <= height <= 8192 and width <= 4 * height <= 16 * width):
         raise ProtocolError("a photograph of an impossible size")
     if not (0 < neutral_count <= point_count <= MAX_POINTS and 0 <= corners <= MAX_OUTLINE):
         raise ProtocolError("a photograph with too few or too many points")

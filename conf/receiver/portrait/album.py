@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import QhullError
 
 from conf.errors import ProtocolError
 from conf.face.control_points import CONTROL_POINT_COUNT
@@ -88,7 +89,7 @@ class Album:
         )
         try:
             warp = PortraitWarp(shape)
-        except ValueError as error:  # points that all coincide, or lie where no mesh can be
+        except (ValueError, QhullError) as error:  # points that all coincide, or lie where no mesh can be
             raise ProtocolError(f"a face that cannot be moved: {error}") from error
         self.sitter = Sitter(photo.number, pixels, person, fill_behind(pixels, person), warp)
         self.stickers.clear()

@@ -19,6 +19,7 @@ from conf.receiver.programs import program
 from conf.receiver.scene import View
 
 SURROUND = (0.13, 0.14, 0.17)  # beside a picture of another shape than the window
+OVER = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE, moderngl.ONE)
 DARK_MOUTH = (0.16, 0.07, 0.07)
 OPEN_CM = (0.15, 0.6)  # beyond the photograph's own: where the mouth's inside begins to be dark, and is
 PATCH_FADE = 0.06
@@ -64,7 +65,8 @@ class PortraitRenderer:
         self._ctx.scissor = (x + part[0], y + part[1], *part[2:])
         self._program["frame"] = self._mouth_program["frame"] = frame
         self._ctx.enable_only(moderngl.BLEND)
-        self._ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE, moderngl.ONE
+        # The window's own alpha stays 1, or a desktop would shine through; moderngl's stub knows two numbers only.
+        self._ctx.blend_func = OVER  # type: ignore[assignment]
         self._set.draw(displacements, pose)
         self._ctx.scissor = None
 

@@ -1,0 +1,44 @@
+"""A face made of curves, for tests that must not need a tracker: the mean face's control points, outlines between."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.face.control_points import CONTROL_POINT_COUNT, LANDMARKS
+from conf.face.fapu import Fapu
+from conf.face.head_pose import HeadPose
+from conf.face.portrait import contours
+from conf.face.portrait.shape import FaceShape
+from conf.sender.mean_face import MEAN_FACE
+
+LINES = (
+    *(contours.UPPER_INNER_LIP, contours.LOWER_INNER_LIP, contours.UPPER_OUTER_LIP, contours.LOWER_OUTER_LIP),
+    *(contours.UPPER_LID_R, contours.LOWER_LID_R, contours.UPPER_LID_L, contours.LOWER_LID_L),
+    *(contours.BROW_R, contours.BROW_L, contours.NOSE),
+)
+ASPECT = 4 / 3
+POSE = HeadPose(np.array([0.05, -0.1, 0.08]), np.array([0.03, -0.05]), float(np.log(0.03)))
+
+
+def face_points() -> NDArray[np.float64]:
+    """Return (D, 3) cm in face axes, as contours.ALL: the mean face with a mouth that is nearly shut."""
+    known = {int(landmark): MEAN_FACE[i] for i, landmark in enumerate(LANDMARKS)}
+    known |= {10: np.array([0.0, 8.5, 4.0]), 168: np.array([0.0, 3.0, 5.0]), 4: np.array([0.0, -1.0, 7.5])}
+    angles = np.pi / 2 - 2 * np.pi * np.arange(len(contours.OVAL)) / len(contours.OVAL)
+    for landmark, angle in zip(contours.OVAL, angles, strict=True):
+        point = np.array([7.3 * np.cos(angle), -0.3 + 8.8 * np.sin(angle), 3.5 - 4 * np.cos(angle) ** 2])
+        known.setdefault(landmark, point)
+    for group in LINES:
+        places = [i for i, landmark in enumerate(group) if landmark in known]
+        for axis_free in [i for i in range(len(group)) if i not in places]:
+            known[group[axis_free]] = np.array(
+                [np.interp(axis_free, places, [known[group[k]][axis] for k in places]) for axis in range(3)]
+            ) + np.array([0.0, 0.003 * axis_free, 0.0])
+    return np.array([known[int(landmark)] for landmark in contours.ALL])
+
+
+def face_shape(pose: HeadPose = POSE) -> FaceShape:
+    """Return a photographed face whose person fills a triangle of the picture."""
+    points = face_points()
+    neutral = points[:CONTROL_POINT_COUNT].copy()
+    outline = np.array([(-0.35, -0.5), (0.4, -0.5), (0.35, 0.3), (0.1, 0.4), (-0.2, 0.35)])
+    return FaceShape(ASPECT, pose, points, neutral, Fapu.measure(neutral).lengths(), outline)

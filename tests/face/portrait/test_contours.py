@@ -1,0 +1,23 @@
+import numpy as np
+
+from conf.face.control_points import CONTROL_POINT_COUNT, LANDMARKS
+from conf.face.portrait import contours
+
+
+def test_control_points_come_first_and_no_landmark_twice() -> None:
+    np.testing.assert_array_equal(contours.ALL[:CONTROL_POINT_COUNT], LANDMARKS)
+    assert len(set(contours.ALL.tolist())) == len(contours.ALL)
+
+
+def test_rows_find_landmarks() -> None:
+    np.testing.assert_array_equal(contours.ALL[contours.rows(contours.OVAL)], contours.OVAL)
+
+
+def test_facing_outlines_share_their_corners_alone() -> None:
+    for upper, lower in (
+        (contours.UPPER_INNER_LIP, contours.LOWER_INNER_LIP),
+        (contours.UPPER_LID_R, contours.LOWER_LID_R),
+        (contours.UPPER_LID_L, contours.LOWER_LID_L),
+    ):
+        assert (upper[0], upper[-1]) == (lower[0], lower[-1])
+        assert len(set(upper) & set(lower)) == 2

@@ -1,0 +1,16 @@
+import numpy as np
+
+from conf.face.portrait.follow import SHOULDERS, head_share
+from conf.face.portrait.mesh import build_mesh
+from tests.face.portrait.synthetic import POSE, face_shape
+
+
+def test_head_follows_wholly_shoulders_in_part_and_the_bottom_not_at_all() -> None:
+    shape = face_shape()
+    places = build_mesh(shape).places
+    share = head_share((places - POSE.position) / np.exp(POSE.log_scale), places, shape)
+    assert (share >= 0).all() and (share <= 1).all()
+    above = (places[:, 1] > 0.2) & (np.abs(places[:, 0] - 0.03) < 0.2)
+    np.testing.assert_allclose(share[above], 1)
+    assert share[places[:, 1] <= -0.5].max() == 0
+    assert share[np.abs(places[:, 0]) > 0.72].max() <= SHOULDERS + 1e-9

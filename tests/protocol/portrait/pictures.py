@@ -1,0 +1,42 @@
+"""Pictures for tests of the portrait's bodies."""
+
+import io
+
+import numpy as np
+from PIL import Image
+
+from conf.protocol.portrait.patch import Patch
+from conf.protocol.portrait.photograph import Photograph
+from conf.protocol.portrait.vp8 import strip
+
+
+def webp(width: int, height: int) -> bytes:
+    """Return a WebP file of a gradient."""
+    ramp = np.linspace(0, 255, width, dtype=np.uint8)
+    pixels = np.stack([np.tile(ramp, (height, 1))] * 3, axis=2)
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, "WEBP", quality=50)
+    return file.getvalue()
+
+
+def photograph(number: int = 1, points: int = 60, controls: int = 50) -> Photograph:
+    """Return a photograph with points at random."""
+    rng = np.random.default_rng(number)
+    places = rng.uniform(-9, 9, (points, 3))
+    return Photograph(
+        number,
+        (320, 240),
+        np.array([0.1, -0.2, 0.05, 0.02, -0.1, -3.4]),
+        places,
+        places[:controls] + rng.normal(0, 0.3, (controls, 3)),
+        (6.4, 5.0, 2.5, 5.2, 0.9),
+        rng.uniform(0, 1, (30, 2)),
+        strip(webp(160, 120)),
+    )
+
+
+def patch(photograph: int = 1, region: int = 0, points: int = 21) -> Patch:
+    """Return a patch with points at random."""
+    rng = np.random.default_rng(3)
+    keys = rng.integers(-100, 100, 7).astype(np.int8)
+    return Patch(photograph, region, 3, keys, rng.uniform(0, 1, (points, 2)), strip(webp(48, 40)))

@@ -1,0 +1,39 @@
+from hypothesis import given
+from hypothesis import strategies as st
+
+from conf.errors import ProtocolError
+from conf.protocol.portrait import NeutralUpdate, decode_thing, encode_thing
+from tests.protocol.portrait.pictures import patch, photograph
+
+THINGS = [photograph(), patch(), NeutralUpdate(1, photograph().neutral, (6.4, 5.0, 2.5, 5.2, 0.9))]
+BYTES = [encode_thing(thing) for thing in THINGS]
+
+
+def test_each_thing_comes_back_as_its_kind() -> None:
+    for thing, data in zip(THINGS, BYTES, strict=True):
+        assert type(decode_thing(data)) is type(thing)
+
+
+@given(
+    st.sampled_from(BYTES),
+    st.lists(st.tuples(st.integers(0, 2000), st.integers(0, 255)), max_size=6),
+    st.integers(0, 3000),
+)
+def test_mutations_and_truncations_give_a_thing_or_the_one_error(
+    data: bytes, changes: list[tuple[int, int]], length: int
+) -> None:
+    mutated = bytearray(data)
+    for at, value in changes:
+        mutated[at % len(mutated)] = value
+    try:
+        decode_thing(bytes(mutated[:length]))
+    except ProtocolError:
+        pass
+
+
+@given(st.binary(max_size=200))
+def test_any_bytes_give_a_thing_or_the_one_error(data: bytes) -> None:
+    try:
+        decode_thing(data)
+    except ProtocolError:
+        pass

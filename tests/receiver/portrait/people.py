@@ -1,0 +1,65 @@
+"""A drawn person to photograph, for tests without a camera."""
+
+import io
+from dataclasses import astuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from conf.face.control_points import CONTROL_POINT_COUNT
+from conf.face.fapu import Fapu
+from conf.face.portrait.features import FEATURES
+from conf.face.portrait.shape import project
+from conf.protocol.portrait import Patch, Photograph
+from conf.protocol.portrait.vp8 import strip
+from tests.face.portrait.synthetic import POSE, face_points
+
+SIZE = (320, 240)
+SKIN, LIPS, WALL = (130, 160, 210), (90, 90, 180), (160, 140, 40)  # BGR
+
+
+def to_pixels(places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return px from the upper left corner of places (k, 2) in picture heights."""
+    return places * (SIZE[1], -SIZE[1]) + (SIZE[0] / 2, SIZE[1] / 2)
+
+
+def draw_person() -> NDArray[np.uint8]:
+    """Return (240, 320, 3) uint8 BGR: an oval face with eyes and lips before a plain wall."""
+    pixels = np.full((SIZE[1], SIZE[0], 3), WALL, np.uint8)
+    x, y = np.rint(to_pixels(POSE.position[None])[0]).astype(int)
+    cv2.rectangle(pixels, (x - 60, y + 60), (x + 60, SIZE[1]), (60, 60, 60), -1)
+    cv2.ellipse(pixels, (x, y), (54, 72), 0, 0, 360, SKIN, -1)
+    points = to_pixels(project(face_points(), POSE))
+    for index in (16, 17):
+        cv2.circle(pixels, tuple(np.rint(points[index]).astype(int).tolist()), 5, (40, 40, 40), -1)
+    cv2.ellipse(pixels, tuple(np.rint(points[1]).astype(int).tolist()), (17, 5), 5, 0, 360, LIPS, -1)
+    return pixels
+
+
+def vp8(pixels: NDArray[np.uint8]) -> bytes:
+    """Return the VP8 frame of a picture."""
+    file = io.BytesIO()
+    Image.fromarray(np.ascontiguousarray(pixels[..., ::-1])).save(file, "WEBP", quality=80)
+    return strip(file.getvalue())
+
+
+def photograph(number: int = 1) -> Photograph:
+    """Return the photograph of the drawn person."""
+    points = face_points()
+    neutral = points[:CONTROL_POINT_COUNT]
+    outline = np.array([(0.3, 1.0), (0.33, 0.72), (0.35, 0.4), (0.52, 0.2), (0.7, 0.4), (0.72, 0.72), (0.75, 1.0)])
+    return Photograph(
+        number, SIZE, POSE.to_vector(), points, neutral, astuple(Fapu.measure(neutral)), outline, vp8(draw_person())
+    )
+
+
+def patch(region: int = 0, slot: int = 0, *, photograph: int = 1, colour: tuple[int, int, int] = (255, 0, 0)) -> Patch:
+    """Return a patch of one colour, with keys of ten."""
+    feature = FEATURES[region]
+    points = project(face_points(), POSE)[list(feature.points)]
+    low, high = points.min(axis=0) - 0.05, points.max(axis=0) + 0.05
+    places = (points - (low[0], high[1])) / ((high[0] - low[0]), -(high[1] - low[1]))
+    keys = np.full(len(feature.keys(np.zeros((CONTROL_POINT_COUNT, 3)))), 10, np.int8)
+    return Patch(photograph, region, slot, keys, places, vp8(np.full((40, 60, 3), colour, np.uint8)))

@@ -1,0 +1,93 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from conf.face.control_points import CONTROL_POINT_COUNT
+from conf.face.portrait.features import FEATURES
+from conf.protocol.portrait import NeutralUpdate, encode_thing
+from conf.protocol.portrait.patch import MAX_SLOTS
+from conf.receiver.portrait.album import Album
+from tests.face.portrait.synthetic import POSE
+from tests.protocol.portrait.pictures import photograph as photograph_at_random
+from tests.receiver.portrait.people import patch, photograph
+
+
+def test_a_photograph_and_its_patches_are_kept() -> None:
+    album = Album()
+    assert album.receive(encode_thing(photograph()))
+    assert album.receive(encode_thing(patch(slot=2)))
+    assert album.sitter is not None and album.sitter.pixels.shape == (240, 320, 3)
+    assert list(album.stickers) == [(0, 2)]
+
+
+def test_what_comes_before_its_photograph_waits_for_it() -> None:
+    album = Album()
+    neutral = photograph().neutral + 0.2
+    album.receive(encode_thing(patch(photograph=4)))
+    album.receive(encode_thing(NeutralUpdate(4, neutral, photograph().fapu)))
+    assert not album.stickers
+    album.receive(encode_thing(photograph(4)))
+    assert album.stickers and album.sitter is not None
+    points = album.sitter.warp.control_points(np.zeros((CONTROL_POINT_COUNT, 3)))
+    np.testing.assert_allclose(points[0], neutral[0], atol=0.011)
+
+
+def test_a_new_photograph_does_away_with_the_patches_of_the_old() -> None:
+    album = Album()
+    for thing in (photograph(1), patch(photograph=1), photograph(2)):
+        album.receive(encode_thing(thing))
+    assert not album.stickers
+
+
+def test_patches_are_bounded() -> None:
+    album = Album()
+    album.receive(encode_thing(photograph()))
+    for number in range(100):
+        album.receive(encode_thing(patch(number % 2, number % MAX_SLOTS, photograph=number % 4)))
+    assert len(album.stickers) <= len(FEATURES) * MAX_SLOTS
+
+
+@pytest.mark.parametrize(
+    "thing",
+    [
+        photograph_at_random(),  # other points than ours
+        replace(photograph(), points=np.zeros_like(photograph().points), neutral=photograph().neutral * 0),
+        replace(patch(), points=patch().points[:5]),
+        replace(patch(), region=3),
+        NeutralUpdate(1, np.zeros((4, 3)), photograph().fapu),
+    ],
+    ids=["points", "flat", "patch points", "region", "neutral"],
+)
+def test_what_is_no_face_is_refused_and_the_call_goes_on(thing: object) -> None:
+    album = Album()
+    album.receive(encode_thing(photograph()))
+    before = album.sitter
+    assert not album.receive(encode_thing(thing))  # type: ignore[arg-type]
+    assert album.refused == 1 and album.sitter is before
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 2**32 - 1), st.floats(0, 40))
+def test_any_face_is_moved_or_refused(seed: int, spread: float) -> None:
+    rng = np.random.default_rng(seed)
+    good = photograph()
+    pose = np.concatenate([rng.uniform(-3, 3, 3), rng.uniform(-3, 3, 2), [rng.uniform(-6, 0.5)]])
+    points = np.clip(good.points + rng.normal(0, spread, good.points.shape), -60, 60)
+    wild = replace(good, points=points, neutral=points[:CONTROL_POINT_COUNT], pose=pose)
+    album = Album()
+    if album.receive(encode_thing(wild)):
+        assert album.sitter is not None
+        places = album.sitter.warp.place(rng.normal(0, 300, (CONTROL_POINT_COUNT, 3)), POSE)
+        assert np.isfinite(places).all()
+    else:
+        assert album.refused == 1
+
+
+@given(st.binary(max_size=300))
+def test_any_bytes_do_no_harm(data: bytes) -> None:
+    album = Album()
+    album.receive(data)
+    assert album.sitter is None

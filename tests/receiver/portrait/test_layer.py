@@ -1,0 +1,31 @@
+import numpy as np
+
+from conf.receiver.offscreen import OffscreenWindow
+from conf.receiver.portrait.layer import Layer, load_texture
+from conf.receiver.programs import program
+from tests.receiver.portrait.glsupport import requires_gl
+
+
+@requires_gl
+def test_a_texture_keeps_its_rows_and_alpha_lets_through() -> None:
+    pixels = np.zeros((2, 1, 3), np.uint8)
+    pixels[0], pixels[1] = (255, 0, 0), (0, 0, 255)  # blue above red
+    with OffscreenWindow(8, 8) as window:
+        window.begin()
+        shader = program(window.ctx, "portrait", "portrait")
+        shader["frame"], shader["opacity"], shader["fade"] = (1.0, 1.0, 0.0, 0.0), 1.0, 0.0
+        corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32)
+        layer = Layer(
+            window.ctx,
+            shader,
+            window.ctx.buffer(corners.tobytes()),
+            uvs=corners * (0.5, -0.5) + 0.5,
+            shares=np.ones(4),
+            triangles=np.array([[0, 1, 2], [0, 2, 3]]),
+            texture=load_texture(window.ctx, pixels),
+        )
+        layer.draw()
+        seen = window.read()
+        layer.release()
+    np.testing.assert_array_equal(seen[0, 4], (255, 0, 0))
+    np.testing.assert_array_equal(seen[-1, 4], (0, 0, 255))

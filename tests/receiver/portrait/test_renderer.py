@@ -1,0 +1,117 @@
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
+from conf.face.head_pose import HeadPose
+from conf.face.portrait.features import MOUTH
+from conf.protocol.portrait import encode_thing
+from conf.receiver.offscreen import OffscreenWindow
+from conf.receiver.portrait.album import Album
+from conf.receiver.portrait.renderer import PortraitRenderer
+from conf.receiver.scene import View
+from tests.face.portrait.synthetic import POSE
+from tests.receiver.portrait.glsupport import requires_gl
+from tests.receiver.portrait.people import SIZE, draw_person, patch, photograph, to_pixels
+
+STILL = np.zeros((CONTROL_POINT_COUNT, 3))
+
+
+class Easel:
+    """An album, its renderer and a window."""
+
+    def __init__(self, size: tuple[int, int]) -> None:
+        self.album = Album()
+        self.window = OffscreenWindow(*size)
+        self.window.begin()
+        self.renderer = PortraitRenderer(self.window.ctx, self.album)
+
+    def draw(self, displacements: NDArray[np.float64] = STILL, pose: HeadPose = POSE) -> NDArray[np.uint8]:
+        self.window.begin()
+        self.renderer.draw(displacements, pose, View(), self.window.framebuffer)
+        return self.window.read()
+
+
+def easel(size: tuple[int, int] = SIZE) -> Iterator[Easel]:
+    made = Easel(size)
+    made.album.receive(encode_thing(photograph()))
+    yield made
+    made.renderer.release()
+    made.window.release()
+
+
+@requires_gl
+def test_the_photograph_shows_itself() -> None:
+    for made in easel():
+        assert np.abs(made.draw().astype(float) - draw_person()).mean() < 3
+
+
+@requires_gl
+def test_the_person_moves_and_the_background_stays() -> None:
+    for made in easel():
+        still = made.draw().astype(int)
+        moved = made.draw(pose=replace(POSE, position=POSE.position + np.array((0.08, 0.0)))).astype(int)
+        eye = np.rint(to_pixels(np.array([[0.08, 0.0]]))[0] - to_pixels(np.zeros((1, 2)))[0]).astype(int)
+        assert np.abs(still[:, :40] - moved[:, :40]).max() <= 2
+        face = still[70:140, 130:190]
+        assert np.abs(face - moved[70 + eye[1] : 140 + eye[1], 130 + eye[0] : 190 + eye[0]]).mean() < 6
+
+
+@requires_gl
+def test_a_patch_shows_when_its_keys_are_near_and_only_at_its_place() -> None:
+    for made in easel():
+        smile = STILL.copy()
+        smile[INDEX["outer_lip_corner_l"], :2] = (200, 200)
+        smile[INDEX["outer_lip_corner_r"], :2] = (-200, 200)
+        before, still = made.draw(smile).astype(int), made.draw().astype(int)
+        made.album.receive(encode_thing(replace(patch(), keys=MOUTH.key(smile))))
+        after = made.draw(smile).astype(int)
+        assert np.abs(made.draw().astype(int) - still).max() < 10
+        far = np.abs(after - before).max(axis=2)
+        x, y = np.rint(to_pixels(np.array([POSE.position]))[0]).astype(int)
+        assert far[y + 25 : y + 45, x - 15 : x + 15].max() > 40
+        assert far[: y - 10].max() <= 2
+
+
+@requires_gl
+def test_an_open_mouth_without_a_patch_is_dark() -> None:
+    for made in easel():
+        opened = STILL.copy()
+        lips = [i for name, i in INDEX.items() if name.startswith(("inner_lip_lower", "outer_lip_lower", "chin"))]
+        opened[lips, 1] = -800
+        points = made.album.sitter.warp.place(opened, POSE) if made.album.sitter else STILL
+        upper, lower = points[INDEX["inner_lip_upper_mid"]], points[INDEX["inner_lip_lower_mid"]]
+        x, y = np.rint(to_pixels(((upper + lower) / 2)[None])[0]).astype(int)
+        assert made.draw(opened)[y, x].max() < 70
+
+
+@requires_gl
+@pytest.mark.parametrize("size", [(640, 240), (240, 480)])
+def test_a_window_of_another_shape_has_a_quiet_surround(size: tuple[int, int]) -> None:
+    for made in easel(size):
+        seen = made.draw()
+        assert seen[size[1] // 2, size[0] // 2].max() > 60
+        assert seen[0, 0].max() < 60 and seen[-1, -1].max() < 60
+
+
+@requires_gl
+def test_a_cell_of_a_grid_leaves_the_others_alone() -> None:
+    for made in easel((320, 120)):
+        made.window.begin()
+        made.window.framebuffer.viewport = (0, 0, 160, 120)
+        made.renderer.draw(STILL, POSE, View(), made.window.framebuffer)
+        made.window.framebuffer.viewport = (0, 0, 320, 120)
+        assert made.window.read()[:, 160:].max() == 0
+
+
+@requires_gl
+def test_without_a_photograph_there_is_nothing_to_draw() -> None:
+    made = Easel((32, 32))
+    assert not made.renderer.ready
+    with pytest.raises(ValueError, match="the album must have a photograph"):
+        made.draw()
+    made.renderer.release()
+    made.window.release()

@@ -1,0 +1,83 @@
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
+from conf.protocol.portrait import NeutralUpdate, Patch, Photograph, PortraitInbox, PortraitOutbox, decode_thing
+from conf.sender.portrait.studio import FIRST_LOOK_S, PortraitStudio
+from tests.sender.portrait.subjects import canonical, motion, shot
+from tests.sender.portrait.test_agreement import shaded
+
+STILL = np.zeros((CONTROL_POINT_COUNT, 3))
+OPEN = STILL.copy()
+OPEN[[INDEX[f"inner_lip_lower_{at}"] for at in ("mid", "l", "r")], 1] = -700
+
+
+class Sitting:
+    """A studio whose outbox is emptied without loss."""
+
+    def __init__(self) -> None:
+        self.outbox = PortraitOutbox(kbps=200, start_kbps=200)
+        self.inbox = PortraitInbox()
+        self.studio = PortraitStudio(canonical(), self.outbox)
+        self.things: list[object] = []
+        self.now = 0.0
+
+    def sit(
+        self, seconds: float, displacements: NDArray[np.float64] = STILL, *, presence: float = 1.0, drift: float = 0.0
+    ) -> None:
+        """Let frames go by, and take what comes out."""
+        seen = shot(shaded())
+        seen = replace(seen, neutral=seen.neutral + drift)
+        for _ in range(round(seconds * 15)):
+            self.now += 1 / 15
+            self.studio.watch(seen, motion(displacements), presence, self.now)
+            while piece := self.outbox.next_piece(self.now):
+                if data := self.inbox.receive_piece(piece):
+                    self.things.append(decode_thing(data))
+            if answer := self.inbox.next_answer(self.now):
+                self.outbox.receive_answer(answer)
+
+    def count(self, kind: type) -> int:
+        return sum(isinstance(thing, kind) for thing in self.things)
+
+
+def test_a_photograph_goes_out_soon_and_once() -> None:
+    sitting = Sitting()
+    sitting.sit(FIRST_LOOK_S + 1.0)
+    assert sitting.count(Photograph) == 1
+    sitting.sit(3.0)
+    assert len(sitting.things) == 1
+
+
+def test_a_new_mouth_shape_gets_one_patch() -> None:
+    sitting = Sitting()
+    sitting.sit(1.5)
+    sitting.sit(2.0, OPEN)
+    sitting.sit(1.0)
+    sitting.sit(1.0, OPEN)
+    patches = [thing for thing in sitting.things if isinstance(thing, Patch)]
+    assert [(patch.region, patch.slot) for patch in patches] == [(0, 0)]
+
+
+def test_a_neutral_pose_that_drifts_is_told() -> None:
+    sitting = Sitting()
+    sitting.sit(1.5)
+    sitting.sit(2.5, drift=0.1)
+    assert sitting.count(NeutralUpdate) == 1
+
+
+def test_a_poor_photograph_is_replaced_by_a_good_one_after_a_while() -> None:
+    sitting = Sitting()
+    wild = STILL.copy()
+    wild[[INDEX["eyelid_upper_l"], INDEX["eyelid_upper_r"]], 1] = -1024
+    sitting.sit(1.5, wild)
+    sitting.sit(40.0)
+    assert [thing.number for thing in sitting.things if isinstance(thing, Photograph)] == [0, 1]
+
+
+def test_an_unsure_tracker_gives_no_picture() -> None:
+    sitting = Sitting()
+    sitting.sit(3.0, presence=0.5)
+    assert not sitting.things
