@@ -8,13 +8,16 @@ from conf.face.symmetry import OTHER_SIDE
 
 MAX_JAW = 0.45  # radians
 
-# The thesis's figures 4.6 and 4.11: a smile and an open mouth by muscles.
+MOST = 0.5  # a face that pulls farther tears
+
+# The thesis's figures 4.6 and 4.11, a smile and an open mouth by muscles, and three more.
 POSES: dict[str, tuple[dict[str, float], float]] = {
     "relaxed": ({}, 0.0),
-    "smile": ({"zygomatic_major": 0.6, "risorius": 0.15, "levator_labii": 0.1}, 0.0),
-    "open mouth": ({"levator_labii": 0.15, "depressor_labii": 0.2}, 0.32),
-    "frown": ({"depressor_anguli": 0.5, "corrugator": 0.5, "frontalis_inner": 0.25}, 0.0),
-    "kiss": ({SPHINCTER: 0.7}, 0.0),
+    "smile": ({"zygomatic_major": 0.25}, 0.0),
+    "open mouth": ({"depressor_labii": 0.12, "levator_labii": 0.03}, 0.18),
+    "frown": ({"depressor_anguli": 0.18, "corrugator": 0.25, "frontalis_inner": 0.12}, 0.0),
+    "raised brows": ({"frontalis_inner": 0.3, "frontalis_outer": 0.3}, 0.0),
+    "kiss": ({SPHINCTER: 0.4}, 0.0),
 }
 
 

@@ -12,6 +12,7 @@ from conf.animator.tinted import TintedFace
 from conf.face.head import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.receiver.canvas import Canvas
+from conf.receiver.lighting import LIGHTS
 from conf.receiver.renderer import FaceRenderer
 
 
@@ -22,6 +23,7 @@ class FacePicture:
         self._ctx = ctx
         self._face = face
         self._renderer = FaceRenderer(ctx, face)
+        self._lights = "studio"
         self._tinted: TintedFace | None = None
         self._canvas: Canvas | None = None
         self._coloured: tuple[int, int | None] | None = None
@@ -36,11 +38,12 @@ class FacePicture:
     ) -> None:
         """Draw (V, 3) vertices, face axes, cm, into the framebuffer's viewport."""
         if look.style != "regions":
+            self._set_light(look)
             view = replace(look.view, wireframe=look.style == "wireframe")
             self._renderer.draw(vertices, pose, view, framebuffer)
             return
         x, y, width, height = framebuffer.viewport
-        canvas = self._canvas_of((width, height))
+        canvas = self._canvas_of((width, height), look.background)
         tinted = self._tinted_face(look.influence)
         canvas.begin()
         tinted.draw(vertices, pose, look.view, canvas)
@@ -62,9 +65,17 @@ class FacePicture:
             self._coloured = key
         return self._tinted
 
-    def _canvas_of(self, size: tuple[int, int]) -> Canvas:
-        if self._canvas is None or self._canvas.size != size:
+    def _set_light(self, look: Look) -> None:
+        """Hang the lights: shaders know theirs as constants, so a change builds them again."""
+        if look.lights != self._lights:
+            self._renderer.release()
+            self._renderer = FaceRenderer(self._ctx, self._face, lighting=LIGHTS[look.lights])
+            self._lights = look.lights
+        self._renderer.background = look.background
+
+    def _canvas_of(self, size: tuple[int, int], background: str) -> Canvas:
+        if self._canvas is None or (self._canvas.size, self._canvas.background) != (size, background):
             if self._canvas is not None:
                 self._canvas.release()
-            self._canvas = Canvas(self._ctx, size)
+            self._canvas = Canvas(self._ctx, size, background)
         return self._canvas

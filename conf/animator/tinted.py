@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from conf.face.head_pose import HeadPose
 from conf.face.mesh import Mesh
 from conf.receiver.canvas import Canvas
+from conf.receiver.neck import Neck
 from conf.receiver.programs import columns, program, set_matrix
 from conf.receiver.renderer import facing_outwards
 from conf.receiver.scene import View, clip_matrix, rotation
@@ -25,6 +26,7 @@ class TintedFace:
             shown[mesh.groups.get(name, [])] = False
         self._ctx = ctx
         self._mesh = mesh
+        self._neck = Neck(mesh)
         self._surface = Surface(mesh.triangles, mesh.render_vertices)
         self._program = program(ctx, "tint", "tint")
         self._moving = ctx.buffer(reserve=len(mesh.render_vertices) * 24)
@@ -40,7 +42,7 @@ class TintedFace:
 
     def draw(self, vertices: NDArray[np.float32], pose: HeadPose, view: View, canvas: Canvas) -> None:
         """Draw (V, 3) vertices, face axes, cm, into a canvas."""
-        self._moving.write(self._surface.rows(vertices))
+        self._moving.write(self._surface.rows(self._neck.bend(vertices, pose)))
         self._ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         width, height = canvas.size
         set_matrix(self._program, "clip", columns(clip_matrix(pose, view, aspect=width / height)))

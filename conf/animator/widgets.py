@@ -32,10 +32,10 @@ def curved_slider(text: str, value: float, limits: tuple[float, float], *, form:
     return _slide(text, value, limits, form, imgui.SliderFlags_.always_clamp | imgui.SliderFlags_.logarithmic)
 
 
-def strength(text: str, value: float) -> float:
-    """Show a slider from 0 to 1 with room for a long label."""
+def strength(text: str, value: float, *, most: float = 1.0) -> float:
+    """Show a slider from 0 with room for a long label."""
     label(text, LONG_LABEL_SHARE)
-    return _slide(text, value, (0.0, 1.0), "%.2f", imgui.SliderFlags_.always_clamp)
+    return _slide(text, value, (0.0, most), "%.2f", imgui.SliderFlags_.always_clamp)
 
 
 def _slide(text: str, value: float, limits: tuple[float, float], form: str, flags: int) -> float:

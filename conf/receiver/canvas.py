@@ -8,6 +8,12 @@ from conf.receiver.programs import program
 
 # sRGB, from the top of the picture to its bottom: a quiet studio wall, lighter behind the shoulders.
 WALL = np.array([(34, 38, 46), (48, 54, 64), (58, 62, 70), (40, 42, 48)], dtype=np.float64)
+WALLS = {
+    "wall": WALL,
+    "warm": np.array([(70, 58, 50), (104, 88, 74), (120, 102, 86), (74, 62, 54)], dtype=np.float64),
+    "light": np.array([(196, 202, 210), (222, 226, 231), (230, 233, 237), (204, 208, 214)], dtype=np.float64),
+}
+PLAIN = {"white": (255, 255, 255), "black": (0, 0, 0), "green": (0, 177, 64), "blue": (0, 71, 187)}  # to be keyed
 # The first pass composes and marks edges with depth 0, the second smooths what is marked. Without a GPU a pixel that
 # fails the depth test costs nothing, while both sides of a branch are always paid for.
 PASSES = ("compose", "smooth")
@@ -15,16 +21,20 @@ DEPTH_FUNCS = ("1", ">")  # always; where something nearer was marked
 VIGNETTE = 0.38  # how much darker the corners are
 
 
-def paint_wall(size: tuple[int, int]) -> NDArray[np.uint8]:
+def paint_wall(size: tuple[int, int], background: str = "wall") -> NDArray[np.uint8]:
     """Return (H, W, 4) uint8 RGBA, first row at the bottom: a soft gradient, dithered so that no bands show.
 
     size : width and height in pixels
+    background : a name from WALLS, or from PLAIN for one colour all over
     """
     width, height = size
+    if background in PLAIN:
+        return np.tile(np.array([*PLAIN[background], 255], np.uint8), (height, width, 1))
+    wall = WALLS[background]
     y = np.linspace(1.0, 0.0, height)[:, None]
     x = np.linspace(-1.0, 1.0, width)[None, :]
-    stops = np.linspace(0.0, 1.0, len(WALL))
-    column = np.stack([np.interp(y[:, 0], stops, WALL[:, c]) for c in range(3)], axis=1)
+    stops = np.linspace(0.0, 1.0, len(wall))
+    column = np.stack([np.interp(y[:, 0], stops, wall[:, c]) for c in range(3)], axis=1)
     light = 1.0 - VIGNETTE * np.clip(x**2 * 0.55 + (2 * y - 1.0) ** 2 * 0.45, 0.0, 1.0) ** 1.2
     noise = np.random.default_rng(1).random((height, width, 1))
     pixels = np.full((height, width, 4), 255, np.uint8)
@@ -35,15 +45,16 @@ def paint_wall(size: tuple[int, int]) -> NDArray[np.uint8]:
 class Canvas:
     """A picture of its own size that is shown with its edges smoothed."""
 
-    def __init__(self, ctx: moderngl.Context, size: tuple[int, int]) -> None:
+    def __init__(self, ctx: moderngl.Context, size: tuple[int, int], background: str = "wall") -> None:
         self.size = size
+        self.background = background
         self._ctx = ctx
         self._picture = ctx.texture(size, 4)
         self._picture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self.depth = ctx.depth_texture(size)
         self.depth.compare_func = ""
         self.depth.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self._background = ctx.texture(size, 4, paint_wall(size).tobytes())
+        self._background = ctx.texture(size, 4, paint_wall(size, background).tobytes())
         self._wall = ctx.framebuffer(self._background)
         self._framebuffer = ctx.framebuffer(self._picture, self.depth)
         self._passes = [program(ctx, "screen", name) for name in PASSES]

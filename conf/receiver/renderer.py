@@ -18,6 +18,7 @@ from conf.face.head import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.face.mesh import Mesh
 from conf.receiver.canvas import Canvas
+from conf.receiver.lighting import STUDIO, Lighting
 from conf.receiver.marks import ControlPointMarks
 from conf.receiver.materials import EYE, MOUTH, SKIN, material_of
 from conf.receiver.neck import Neck
@@ -28,23 +29,26 @@ from conf.receiver.surface import Surface, inside_out
 from conf.receiver.wireframe import Wireframe
 
 HALF = np.array([[0.5, 0, 0, 0.5], [0, 0.5, 0, 0.5], [0, 0, 0.5, 0.5], [0, 0, 0, 1]])  # clip to texture coordinates
+MOST_CANVASES = 6  # sizes of picture drawn in turn, as the cells of several callers are
 PLAIN_SKIN = (226, 178, 150, 255)  # sRGB, of a mesh without a texture
 
 
 class FaceRenderer:
     """Draws one face again and again."""
 
-    def __init__(self, ctx: moderngl.Context, face: FaceModel) -> None:
+    def __init__(self, ctx: moderngl.Context, face: FaceModel, *, lighting: Lighting = STUDIO) -> None:
         mesh = facing_outwards(face.mesh)
+        self.background = "wall"  # a name from canvas.py
         self._ctx = ctx
+        self._lighting = lighting
         self._neck = Neck(mesh)
         self._surface = Surface(mesh.triangles, mesh.render_vertices)
-        self._canvas: Canvas | None = None
+        self._canvases: dict[tuple[tuple[int, int], str], Canvas] = {}
         self._atlas = load_atlas(ctx, mesh)
         self._moving = ctx.buffer(reserve=len(mesh.render_vertices) * 24)
         self._uvs = ctx.buffer(texture_coordinates(mesh).tobytes())
         self._parts = [
-            Part(ctx, group, mesh.render_triangles[triangles], (self._moving, self._uvs))
+            Part(ctx, group, mesh.render_triangles[triangles], (self._moving, self._uvs), lighting)
             for group, triangles in ordered_groups(mesh)
         ]
         for part in self._parts:
@@ -86,7 +90,7 @@ class FaceRenderer:
             canvas.begin()
             self._wireframe.draw(clip, turn)
         else:
-            lamp = lamp_matrix(rotation(pose, view))
+            lamp = lamp_matrix(rotation(pose, view), self._lighting.key)
             self._shadow.draw(columns(lamp))
             canvas.begin()
             self._atlas.use(0)
@@ -102,16 +106,22 @@ class FaceRenderer:
         """Free everything on the card."""
         for part in self._parts:
             part.release()
-        for thing in (self._wireframe, self._shadow, self._marks, self._canvas, self._uvs, self._moving, self._atlas):
-            if thing is not None:
-                thing.release()
+        self._release_canvases()
+        for thing in (self._wireframe, self._shadow, self._marks, self._uvs, self._moving, self._atlas):
+            thing.release()
 
     def _canvas_of(self, size: tuple[int, int]) -> Canvas:
-        if self._canvas is None or self._canvas.size != size:
-            if self._canvas is not None:
-                self._canvas.release()
-            self._canvas = Canvas(self._ctx, size)
-        return self._canvas
+        key = (size, self.background)
+        if key not in self._canvases:
+            if len(self._canvases) >= MOST_CANVASES:  # the window has got another size
+                self._release_canvases()
+            self._canvases[key] = Canvas(self._ctx, size, self.background)
+        return self._canvases[key]
+
+    def _release_canvases(self) -> None:
+        for canvas in self._canvases.values():
+            canvas.release()
+        self._canvases.clear()
 
 
 class Part:
@@ -123,12 +133,13 @@ class Part:
         group: str,
         triangles: NDArray[np.int32],
         buffers: tuple[moderngl.Buffer, moderngl.Buffer],
+        lighting: Lighting,
     ) -> None:
         """triangles : (F, 3) render vertices; buffers : (R, 6) positions and normals, (R, 2) texture coordinates"""
         self.group = group
         self.material = material_of(group)
         self._ctx = ctx
-        self._program = program(ctx, self.material.vertex_shader, self.material.shader)
+        self._program = program(ctx, self.material.vertex_shader, self.material.shader, lighting.constants())
         self._indices = ctx.buffer(np.ascontiguousarray(triangles, dtype=np.int32).tobytes())
         moving, uvs = buffers
         layout = [(moving, "3f4 3f4", "in_position", "in_normal"), (uvs, "2f4", "in_uv")]

@@ -9,20 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.mesh import Mesh
+from conf.receiver.lighting import STUDIO, Vector
 from conf.receiver.materials import material_of
 from conf.receiver.programs import program, set_matrix
 
 SIDE = 256  # pixels of the lamp's picture
 REACH_CM = 18.0  # the lamp's picture shows this far around the face's origin
-KEY = np.array([-0.50, 0.55, 0.75])  # towards the lamp, picture axes: the same as in light.glsl
 
 
-def lamp_matrix(turn: NDArray[np.float64]) -> NDArray[np.float64]:
+def lamp_matrix(turn: NDArray[np.float64], key: Vector = STUDIO.key) -> NDArray[np.float64]:
     """Return the (4, 4) matrix from face coordinates (cm) to the clip coordinates of the lamp's picture.
 
     turn : (3, 3) rotation from face axes to picture axes
+    key : towards the lamp, picture axes
     """
-    towards = KEY / np.linalg.norm(KEY)
+    towards = np.array(key) / np.linalg.norm(key)
     right = np.cross([0.0, 1.0, 0.0], towards)
     right /= np.linalg.norm(right)
     axes = np.stack([right, np.cross(towards, right), -towards])

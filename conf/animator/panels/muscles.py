@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from conf.animator.desk import Desk, Facts
-from conf.animator.muscling import MAX_JAW, MUSCLES, POSES, sides_of
+from conf.animator.muscling import MAX_JAW, MOST, MUSCLES, POSES, sides_of
 from conf.animator.requests import Request
 from conf.animator.widgets import buttons, check, heading, quiet, slider, strength
 
@@ -28,7 +28,7 @@ def draw_muscles(desk: Desk, facts: Facts) -> tuple[Desk, list[Request]]:
         for name in names:
             before = muscling.contractions.get(name, 0.0)
             text = stem.replace("_", " ") if len(names) == 1 else f"{stem.replace('_', ' ')} {name[-1]}"
-            after = strength(text, before)
+            after = strength(text, before, most=MOST)
             if after != before:
                 muscling = replace(muscling.contract(name, after), active=True)
     jaw = slider("jaw, rad", muscling.jaw, (0.0, MAX_JAW))

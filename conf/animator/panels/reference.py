@@ -25,7 +25,8 @@ DOT = 2.6
 BESIDE = {
     "inner_lip_upper": (0, -1), "inner_lip_lower": (0, 1), "inner_lip_corner_l": (-0.7, -1.0),
     "inner_lip_corner_r": (0.7, -1.0), "outer_lip_upper": (0, -1), "cupids": (0, -1), "outer_lip_lower": (0, 1),
-    "outer_lip_corner_l": (1, 0.2), "outer_lip_corner_r": (-1, 0.2), "eyelid_upper": (0, -1), "eyelid_lower_l": (1, 0.8), "eyelid_lower_r": (-1, 0.8),
+    "outer_lip_corner_l": (1, 0.2), "outer_lip_corner_r": (-1, 0.2), "eyelid_upper": (0, -1),
+    "eyelid_lower_l": (1, 0.8), "eyelid_lower_r": (-1, 0.8),
     "eye_upper": (0, -1), "eye_lower": (0, 1), "eye_outer_corner_l": (1, 0), "eye_outer_corner_r": (-1, 0),
     "eye_inner_corner_l": (-1, 0.3), "eye_inner_corner_r": (1, 0.3), "brow": (0, -1), "nostril_border_l": (1, 0),
     "nostril_border_r": (-1, 0), "nose_bottom": (0, 1), "pupil_l": (1, 0), "pupil_r": (-1, 0),

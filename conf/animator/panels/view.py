@@ -11,6 +11,8 @@ from conf.animator.look import STYLES
 from conf.animator.requests import Request
 from conf.animator.widgets import buttons, check, choice, heading, quiet
 from conf.face.control_points import CONTROL_POINTS
+from conf.receiver.canvas import PLAIN, WALLS
+from conf.receiver.lighting import LIGHTS
 
 ALL = "all regions"
 ANGLES = {"front": 0.0, "half left": math.pi / 5, "half right": -math.pi / 5, "left": math.pi / 2,
@@ -25,6 +27,9 @@ def draw_view(desk: Desk, facts: Facts) -> tuple[Desk, list[Request]]:
     look = replace(look, style=style or look.style)
     look = replace(look, view=replace(look.view, points=check("control points", look.view.points)))
     look = replace(look, eye_contact=check("eye contact: the eyes look at you", look.eye_contact))
+    heading("light and background")
+    look = replace(look, lights=choice("light", look.lights, list(LIGHTS)))
+    look = replace(look, background=choice("background", look.background, [*WALLS, *PLAIN]))
     heading("direction")
     angle = buttons(tuple(ANGLES), 3)
     if angle:

@@ -1,0 +1,79 @@
+"""Lights to choose from: shaders/light.glsl holds the studio's, others take their place when shaders are built.
+
+The shaders know their light as constants: without a GPU that is faster than asking for it at every pixel.
+"""
+
+from dataclasses import dataclass
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Lighting:
+    """One set of lights, linear RGB; directions in picture axes, x right, y up, z to the viewer.
+
+    key : towards the key light, not of unit length
+    """
+
+    key: Vector = (-0.50, 0.55, 0.75)
+    key_colour: Vector = (2.05, 1.9065, 1.722)
+    fill_colour: Vector = (0.186, 0.222, 0.30)
+    sky: Vector = (0.238, 0.272, 0.34)
+    ground: Vector = (0.124, 0.084, 0.068)
+    rim_colour: Vector = (1.125, 1.29, 1.5)
+    exposure: float = 0.78
+
+    def constants(self) -> dict[str, str]:
+        """Return what the shaders' constants are to be, as GLSL."""
+        return {
+            "KEY": f"normalize({_vec3(self.key)})",
+            "KEY_COLOUR": _vec3(self.key_colour),
+            "FILL_COLOUR": _vec3(self.fill_colour),
+            "SKY": _vec3(self.sky),
+            "GROUND": _vec3(self.ground),
+            "RIM_COLOUR": _vec3(self.rim_colour),
+            "EXPOSURE": f"{self.exposure:.4f}",
+        }
+
+
+def _vec3(vector: Vector) -> str:
+    x, y, z = vector
+    return f"vec3({x:.4f}, {y:.4f}, {z:.4f})"
+
+
+STUDIO = Lighting()
+LIGHTS = {
+    "studio": STUDIO,
+    "daylight": Lighting(
+        key=(-0.25, 0.80, 0.70),
+        key_colour=(1.75, 1.80, 1.82),
+        fill_colour=(0.34, 0.40, 0.48),
+        sky=(0.42, 0.50, 0.62),
+        ground=(0.20, 0.20, 0.16),
+        rim_colour=(0.8, 0.9, 1.0),
+    ),
+    "evening": Lighting(
+        key=(-0.80, 0.25, 0.60),
+        key_colour=(2.50, 1.55, 0.85),
+        fill_colour=(0.10, 0.14, 0.26),
+        sky=(0.13, 0.15, 0.28),
+        ground=(0.12, 0.07, 0.05),
+        rim_colour=(1.9, 1.1, 0.6),
+    ),
+    "from the right": Lighting(key=(0.70, 0.45, 0.60), fill_colour=(0.10, 0.12, 0.16)),
+    "dramatic": Lighting(
+        key=(-0.95, 0.50, 0.25),
+        key_colour=(2.6, 2.45, 2.3),
+        fill_colour=(0.03, 0.04, 0.06),
+        sky=(0.07, 0.08, 0.11),
+        ground=(0.04, 0.03, 0.03),
+    ),
+    "even": Lighting(
+        key=(0.0, 0.30, 1.0),
+        key_colour=(1.25, 1.22, 1.18),
+        fill_colour=(0.55, 0.56, 0.58),
+        sky=(0.45, 0.46, 0.48),
+        ground=(0.30, 0.28, 0.26),
+        rim_colour=(0.2, 0.2, 0.2),
+    ),
+}
