@@ -118,7 +118,7 @@ def lip_leak(face: FaceModel) -> float:
     reach = [surface.distances(surface.snap(points[lip], tolerance=0.3), limit=0.8) for lip in (UPPER_LIP, LOWER_LIP)]
     near_middle = np.abs(face.mesh.vertices[:, 0] - middle) < AWAY_FROM_CORNERS * corner
     for own, other, strangers in ((0, 1, LOWER_LIP), (1, 0, UPPER_LIP)):
-        lip = near_middle & (reach[own] < 0.3) & (reach[other] > 0.3)
+        lip = near_middle & (reach[own] < 0.3) & (reach[other] > 2 * reach[own])
         if lip.any():
             worst = max(worst, float(np.abs(face.operator[np.ix_(lip, strangers)]).max()))
     return worst

@@ -12,7 +12,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINTS, LANDMARKS
+from conf.face.control_points import CONTROL_POINTS, INDEX, LANDMARKS
 from conf.sender.canonical_face import CanonicalFace
 from tools.head.control_vertices import VERTICES
 from tools.head.source import BaseMesh, Source
@@ -89,7 +89,7 @@ RECIPES = (
 
 def write_heads(source: Source, canonical: CanonicalFace, folder: Path) -> list[Head]:
     """Write every head into the folder."""
-    return [*(write_head(recipe, source, folder) for recipe in RECIPES), _write_canonical(canonical, folder)]
+    return [*(write_head(recipe, source, folder) for recipe in RECIPES), *_write_canonical(canonical, folder)]
 
 
 def random_recipe(name: str, source: Source, rng: np.random.Generator) -> Recipe:
@@ -191,18 +191,19 @@ def _truth(base: BaseMesh, vertices: NDArray[np.float64]) -> tuple[NDArray[np.fl
     )
 
 
-def _write_canonical(canonical: CanonicalFace, folder: Path) -> Head:
-    """Write the tracker's own mean face: 468 vertices, no opening at mouth or eyes, nothing behind the face."""
-    path = folder / "canonical.obj"
-    truth = np.full((len(CONTROL_POINTS), 3), np.nan)
-    known = len(canonical.vertices) > LANDMARKS
-    truth[known] = canonical.vertices[LANDMARKS[known]]
-    for point in CONTROL_POINTS:
-        if np.isnan(truth[point.index, 0]):  # the mesh has no vertex at a pupil: between the corners and the lids
-            ring = (263, 362, 386, 374) if point.name.endswith("_l") else (33, 133, 159, 145)
-            truth[point.index] = canonical.vertices[list(ring)].mean(axis=0)
-    write_mesh(path, canonical.vertices, canonical.triangles)
-    return Head("canonical", path, truth)
+def _write_canonical(canonical: CanonicalFace, folder: Path) -> list[Head]:
+    """Write the tracker's own mean face, without an opening at mouth or eyes and nothing behind it.
+
+    Twice: as it is, and each triangle split in four, so that its vertices do not give the landmarks away.
+    """
+    truth = canonical.vertices[np.minimum(LANDMARKS, len(canonical.vertices) - 1)]
+    for name, ring in (("pupil_l", (263, 362, 386, 374)), ("pupil_r", (33, 133, 159, 145))):
+        truth[INDEX[name]] = canonical.vertices[list(ring)].mean(axis=0)  # the mesh has no vertex at a pupil
+    split = trimesh.Trimesh(canonical.vertices, canonical.triangles, process=False).subdivide()
+    meshes = {"canonical": (canonical.vertices, canonical.triangles), "canonical_split": (split.vertices, split.faces)}
+    for name, (vertices, triangles) in meshes.items():
+        write_mesh(folder / f"{name}.obj", np.asarray(vertices), np.asarray(triangles))
+    return [Head(name, folder / f"{name}.obj", truth) for name in meshes]
 
 
 def write_mesh(path: Path, vertices: NDArray[np.float64], faces: NDArray[np.integer]) -> None:

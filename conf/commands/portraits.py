@@ -1,6 +1,6 @@
-"""Draw a mesh from several sides and let the tracker say where its control points are.
+"""Draw a mesh from several sides and let the tracker say where its landmarks are.
 
-Each control point is seen in several drawings, along a line of sight in each; the point nearest to all the lines is
+Each landmark is seen in several drawings, along a line of sight in each; the point nearest to all the lines is
 where the tracker sees it in space. Each drawing is tracked as it is and mirrored, so that neither the lamp, which
 stands on one side, nor the tracker's own habits make a face crooked.
 """
@@ -12,19 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from conf.face.control_points import CONTROL_POINT_COUNT, LANDMARKS
+from conf.face.control_points import CONTROL_POINT_COUNT
+from conf.face.face_prior import SEEN_LANDMARKS, SEEN_PARTNERS
 from conf.face.fapu import Fapu
 from conf.face.head import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.face.mesh import Mesh
-from conf.face.symmetry import PARTNERS
 from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.renderer import FaceRenderer
 from conf.receiver.scene import View, clip_matrix
 from conf.sender.tracker import FaceTracker
 
 SIDE = 640  # pixels: the tracker looks at 256 x 256 of the face, so more adds nothing
-SETTLE = 2  # looks at one drawing: the first finds the face, the last has it well framed
 FRONT = (0.0, 0.0)
 
 
@@ -32,7 +31,7 @@ FRONT = (0.0, 0.0)
 class Sight:
     """What the tracker saw in one drawing.
 
-    places : (n, 2) control points in the picture, -1 to 1, x right, y up
+    places : (m, 2) landmarks in the picture, those of conf.face.face_prior, -1 to 1, x right, y up
     clip : (4, 4) from the mesh's coordinates to clip coordinates
     """
 
@@ -65,12 +64,13 @@ class Studio:
         clip = clip_matrix(pose, View(), aspect=1.0)
         for mirrored in (False, True):
             pixels = np.ascontiguousarray(drawing[:, ::-1]) if mirrored else drawing
-            for _ in range(SETTLE):
-                tracking = self._tracker.track(pixels)
+            tracking = self._tracker.track(pixels)
+            if tracking is not None:
+                tracking = self._tracker.track(pixels)  # the first look finds the face, this one has it well framed
             if tracking is None:
                 continue
-            places = tracking.landmarks[LANDMARKS, :2].astype(np.float64) / SIDE * [2, -2] + [-1, 1]
-            yield Sight(places[PARTNERS] * [-1, 1] if mirrored else places, clip)
+            places = tracking.landmarks[SEEN_LANDMARKS, :2].astype(np.float64) / SIDE * [2, -2] + [-1, 1]
+            yield Sight(places[SEEN_PARTNERS] * [-1, 1] if mirrored else places, clip)
 
     def release(self) -> None:
         """Free what is on the card."""
@@ -89,8 +89,8 @@ def pose_towards(side: tuple[float, float], /, *, height: float, centre: tuple[f
 
 
 def triangulate(sights: Sequence[Sight]) -> NDArray[np.float64]:
-    """Return the (n, 3) points nearest to all lines of sight, in the mesh's coordinates."""
-    planes = np.concatenate([_planes(sight) for sight in sights], axis=1)  # (n, planes, 4)
+    """Return the (m, 3) points nearest to all lines of sight, in the mesh's coordinates."""
+    planes = np.concatenate([_planes(sight) for sight in sights], axis=1)  # (m, planes, 4)
     planes = planes / np.linalg.norm(planes[..., :3], axis=2, keepdims=True)
     normal, offset = planes[..., :3], planes[..., 3]
     system = np.einsum("npi,npj->nij", normal, normal)
@@ -98,6 +98,6 @@ def triangulate(sights: Sequence[Sight]) -> NDArray[np.float64]:
 
 
 def _planes(sight: Sight) -> NDArray[np.float64]:
-    """Return (n, 2, 4): the two planes, homogeneous, that meet in the line of sight of each point."""
+    """Return (m, 2, 4): the two planes, homogeneous, that meet in the line of sight of each point."""
     x, y, _, w = sight.clip
     return np.stack([x - sight.places[:, :1] * w, y - sight.places[:, 1:] * w], axis=1)

@@ -1,16 +1,16 @@
-"""A mesh sits for its portraits: find the face in it, come near, and see where the tracker sees its control points."""
+"""A mesh sits for its portraits: find the face in it, come near, and see where the tracker sees its landmarks."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from conf.commands.portraits import FRONT, SIDE, Studio, pose_towards, triangulate
-from conf.errors import ConfError
 from conf.face.casting import front_hits
 from conf.face.face_prior import FacePrior, Similarity
 from conf.face.mesh import Mesh
+from conf.face.orientation import turn_upright
 from conf.receiver.offscreen import OffscreenWindow
 from conf.sender.models import fetch_models
 from conf.sender.tracker import FaceTracker
@@ -23,6 +23,7 @@ PICTURE_CM = 24.0  # height of a close drawing
 WHOLE_CM = 24.0  # to what a mesh of unknown size is brought at first
 # What may be the face: the whole mesh, or the top of a bust or a figure; share of the height, largest first.
 SLICES = (1.0, 0.5, 0.25, 0.14)
+LEAST_LIKENESS = 0.9  # of what is seen to an upright face: 0.98 for faces, 0 for one that lies on its side
 HEAD_CM = 25.0  # what lies farther from the eyes is not looked at
 
 
@@ -30,41 +31,46 @@ HEAD_CM = 25.0  # what lies farther from the eyes is not looked at
 class Sitting:
     """What came of it.
 
-    observed : (n, 3) control points where the tracker sees them, in the prior's frame
+    observed : (m, 3) landmarks where the tracker sees them, those of conf.face.face_prior, in the prior's frame
     frame : what carries the mesh's own coordinates into the prior's frame
     mesh : the part of the mesh around the face, in the prior's frame
+    axes : how the mesh stands, (up, front)
     """
 
     observed: NDArray[np.float64]
     frame: Similarity
     mesh: Mesh
+    axes: tuple[str, str]
 
 
-def observe(mesh: Mesh, prior: FacePrior, *, name: str, on_progress: Progress | None = None) -> Sitting:
-    """Find the face of an upright mesh and see its control points from several sides.
+def observe(
+    mesh: Mesh,
+    prior: FacePrior,
+    *,
+    axes: Sequence[tuple[str, str]] = (("y", "z"),),
+    on_progress: Progress | None = None,
+) -> Sitting | None:
+    """Find the face of a mesh and see its landmarks from several sides; None if no face is seen.
 
-    name : of the mesh, for the user
-    Raises ConfError if no face is seen, GraphicsError, ModelError.
+    axes : ways the mesh may stand, (up, front) as `turn_upright` takes them, tried in turn
+    Raises GraphicsError, ModelError.
     """
     tell = on_progress or (lambda text: None)
     mesh = welded(mesh)
     tracker = FaceTracker(fetch_models())
     with OffscreenWindow(SIDE, SIDE) as window:
-        tell("looking for the face")
-        frame = _find_face(window, tracker, mesh, prior)
-        if frame is None:
-            raise ConfError(
-                f"{name}: no face is seen from the front: name the mesh's axes towards crown and nose with --up and "
-                "--front, or place the points by hand in `conf animate`"
-            )
-        for sides in (ROUGH_SIDES, FINE_SIDES):
-            tell(f"looking at it from {len(sides)} sides")
-            seen = _observe(window, tracker, _closer(mesh, frame), sides, prior)
-            if seen is None:
-                raise ConfError(f"{name}: the face is lost from nearby: place the points by hand in `conf animate`")
-            step = prior.frame(seen)
-            frame = _chain(frame, step)
-    return Sitting(step.apply(seen), frame, _closer(mesh, frame))
+        for up, front in axes:
+            tell(f"looking for the face, {up} up and {front} to the front")
+            frame = _find_face(window, tracker, mesh, prior, turn_upright(up, front))
+            for sides in (ROUGH_SIDES, FINE_SIDES):
+                if frame is not None:
+                    tell(f"looking at it from {len(sides)} sides")
+                    seen = _observe(window, tracker, _closer(mesh, frame), sides, prior)
+                    step = None if seen is None else prior.frame(seen)
+                    frame = None if step is None else _chain(frame, step)
+            if frame is not None and seen is not None and step is not None:
+                return Sitting(step.apply(seen), frame, _closer(mesh, frame), (up, front))
+    return None
 
 
 def welded(mesh: Mesh, /) -> Mesh:
@@ -80,11 +86,14 @@ def welded(mesh: Mesh, /) -> Mesh:
     )  # fmt: skip
 
 
-def _find_face(window: OffscreenWindow, tracker: FaceTracker, mesh: Mesh, prior: FacePrior) -> Similarity | None:
-    """Return roughly what carries the mesh into the prior's frame, from one drawing of it or of its upper part."""
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+def _find_face(
+    window: OffscreenWindow, tracker: FaceTracker, mesh: Mesh, prior: FacePrior, turn: NDArray[np.float64]
+) -> Similarity | None:
+    """Return roughly what carries a mesh, turned, into the prior's frame, from one drawing of it or of its top."""
+    upright = mesh.vertices @ turn.T
+    low, high = upright.min(axis=0), upright.max(axis=0)
     scale = WHOLE_CM / max(float((high - low)[1]), 1e-300)
-    whole = Similarity(np.eye(3), scale, -scale * (low + high) / 2)
+    whole = Similarity(turn, scale, -scale * (low + high) / 2)
     standing = replace(mesh, vertices=whole.apply(mesh.vertices))
     studio = Studio(window, tracker, standing, prior.mean)
     try:
@@ -102,14 +111,15 @@ def _find_face(window: OffscreenWindow, tracker: FaceTracker, mesh: Mesh, prior:
 
 
 def _rough_frame(places: NDArray[np.float64], mesh: Mesh, prior: FacePrior) -> Similarity | None:
-    """Return a size and a shift from where control points (n, 2) are seen in a drawing of cm."""
-    seen = prior.seen[:, :2]
+    """Return a size and a shift from where landmarks (m, 2) are seen in a drawing, cm; None unless upright."""
+    places, seen = places[: len(prior.mean)], prior.mean[:, :2]
     a, b = places - places.mean(axis=0), seen - seen.mean(axis=0)
     scale = float((a * b).sum() / (a * a).sum())
+    likeness = float((a * b).sum() / np.sqrt((a * a).sum() * (b * b).sum()))
     depth = front_hits(places, mesh.vertices, mesh.triangles).points[:, 2]
-    if scale <= 0 or np.isnan(depth).all():  # upside down, or no surface there
+    if likeness < LEAST_LIKENESS or np.isnan(depth).all():  # lying or upside down, or no surface there
         return None
-    back = float(np.nanmedian(prior.seen[:, 2] - scale * depth))
+    back = float(np.nanmedian(prior.mean[:, 2] - scale * depth))
     return Similarity(np.eye(3), scale, np.array([*(seen.mean(axis=0) - scale * places.mean(axis=0)), back]))
 
 
@@ -130,7 +140,7 @@ def _closer(mesh: Mesh, near: Similarity) -> Mesh:
 def _observe(
     window: OffscreenWindow, tracker: FaceTracker, mesh: Mesh, sides: list[tuple[float, float]], prior: FacePrior
 ) -> NDArray[np.float64] | None:
-    """Return the (n, 3) control points as the tracker sees them from several sides, or None from fewer than two."""
+    """Return the (m, 3) landmarks as the tracker sees them from several sides, or None from fewer than two."""
     studio = Studio(window, tracker, mesh, prior.mean)
     try:
         sights = [s for side in sides for s in studio.look(pose_towards(side, height=PICTURE_CM, centre=(0.0, -0.5)))]

@@ -2,7 +2,8 @@
 
 Strategy. On a drawing of a plain mesh the tracker sees lips and lids well, guesses brows and takes cheeks from habit.
 How far it is off on average, and how the rest of what it says tells more about each point, was measured on heads whose
-points are known: a linear regression, held back by a ridge so that a strange face is read as it is.
+points are known: a linear regression, held back by a ridge so that a strange face is read as it is. The outline of the
+jaw is seen beside the control points: it says how broad and how long the chin is.
 Source: Hoerl, Kennard 1970 (ridge regression); Cootes, Taylor, Cooper, Graham 1995 (faces as points in a common frame).
 """
 
@@ -15,12 +16,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from conf.face.control_points import indices
+from conf.face.control_points import CONTROL_POINT_COUNT, LANDMARKS, indices
 from conf.face.symmetry import PARTNERS
 
 PRIOR_FILE = Path(str(files("conf"))) / "assets" / "face_prior.npz"
 STEADY = indices("eye_outer_corner", "eye_inner_corner", "eyelid", "nos", "outer_lip_corner")  # tie a face to the frame
+# The outline of the jaw from either ear down to the chin; the chin's own points are not in it.
+_JAW_LEFT = [454, 323, 361, 288, 397, 365, 379, 378, 377]
+_JAW_RIGHT = [234, 93, 132, 58, 172, 136, 150, 149, 148]
+SEEN_LANDMARKS = np.array([*LANDMARKS, *_JAW_LEFT, *_JAW_RIGHT])  # (m,) of the tracker
+_LEFT = CONTROL_POINT_COUNT + np.arange(len(_JAW_LEFT))
+SEEN_PARTNERS = np.array([*PARTNERS, *(_LEFT + len(_JAW_LEFT)), *_LEFT])  # (m,) of each, on the other side
 _MIRROR = np.array([-1.0, 1.0, 1.0])
+
+
 @dataclass(frozen=True)
 class Similarity:
     """A turn, a size and a shift: target = scale * rotation @ source + shift."""
@@ -50,9 +59,9 @@ def fit_similarity(source: NDArray[np.float64], target: NDArray[np.float64]) -> 
 class FacePrior:
     """Statistics of faces in one frame: x to the subject's left, y up, z to the viewer, cm.
 
-    seen : (n, 3) where the tracker sees the control points on average
-    mean : (n, 3) where they are on average
-    correction : (3n, 3n) how the difference between the two goes with what is seen: a row of coordinates times it
+    seen : (m, 3) where the tracker sees SEEN_LANDMARKS on average, the n control points first
+    mean : (n, 3) where the control points are on average
+    correction : (3m, 3n) how the difference between the two goes with what is seen: a row of coordinates times it
     normals : (n, 3) which way the surface looks at each control point
     """
 
@@ -62,13 +71,14 @@ class FacePrior:
     normals: NDArray[np.float64]
 
     def frame(self, observed: NDArray[np.float64]) -> Similarity:
-        """Return what carries observed control points (n, 3) of any size and turn into the prior's frame."""
+        """Return what carries observed landmarks (m, 3) of any size and turn into the prior's frame."""
         return fit_similarity(observed[STEADY], self.seen[STEADY])
 
     def likely_points(self, observed: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return where the control points most likely are, (n, 3), when seen at (n, 3), in the prior's frame."""
+        """Return where the control points most likely are, (n, 3), for landmarks seen at (m, 3): the prior's frame."""
         difference = observed - self.seen
-        return np.asarray(self.mean + difference + (difference.ravel() @ self.correction).reshape(-1, 3))
+        corrected = difference[: len(self.mean)] + (difference.ravel() @ self.correction).reshape(-1, 3)
+        return np.asarray(self.mean + corrected)
 
 
 @cache
@@ -83,7 +93,7 @@ def learn_prior(
 ) -> FacePrior:
     """Measure a prior on N heads, all lit from one side; how each differs from the rest is taken twice, also mirrored.
 
-    observed, truth : (N, n, 3) what the tracker says and what is true, each head in a frame of its own
+    observed, truth : (N, m, 3) what the tracker says, (N, n, 3) what is true, each head in a frame of its own
     normals : (N, n, 3) of the surface at the true points, in the same frames
     ridge : lambda, cm^2: large trusts what is seen, small what was measured
     """
@@ -94,13 +104,14 @@ def learn_prior(
         seen = said.mean(axis=0)
     true = np.array([f.apply(points) for f, points in zip(frames, truth, strict=True)])
     mean = true.mean(axis=0)
-    differences = _with_mirror(said - seen).reshape(2 * len(said), -1)
-    errors = _with_mirror(true - mean).reshape(2 * len(said), -1) - differences
+    differences, own = _with_mirror(said - seen, SEEN_PARTNERS), _with_mirror(true - mean, PARTNERS)
+    errors = own - differences[:, : mean.shape[0]]
+    differences, errors = differences.reshape(len(own), -1), errors.reshape(len(own), -1)
     system = differences.T @ differences + ridge * np.eye(differences.shape[1])
-    correction = np.linalg.solve(system, differences.T @ errors)
+    correction = np.asarray(np.linalg.solve(system, differences.T @ errors), dtype=np.float64)
     normal = np.array([n @ f.rotation.T for f, n in zip(frames, normals, strict=True)]).mean(axis=0)
-    return FacePrior(seen, mean, correction, normal / np.linalg.norm(normal, axis=1, keepdims=True))
+    return FacePrior(seen, mean, correction, np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True)))
 
 
-def _with_mirror(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.concatenate([points, points[:, PARTNERS] * _MIRROR])
+def _with_mirror(points: NDArray[np.float64], partners: list[int] | NDArray[np.intp]) -> NDArray[np.float64]:
+    return np.concatenate([points, points[:, partners] * _MIRROR])

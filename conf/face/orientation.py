@@ -9,6 +9,12 @@ AXES = {
     for sign, value in (("", 1.0), ("-", -1.0))
 }
 
+# Every way a mesh may stand, (up, front), the usual ones first.
+ORIENTATIONS = [
+    *(("y", "z"), ("z", "-y"), ("z", "y"), ("y", "-z"), ("z", "x"), ("z", "-x"), ("y", "x"), ("y", "-x")),
+    *((up, front) for up in ("x", "-x", "-y", "-z") for front in AXES if up[-1] != front[-1]),
+]
+
 
 def turn_upright(up: str, front: str, /) -> NDArray[np.float64]:
     """Return the (3, 3) rotation that takes a mesh's own axes to the face's: x to its left, y up, z to the viewer.

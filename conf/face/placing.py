@@ -22,7 +22,9 @@ _LIDS = [(f"eyelid_{lid}_{side}", f"pupil_{side}") for lid in ("upper", "lower")
 _EYE_SIZE = (1.6, 4.5)  # cm across an eyeball
 _EYE_STRAY = 0.8  # cm from the likely pupil that an eyeball's axis may lie
 _LIP_SNAP = 0.4  # cm that a lip point may move to a vertex of its own lip
-_LIP_RANGE = 4.0  # cm
+_LIP_RANGE = 4.0  # cm along the skin that is looked at around a lip
+_LONG_WAY = 1.0  # cm
+_SNAP = 0.3  # cm that the skin may be farther than another shell
 
 
 @dataclass(frozen=True)
@@ -33,12 +35,14 @@ class Placement:
     lip_lines : at how many of three places the lips were seen to meet or part
     lid_edges : of how many of four lids the edge was seen
     eyeballs : how many eyes are shells of their own
+    mouth_open : whether the mesh is cut between the lips
     """
 
     points: NDArray[np.float64]
     lip_lines: int
     lid_edges: int
     eyeballs: int
+    mouth_open: bool
 
 
 def place_points(
@@ -53,8 +57,9 @@ def place_points(
     eyeballs = _place_pupils(points, shape, shells)
     lines = _place_lips(points, shells)
     edges = _place_lids(points, shells)
-    _keep_lips_apart(points, vertices, triangles)
-    return Placement(points, lines, edges, eyeballs)
+    surface = Surface(vertices, triangles)
+    _keep_lips_apart(points, vertices, surface)
+    return Placement(points, lines, edges, eyeballs, _is_cut_between_lips(points, surface))
 
 
 def _facing_viewer(
@@ -113,12 +118,11 @@ def _place_lids(points: NDArray[np.float64], shells: Shells) -> int:
     return found
 
 
-def _keep_lips_apart(points: NDArray[np.float64], vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> None:
+def _keep_lips_apart(points: NDArray[np.float64], vertices: NDArray[np.float64], surface: Surface) -> None:
     """Move the inner lip points to vertices of their own lip, where one is near: touching lips are easily confused."""
-    surface = Surface(vertices, triangles)
     outer = [[i for i in lip if i in _OUTER] for lip in (UPPER_LIP, LOWER_LIP)]
     to_upper, to_lower = (
-        surface.distances(surface.snap(points[group], tolerance=0.3), limit=_LIP_RANGE) for group in outer
+        surface.distances(surface.snap(points[group], tolerance=_SNAP), limit=_LIP_RANGE) for group in outer
     )
     for names, own, other in ((0, to_upper, to_lower), (1, to_lower, to_upper)):
         side = np.flatnonzero(own < other)
@@ -127,6 +131,12 @@ def _keep_lips_apart(points: NDArray[np.float64], vertices: NDArray[np.float64],
             away = np.linalg.norm(vertices[side] - points[index], axis=1)
             if len(side) and away.min() < _LIP_SNAP:
                 points[index] = vertices[side[away.argmin()]]
+
+
+def _is_cut_between_lips(points: NDArray[np.float64], surface: Surface) -> bool:
+    """Say whether the way along the skin from one lip to the other is long: round the corner, or through the mouth."""
+    upper, lower = surface.snap(points[[INDEX[name] for name in _LIP_PAIRS[0]]], tolerance=_SNAP)
+    return bool(surface.distances(np.array([upper]), limit=_LIP_RANGE)[lower] > _LONG_WAY)
 
 
 _OUTER = [INDEX[f"outer_lip_{lip}_{side}"] for lip in ("upper", "lower") for side in ("mid", "l", "r")]
