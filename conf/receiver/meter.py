@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from imgui_bundle import imgui, implot
 
-from conf.receiver.overlay import ACCENT, QUIET, TITLE_PX, Overlay, lines_height, panel
+from conf.receiver.overlay import ACCENT, PADDING, QUIET, TITLE_PX, Overlay, interface_scale, lines_height, panel
 
 WIDTH = 158.0  # of what the panel holds, at interface scale 1, pixels
 CURVE_HEIGHT = 46.0
@@ -84,6 +84,12 @@ def rows(reading: MeterReading) -> list[tuple[str, str]]:
         ("round trip", trip),
     ]
     return [(name, value) for name, value in lines if value]
+
+
+def covered_width(size: tuple[int, int], pixel_ratio: float) -> float:
+    """Return how many pixels from the left the meter covers of a picture of this width and height."""
+    scale = interface_scale(size, pixel_ratio)
+    return (MARGIN + WIDTH + 2 * PADDING) * scale
 
 
 def draw_meter(overlay: Overlay, reading: MeterReading) -> None:

@@ -16,9 +16,10 @@ PANEL = (0.045, 0.055, 0.075, 0.66)
 TEXT = (0.93, 0.95, 0.97, 1.0)
 QUIET = (0.66, 0.71, 0.77, 1.0)
 ACCENT = (0.40, 0.80, 1.0, 1.0)
+PADDING = 9.0  # between a panel's left edge and what it holds, at scale 1
 SIZES: dict[str, float | tuple[float, float]] = {  # at scale 1
     "window_rounding": 6.0,
-    "window_padding": (9.0, 7.0),
+    "window_padding": (PADDING, 7.0),
     "window_min_size": (16.0, 16.0),
     "item_spacing": (6.0, 2.0),
     "cell_padding": (0.0, 1.0),
