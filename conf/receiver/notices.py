@@ -3,7 +3,7 @@
 from imgui_bundle import imgui
 
 from conf.receiver.events import KEYS, MOUSE
-from conf.receiver.overlay import ACCENT, Overlay, lines_height, panel
+from conf.receiver.overlay import ACCENT, QUIET, Overlay, lines_height, panel
 
 HELP_OPACITY = 0.88  # it may lie over the meter
 KEY_NAMES = {"space": "Space", "home": "Home", "escape": "Esc"}
@@ -38,3 +38,10 @@ def draw_notice(overlay: Overlay, text: str) -> None:
     place = (overlay.size[0] / 2, overlay.size[1] - 10 * overlay.scale)
     with panel("notice", place, (0.5, 1.0), (imgui.calc_text_size(text).x, lines_height(1))):
         imgui.text(text)
+
+
+def draw_label(overlay: Overlay, text: str, corner: tuple[float, float]) -> None:
+    """Draw a small name whose lower left corner is at these pixels from the upper left. To be called as the others."""
+    place = (corner[0] + 6 * overlay.scale, corner[1] - 6 * overlay.scale)
+    with panel(f"label {place}", place, (0.0, 1.0), (imgui.calc_text_size(text).x, lines_height(1))):
+        imgui.text_colored(imgui.ImVec4(*QUIET), text)

@@ -12,10 +12,10 @@ from conf.protocol.messages import MotionFrame
 from conf.protocol.session.events import Connected, Event, Lost, Roamed, WrongCode
 from conf.protocol.statistics import TrafficSnapshot
 from conf.receiver.meter import draw_meter
-from conf.receiver.notices import draw_help, draw_notice
+from conf.receiver.notices import draw_help, draw_label, draw_notice
 from conf.receiver.overlay import Overlay
 from conf.receiver.readings import Readings
-from conf.receiver.stage import Stage, Window
+from conf.receiver.stage import Cell, Stage, Window
 from conf.receiver.udp import ReceiverSocket
 from conf.receiver.viewer import Viewer
 
@@ -36,6 +36,8 @@ class ReceivingLoop:
         self._link = link
         self._greeting = greeting
         self._shown: dict[int, MotionFrame | None] = {}
+        self._cells: dict[int, Cell] = {}
+        self._names: dict[int, str] = {}
         self._on_event: Callable[[str], None] | None = None
 
     def run(
@@ -85,6 +87,11 @@ class ReceivingLoop:
             self._link.wait(until - now)
 
     def _note(self, event: Event, now: float) -> None:
+        match event:
+            case Connected(session=session, address=address) | Roamed(session=session, address=address):
+                self._names[session] = "{}:{}".format(*address)
+            case Lost(session=session):
+                self._names.pop(session, None)
         text = text_of(event)
         if text:
             self._viewer.say(text, now)
@@ -97,7 +104,7 @@ class ReceivingLoop:
             playouts = {caller: inbound.play(now) for caller, inbound in self._host.inbounds.items()}
             self._shown = {caller: playout.frame if playout else None for caller, playout in playouts.items()}
         self._window.begin()
-        self._stage.draw(self._shown, self._viewer.view, now)
+        self._cells = self._stage.draw(self._shown, self._viewer.view, now)
         self._draw_panels(now)
         self._viewer.picture_drawn(now)
         if on_picture:
@@ -107,6 +114,9 @@ class ReceivingLoop:
 
     def _draw_panels(self, now: float) -> None:
         with self._overlay.frame(self._window.framebuffer, self._window.size, self._window.pixel_ratio):
+            if len(self._cells) > 1:
+                for caller, (x, y, _, _) in self._cells.items():
+                    draw_label(self._overlay, self._names.get(caller, ""), (x, self._window.size[1] - y))
             if self._viewer.view.meter:
                 draw_meter(self._overlay, self._readings.read(now, paused=self._viewer.paused))
             if self._viewer.view.help:

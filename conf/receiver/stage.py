@@ -2,11 +2,13 @@
 
 import math
 from collections.abc import Mapping
+from itertools import pairwise
 
 from conf.face.head import FaceModel
-from conf.face.head_pose import NEUTRAL_POSE, HeadPose
+from conf.face.head_pose import HeadPose
 from conf.protocol.messages import MotionFrame
-from conf.receiver.framing import Framer
+from conf.receiver.framing import Area, Framer, rest
+from conf.receiver.meter import covered_width
 from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.renderer import FaceRenderer
 from conf.receiver.scene import View
@@ -14,18 +16,32 @@ from conf.receiver.window import GlfwWindow
 
 Window = GlfwWindow | OffscreenWindow
 Cell = tuple[int, int, int, int]  # x, y of the lower left corner, width, height, in pixels
+NOBODY = -1
 
 
-def grid(count: int, size: tuple[int, int]) -> list[Cell]:
+def grid(count: int, size: tuple[int, int], *, left: int = 0) -> list[Cell]:
     """Return a cell of the picture for each caller, in rows from the top, as square as the picture allows.
 
+    The cells fill the picture: those of a last row that is not full are wider.
     size : width and height of the picture in pixels
+    left : pixels at the left that stay free
     """
-    width, height = size
-    columns = min(range(1, count + 1), key=lambda c: abs(math.log(width / c * math.ceil(count / c) / height)))
+    width, height = size[0] - left, size[1]
+    columns = min(range(1, count + 1), key=lambda columns: _awkward(columns, count, width / height))
     rows = math.ceil(count / columns)
-    w, h = width // columns, height // rows
-    return [(i % columns * w, height - (i // columns + 1) * h, w, h) for i in range(count)]
+    cells: list[Cell] = []
+    for row in range(rows):
+        top, bottom = height - height * row // rows, height - height * (row + 1) // rows
+        across = min(columns, count - row * columns)
+        edges = [left + width * i // across for i in range(across + 1)]
+        cells += [(x, bottom, end - x, top - bottom) for x, end in pairwise(edges)]
+    return cells
+
+
+def _awkward(columns: int, count: int, aspect: float) -> float:
+    """Return how far the cells are from squares, and how many places the last row lacks."""
+    rows = math.ceil(count / columns)
+    return abs(math.log(aspect * rows / columns)) + (rows * columns - count) / count
 
 
 class Stage:
@@ -37,21 +53,33 @@ class Stage:
         self._renderer = FaceRenderer(window.ctx, face)
         self._framers: dict[int, Framer] = {}
 
-    def draw(self, frames: Mapping[int, MotionFrame | None], view: View, now: float) -> None:
-        """Draw one picture: each caller's frame, by the caller's number; None or nobody is the neutral face."""
+    def draw(self, frames: Mapping[int, MotionFrame | None], view: View, now: float) -> dict[int, Cell]:
+        """Draw one picture: each caller's frame, by the caller's number; None or nobody is the neutral face.
+
+        Returns the cell of the picture that each caller has.
+        """
         self._framers = {caller: self._framers.get(caller, Framer()) for caller in frames}
-        actors = list(frames.items()) or [(-1, None)]
+        actors = list(frames.items()) or [(NOBODY, None)]
+        covered = self._covered(view)
+        cells = grid(len(actors), self._window.size, left=covered if len(actors) > 1 else 0)
         framebuffer = self._window.framebuffer
-        for (caller, frame), cell in zip(actors, grid(len(actors), self._window.size), strict=True):
+        for (caller, frame), cell in zip(actors, cells, strict=True):
             framebuffer.viewport = cell
+            area = Area.of(cell[2:], covered=covered if len(actors) == 1 else 0)
             if frame is None:
-                vertices, pose = self._face.neutral, NEUTRAL_POSE
+                vertices, pose = self._face.neutral, rest(area)
             else:
                 vertices, pose = self._face.deform(frame.displacements), HeadPose.from_vector(frame.pose)
-                pose = self._framers[caller].place(pose, now) if view.centred else pose
+                pose = self._framers[caller].place(pose, now, area) if view.centred else pose
             self._renderer.draw(vertices, pose, view, framebuffer)
         framebuffer.viewport = (0, 0, *self._window.size)
+        return dict(zip(frames, cells, strict=False))
 
     def release(self) -> None:
         """Free everything on the card."""
         self._renderer.release()
+
+    def _covered(self, view: View) -> int:
+        """Return how many pixels from the left the meter takes: half the picture at the most."""
+        width = covered_width(self._window.size, self._window.pixel_ratio) if view.meter and view.centred else 0.0
+        return min(round(width), self._window.size[0] // 2)

@@ -1,0 +1,106 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from conf.face.head import FaceModel
+from conf.protocol.messages import MotionFrame
+from conf.receiver.framing import Area, head_box, rest
+from conf.receiver.meter import covered_width
+from conf.receiver.offscreen import OffscreenWindow
+from conf.receiver.scene import View
+from conf.receiver.stage import Stage, grid
+from tests.receiver.conftest import SIZE
+from tests.receiver.pictures import box
+
+COVERED = round(covered_width(SIZE, 1.0))
+
+
+def motion(x: float = 0.0, y: float = 0.0, log_scale: float = -3.5) -> MotionFrame:
+    return MotionFrame(0.0, np.zeros((50, 3), np.float32), np.array([0.0, 0.0, 0.0, x, y, log_scale]))
+
+
+@given(st.integers(1, 30), st.integers(64, 4000), st.integers(64, 4000), st.integers(0, 30))
+def test_the_cells_tile_the_picture(count: int, width: int, height: int, left: int) -> None:
+    cells = grid(count, (width, height), left=left)
+    assert len(cells) == count
+    assert sum(w * h for _, _, w, h in cells) == (width - left) * height
+    assert all(left <= x < x + w <= width and 0 <= y < y + h <= height for x, y, w, h in cells)
+    overlaps = [
+        max(a[0], b[0]) < min(a[0] + a[2], b[0] + b[2]) and max(a[1], b[1]) < min(a[1] + a[3], b[1] + b[3])
+        for i, a in enumerate(cells)
+        for b in cells[:i]
+    ]
+    assert not any(overlaps)
+
+
+@pytest.mark.parametrize(("count", "columns"), [(1, 1), (2, 2), (3, 2), (4, 2), (6, 3), (9, 3)])
+def test_cells_are_about_square(count: int, columns: int) -> None:
+    cells = grid(count, (640, 480))
+    assert len({x for x, y, _, _ in cells if y == cells[0][1]}) == columns
+
+
+def test_each_caller_stands_in_the_cell_that_is_returned(window: OffscreenWindow, face: FaceModel) -> None:
+    stage = Stage(window, face)
+    window.begin()
+    cells = stage.draw({7: motion(-0.4), 9: None, 4: motion(0.4, 0.3, -4.5)}, View(meter=False), 0.0)
+    pixels = window.read().astype(int)
+    stage.release()
+    assert list(cells) == [7, 9, 4]
+    assert list(cells.values()) == grid(3, SIZE)
+    for x, y, w, h in cells.values():
+        cell = pixels[SIZE[1] - y - h : SIZE[1] - y, x : x + w]
+        left, top, right, bottom = box(cell.sum(axis=2) > 300)  # lit skin
+        assert 0 < left and right < w and 0 < top and bottom < h
+        assert (left + right) / 2 == pytest.approx(w / 2, abs=w / 6)
+
+
+def test_nobody_is_the_face_at_rest(window: OffscreenWindow, face: FaceModel) -> None:
+    stage = Stage(window, face)
+    window.begin()
+    assert stage.draw({}, View(), 0.0) == {}
+    empty = window.read()
+    window.begin()
+    stage.draw({1: None}, View(), 0.0)
+    stage.release()
+    np.testing.assert_array_equal(window.read(), empty)
+
+
+@pytest.mark.parametrize("callers", [1, 3])
+def test_the_meter_covers_no_face(window: OffscreenWindow, face: FaceModel, callers: int) -> None:
+    stage = Stage(window, face)
+    window.begin()
+    stage.draw({i: motion() for i in range(callers)}, View(meter=True), 0.0)
+    left, _, right, _ = box(window.read().astype(int).sum(axis=2) > 300)
+    stage.release()
+    assert COVERED < left < right < SIZE[0]
+
+
+def test_as_sent_a_face_lies_where_the_camera_saw_it(window: OffscreenWindow, face: FaceModel) -> None:
+    places = []
+    for view in (View(centred=False), View(meter=False)):
+        stage = Stage(window, face)
+        window.begin()
+        stage.draw({1: motion(-0.3, 0.0, -4.0)}, view, 0.0)
+        stage.release()
+        left, _, right, _ = box(window.read().astype(int).sum(axis=2) > 300)
+        places.append((left + right) / 2)
+    as_sent, centred = places
+    assert as_sent == pytest.approx(SIZE[0] / 2 - 0.3 * SIZE[1], abs=12)
+    assert centred == pytest.approx(SIZE[0] / 2, abs=12)
+
+
+def test_a_caller_who_goes_is_forgotten(window: OffscreenWindow, face: FaceModel) -> None:
+    stage, view = Stage(window, face), View(meter=False)
+    pictures = []
+    for frames in ({1: motion(-0.4)}, {}, {1: motion(0.4)}):
+        window.begin()
+        stage.draw(frames, view, 0.0)
+        pictures.append(window.read())
+    stage.release()
+    np.testing.assert_array_equal(pictures[0], pictures[2])
+
+
+def test_the_resting_head_leaves_room_for_hair() -> None:
+    middle, half = head_box(rest(Area.of((640, 480))))
+    assert (middle + half)[1] < 0.45 and (middle - half)[1] < -0.25
