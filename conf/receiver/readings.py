@@ -62,5 +62,5 @@ def state_of(calls: list[Inbound], now: float, *, had_calls: bool) -> str:
     if not calls:
         return "call ended" if had_calls else "waiting"
     if all(call.silent(now) for call in calls):
-        return "lost"
+        return "lost" if any(call.traffic.count for call in calls) else "waiting"
     return "no face" if all(call.presence is Presence.NO_FACE for call in calls) else "receiving"
