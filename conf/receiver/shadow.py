@@ -14,6 +14,7 @@ from conf.receiver.materials import material_of
 from conf.receiver.programs import program, set_matrix
 
 SIDE = 256  # pixels of the lamp's picture
+KEY = np.array(STUDIO.key)
 REACH_CM = 18.0  # the lamp's picture shows this far around the face's origin
 
 
