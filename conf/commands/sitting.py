@@ -56,7 +56,7 @@ def observe(
     Raises GraphicsError, ModelError.
     """
     tell = on_progress or (lambda text: None)
-    mesh = welded(mesh)
+    mesh = part_of(welded(mesh), np.ones(len(mesh.triangles), dtype=bool))  # vertices that nothing uses say nothing
     tracker = FaceTracker(fetch_models())
     with OffscreenWindow(SIDE, SIDE) as window:
         for up, front in axes:
@@ -126,15 +126,25 @@ def _rough_frame(places: NDArray[np.float64], mesh: Mesh, prior: FacePrior) -> S
 def _closer(mesh: Mesh, near: Similarity) -> Mesh:
     """Return the part of the mesh around the face, in the prior's frame."""
     vertices = near.apply(mesh.vertices)
-    kept = np.linalg.norm(vertices, axis=1) < HEAD_CM
-    kept_triangles = kept[mesh.triangles].all(axis=1)
-    numbers = np.cumsum(kept_triangles) - 1
-    groups = {name: numbers[members[kept_triangles[members]]] for name, members in mesh.groups.items()}
+    around = np.linalg.norm(vertices, axis=1) < HEAD_CM
+    return part_of(replace(mesh, vertices=vertices), around[mesh.triangles].all(axis=1))
+
+
+def part_of(mesh: Mesh, kept: NDArray[np.bool_], /) -> Mesh:
+    """Return the triangles that are kept, (F,), and the vertices they use."""
+    used, triangles = np.unique(mesh.triangles[kept], return_inverse=True)
+    used_rows, rows = np.unique(mesh.render_triangles[kept], return_inverse=True)
+    numbers = np.cumsum(kept) - 1
+    groups = {name: numbers[members[kept[members]]] for name, members in mesh.groups.items()}
     return replace(
-        mesh, vertices=vertices, triangles=mesh.triangles[kept_triangles],
-        render_triangles=mesh.render_triangles[kept_triangles],
+        mesh,
+        vertices=mesh.vertices[used],
+        triangles=triangles.reshape(-1, 3).astype(np.int32),
+        uvs=mesh.uvs[used_rows],
+        render_vertices=np.searchsorted(used, mesh.render_vertices[used_rows]).astype(np.int32),
+        render_triangles=rows.reshape(-1, 3).astype(np.int32),
         groups={name: members for name, members in groups.items() if len(members)},
-    )  # fmt: skip
+    )
 
 
 def _observe(

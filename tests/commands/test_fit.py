@@ -1,0 +1,102 @@
+"""`conf fit` on the default head, written anew in another format, unit and orientation."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from numpy.typing import NDArray
+
+from conf.commands.fit import OWN_MESH, fit, points_of_landmark_mesh
+from conf.errors import ConfError, FileFormatError, GraphicsError, ModelError
+from conf.face.control_points import INDEX, LANDMARKS, PUPILS
+from conf.face.head import DEFAULT_HEAD
+from conf.face.mesh import Mesh, load_mesh
+from conf.face.orientation import turn_upright
+from conf.face.ppc import read_ppc
+from conf.receiver.offscreen import OffscreenWindow
+from conf.sender.canonical_face import CanonicalFace, read_canonical_face
+from conf.sender.models import fetch_models
+
+
+@pytest.fixture(autouse=True)
+def _means() -> None:
+    """Skip without OpenGL or the tracker's files; fail where CONF_REQUIRE_GL says that they must be there."""
+    try:
+        OffscreenWindow(8, 8).release()
+        fetch_models()
+    except (GraphicsError, ModelError) as error:
+        if os.environ.get("CONF_REQUIRE_GL"):
+            raise
+        pytest.skip(str(error))
+
+
+@pytest.fixture
+def canonical() -> CanonicalFace:
+    return read_canonical_face(fetch_models())
+
+
+def errors_mm(found: NDArray[np.float64], truth: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(np.linalg.norm(found - truth, axis=1) * 64 / np.linalg.norm(np.subtract(*truth[PUPILS])))
+
+
+@pytest.mark.parametrize(("suffix", "unit", "axes"), [(".ply", 0.01, ("z", "-y")), (".stl", 10.0, ("y", "z"))])
+def test_a_plain_head_is_found_and_its_points_placed(
+    tmp_path: Path, suffix: str, unit: float, axes: tuple[str, str]
+) -> None:
+    mesh, truth = load_mesh(DEFAULT_HEAD), read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
+    shown = np.concatenate([mesh.triangles[mesh.groups[name]] for name in ("skin", "mouth", "eye_l", "eye_r")])
+    turn = turn_upright(*axes) * unit
+    path, output = tmp_path / f"head{suffix}", tmp_path / "head.ppc"
+    trimesh.Trimesh(mesh.vertices @ turn, shown, process=False).export(path)
+    told: list[str] = []
+    report = fit(path, output, on_progress=told.append)
+    assert (report.up, report.front) == axes
+    assert report.mouth_open and report.lip_lines == 3
+    assert report.eye_distance == pytest.approx(6.4 * unit, rel=0.03)
+    errors = errors_mm(read_ppc(output), truth @ turn)
+    assert errors.mean() < 2.0
+    assert errors.max() < 6.0
+    assert told[0].startswith("looking for the face")
+
+
+def test_a_mesh_of_landmarks_knows_its_points(tmp_path: Path, canonical: CanonicalFace) -> None:
+    path, output = tmp_path / "mask.obj", tmp_path / "mask.ppc"
+    lines = [f"v {x} {y} {z}" for x, y, z in canonical.vertices]
+    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in canonical.triangles]
+    path.write_text("\n".join(lines))
+    report = fit(path, output)
+    assert report.remarks == (OWN_MESH,)
+    points = read_ppc(output)
+    known = len(canonical.vertices) > LANDMARKS
+    np.testing.assert_allclose(points[known], canonical.vertices[LANDMARKS[known]], atol=1e-5)
+    left = points[INDEX["pupil_l"]]
+    assert points[INDEX["eye_inner_corner_l"], 0] < left[0] < points[INDEX["eye_outer_corner_l"], 0]
+
+
+def test_any_other_mesh_is_no_mesh_of_landmarks(canonical: CanonicalFace) -> None:
+    numbers = np.random.default_rng(0).permutation(len(canonical.vertices)).astype(np.int32)
+    nothing = np.empty(0)
+    shuffled = Mesh(canonical.vertices, numbers[canonical.triangles], nothing, nothing, nothing, {})  # type: ignore[arg-type]
+    assert points_of_landmark_mesh(shuffled, canonical) is None
+
+
+def test_what_shows_no_face_is_refused_in_one_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "ball.stl"
+    trimesh.creation.icosphere(subdivisions=2).export(path)
+    with pytest.raises(ConfError, match="no face is seen with y up and z to the front: check the mesh, name its axes"):
+        fit(path, tmp_path / "ball.ppc", up="y", front="z")
+    with pytest.raises(ConfError, match="--up y and --front -y name one line"):
+        fit(path, tmp_path / "ball.ppc", up="y", front="-y")
+    assert not (tmp_path / "ball.ppc").exists()
+
+
+def test_files_that_cannot_be_read_or_written_are_named(tmp_path: Path, canonical: CanonicalFace) -> None:
+    with pytest.raises(FileFormatError, match=r"nobody\.obj"):
+        fit(tmp_path / "nobody.obj", tmp_path / "nobody.ppc")
+    path = tmp_path / "mask.obj"
+    lines = [f"v {x} {y} {z}" for x, y, z in canonical.vertices]
+    path.write_text("\n".join([*lines, *(f"f {a + 1} {b + 1} {c + 1}" for a, b, c in canonical.triangles)]))
+    with pytest.raises(ConfError, match=r"cannot be written .*: name another file with -o"):
+        fit(path, tmp_path / "no" / "folder.ppc")
