@@ -90,8 +90,7 @@ class FaceRenderer:
             canvas.begin()
             self._wireframe.draw(clip, turn)
         else:
-            lamp = lamp_matrix(rotation(pose, view), self._lighting.key)
-            self._shadow.draw(columns(lamp))
+            lamp = self._shadow.follow(lamp_matrix(rotation(pose, view), self._lighting.key), self._places)
             canvas.begin()
             self._atlas.use(0)
             self._shadow.depth.use(1)

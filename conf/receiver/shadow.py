@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 from conf.face.mesh import Mesh
 from conf.receiver.lighting import STUDIO, Vector
 from conf.receiver.materials import material_of
-from conf.receiver.programs import program, set_matrix
+from conf.receiver.programs import columns, program, set_matrix
 
 SIDE = 256  # pixels of the lamp's picture
 KEY = np.array(STUDIO.key)
 REACH_CM = 18.0  # the lamp's picture shows this far around the face's origin
+SLACK = 0.02  # radians, and
+SLACK_CM = 0.06  # how far the face may have moved since: far less than its shadows' edges are wide
 
 
 def lamp_matrix(turn: NDArray[np.float64], key: Vector = STUDIO.key) -> NDArray[np.float64]:
@@ -41,6 +43,7 @@ class Shadow:
         self._ctx = ctx
         self.depth = ctx.depth_texture((SIDE, SIDE))
         self.depth.repeat_x = self.depth.repeat_y = False
+        self._taken: tuple[NDArray[np.float64], NDArray[np.float32]] | None = None
         self._framebuffer = ctx.framebuffer(depth_attachment=self.depth)
         self._program = program(ctx, "shadow", "shadow")
         names = [name for name in mesh.groups if material_of(name).casts_shadow]
@@ -48,6 +51,21 @@ class Shadow:
         triangles = mesh.render_triangles[chosen]
         self._indices = ctx.buffer(np.ascontiguousarray(triangles, dtype=np.int32).tobytes())
         self._array = ctx.vertex_array(self._program, [(moving, "3f4 3x4", "in_position")], self._indices)
+
+    def follow(self, lamp: NDArray[np.float64], places: NDArray[np.float32]) -> NDArray[np.float64]:
+        """Take a new picture if the face has turned or moved since the last one: it costs an eighth of the drawing.
+
+        lamp : (4, 4) of `lamp_matrix`; places : (n, 3) points of the face, cm
+        Returns the (4, 4) matrix by which the picture was taken.
+        """
+        if self._taken is not None:
+            matrix, then = self._taken
+            turned, moved = np.abs(lamp - matrix).max() * REACH_CM, np.abs(places - then).max(initial=0.0)
+            if turned < SLACK and moved < SLACK_CM:
+                return matrix
+        self.draw(columns(lamp))
+        self._taken = lamp, places.copy()
+        return lamp
 
     def draw(self, lamp: bytes) -> None:
         """Take the lamp's picture: the matrix of `lamp_matrix` as `columns` gives it."""

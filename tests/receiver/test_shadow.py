@@ -38,3 +38,17 @@ def test_the_lamps_picture_holds_the_nearest_depth(window: OffscreenWindow, face
     nearest = ((casts @ lamp[:3, :3].T)[:, 2].min() + 1) / 2
     assert depth.min() == pytest.approx(nearest, abs=0.01)
     assert depth[0, 0] == 1.0
+
+
+def test_a_new_picture_is_taken_when_the_face_turns_or_moves_and_only_then(
+    window: OffscreenWindow, face: FaceModel
+) -> None:
+    rows = Surface(face.mesh.triangles, face.mesh.render_vertices).rows(face.neutral)
+    shadow = Shadow(window.ctx, face.mesh, window.ctx.buffer(rows.tobytes()))
+    places = face.control_points.astype(np.float32)
+    first = shadow.follow(lamp_matrix(np.eye(3)), places)
+    for angle, lift, is_new in [(0.01, 0.0, False), (0.0, 0.05, False), (0.05, 0.0, True), (0.05, 0.1, True)]:
+        lamp = lamp_matrix(Rotation.from_euler("Y", angle).as_matrix())
+        taken = shadow.follow(lamp, places + np.float32(lift))
+        np.testing.assert_array_equal(taken, lamp if is_new else first)
+    shadow.release()
