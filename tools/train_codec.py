@@ -5,8 +5,8 @@
 Strategy. Four things are learned from facial motion tracks, each as simply as it can be, because three minutes of
 faces are all there is and what is learned must hold for a stranger.
 
-1. The learned space. Displacements are weighted by what an error costs the viewer (WORTH, DEPTH) and turned into
-   principal directions. A step in any direction then does the same harm, so one step size serves all of them, which is
+1. The learned space. Displacements are weighted by what an error costs the viewer (LIP_WORTH, LID_WORTH, DEPTH) and
+   turned into principal directions. A step in any direction then does the same harm, so one step size serves all of them, which is
    what rate-distortion theory asks for (reverse water-filling); directions in which faces hardly move cost next to
    nothing. The pose gets steps that move the points of a mean face as far as a step of a component does.
 2. The standing frame, which stands in for a reference when there is none: the mean over people of each one's median.
@@ -60,10 +60,11 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 MOTION = REPOSITORY.parent / "shared" / "motion"
 OUTPUT = REPOSITORY / "conf" / "assets" / "codec.npz"
 
-COMPONENTS = 20  # more lower the error by less than a finer step of the same price does
+COMPONENTS = 24  # enough for lids to have their own; more lower the error less than a finer step of the same price
 AGES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 40)  # ticks from reference to frame that get weights of their own
-FINE = ("inner_lip", "outer_lip", "cupids_bow", "eyelid")  # a viewer reads lips and lids: they count WORTH times
-WORTH = 1.2
+FINE = ("inner_lip", "outer_lip", "cupids_bow", "eyelid")  # a viewer reads lips and lids
+LIP_WORTH = 1.25  # how many times their errors count
+LID_WORTH = 3.0  # up and down only: a blink is a short way, and without this its size was right to a third
 DEPTH = 0.3  # depth shows when the head is turned and in the shading
 CORRECTION_STEP = 0.01  # of the eye distance
 STAGGERED = 10  # components that are hardly ever still
@@ -98,8 +99,9 @@ def learn_space(tracks: Sequence[Track], /) -> Arrays:
     lengths = np.mean([track.lengths for track in tracks], axis=0)
     eyes = MEAN_FACE[[INDEX["eye_outer_corner_l"], INDEX["eye_outer_corner_r"]]]
     eye_distance = float(np.linalg.norm(eyes[0] - eyes[1]))
-    worth = np.ones((CONTROL_POINT_COUNT, 1))
-    worth[indices(*FINE)] = WORTH
+    worth = np.ones((CONTROL_POINT_COUNT, 3))
+    worth[indices(*FINE)] = LIP_WORTH
+    worth[indices("eyelid"), 1] = LID_WORTH
     worth /= np.sqrt(np.mean(worth**2))
     weight = lengths / eye_distance * worth * [1, 1, DEPTH] / np.sqrt(CONTROL_POINT_COUNT)
     motion = np.concatenate([[frame.displacements for frame in track.frames] for track in tracks])

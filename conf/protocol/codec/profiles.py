@@ -29,8 +29,8 @@ class Profile:
 
 # live: one frame a datagram, at 15 a second. narrow: 2,400 bit/s have room for five datagrams a second of three frames.
 # rich: two frames a datagram cost half the headers, and a thirtieth of a second.
-LIVE = Profile("live", fps=15, bundle=1, step=0.0082, trade=0.05, budget_bits=64)
-RICH = Profile("rich", fps=30, bundle=2, step=0.0052, trade=0.05, budget_bits=64)
-NARROW = Profile("narrow", fps=15, bundle=3, step=0.0090, trade=0.05, budget_bits=40)
+LIVE = Profile("live", fps=15, bundle=1, step=0.0074, trade=0.05, budget_bits=64)
+RICH = Profile("rich", fps=30, bundle=2, step=0.0044, trade=0.05, budget_bits=64)
+NARROW = Profile("narrow", fps=15, bundle=3, step=0.0082, trade=0.05, budget_bits=40)
 
 PROFILES = {profile.name: profile for profile in (LIVE, RICH, NARROW)}
