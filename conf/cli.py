@@ -19,6 +19,7 @@ from conf.errors import ConfError
 DEFAULT_HOST = "127.0.0.1"
 DEFAULT_PORT = 5005
 HEADLESS_SECONDS = 20.0
+AXES = ("x", "-x", "y", "-y", "z", "-z")
 PROFILES_HELP = "live: 15 frames a second; narrow: for 2,400 bit/s; rich: 30; auto: live, and less when the link asks"
 
 
@@ -87,6 +88,31 @@ def build_parser() -> argparse.ArgumentParser:
     extract.add_argument("clip", type=Path)
     extract.add_argument("-o", "--output", type=Path, required=True, metavar="OUT.dpc")
 
+    animate = command("animate", _animate, "a window to move a face by hand, by emotions, muscles or recordings")
+    animate.add_argument("face", type=Path, nargs="?", metavar="FACE.obj", help="default: the head that comes along")
+    animate.add_argument("--ppc", type=Path, help="its control points (default: the PPC file beside it)")
+    animate.add_argument("--dpc", type=Path, help="play this recording")
+    animate.add_argument("--emotion", metavar="NAME", help="show an emotion: joy, surprise, doubt, ... or an EPC file")
+
+    export = command("export", _export, "draw a recording or an emotion into a picture, clip or other format")
+    what = export.add_mutually_exclusive_group(required=True)
+    what.add_argument("--dpc", type=Path, help="a recording")
+    what.add_argument("--emotion", metavar="NAME", help="an emotion, or an EPC file")
+    export.add_argument(
+        "-o", "--output", type=Path, required=True, help="a .jpg .png .avi .mp4 .obj .dpc .fap or .csv file"
+    )
+    export.add_argument("--size", default="1280x720", metavar="WxH")
+    export.add_argument("--fps", metavar="N", help="pictures a second")
+    export.add_argument("--face", type=Path, metavar="FILE", help="another face: a mesh with its PPC beside it")
+    export.add_argument("--ppc", type=Path, help="its control points, if they lie elsewhere")
+    export.add_argument("--at", type=float, metavar="S", help="the moment of a single picture")
+
+    fit = command("fit", _fit, "place the control points on any face mesh")
+    fit.add_argument("face", type=Path, metavar="FACE.obj")
+    fit.add_argument("-o", "--output", type=Path, metavar="FACE.ppc", help="default: beside the mesh")
+    fit.add_argument("--up", choices=AXES, help="the mesh's axis towards the crown (default: found by trying)")
+    fit.add_argument("--front", choices=AXES, help="the mesh's axis towards the nose")
+
     measure = command("measure", _measure, "bytes a frame of every stage beside raw pixels")
     measure.add_argument("clip", type=Path)
     measure.add_argument("--profile", choices=["live", "narrow", "rich"], default="live")
@@ -99,7 +125,7 @@ def build_parser() -> argparse.ArgumentParser:
     doctor.add_argument("--camera", default="0", metavar="N")
     doctor.add_argument("--listen", type=_address, default=(DEFAULT_HOST, DEFAULT_PORT), metavar="HOST:PORT")
 
-    for sub in (demo, receive, send, extract, measure, doctor):
+    for sub in (demo, receive, send, extract, export, fit, measure, doctor):
         sub.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     return parser
 
@@ -199,6 +225,31 @@ def _extract(options: argparse.Namespace) -> None:
     _print_figures("extracted", result, options)
 
 
+def _animate(options: argparse.Namespace) -> None:
+    from conf.commands.animate import animate
+
+    animate(options.face, ppc=options.ppc, dpc=options.dpc, emotion=options.emotion)
+
+
+def _export(options: argparse.Namespace) -> None:
+    from conf.commands.export import ExportWish, export_file
+
+    names = ("output", "dpc", "emotion", "size", "fps", "face", "ppc", "at")
+    wish = ExportWish(**{name: getattr(options, name) for name in names})
+    with _progress(options) as show:
+        result = export_file(wish, show)
+    _print_figures("exported", result, options)
+
+
+def _fit(options: argparse.Namespace) -> None:
+    from conf.commands.fit import fit
+
+    output = options.output or options.face.with_suffix(".ppc")
+    with _status_line(options) as show:
+        result = fit(options.face, output, up=options.up, front=options.front, on_progress=show)
+    _print_figures("fitted", result, options)
+
+
 def _measure(options: argparse.Namespace) -> None:
     from conf.commands.measure import measure, plot
 
@@ -259,6 +310,17 @@ def _print_figures(title: str, result: Any, options: argparse.Namespace) -> None
 def _tell(text: str, options: argparse.Namespace) -> None:
     """Print a line for people; with --json it goes to stderr."""
     print(text, file=sys.stderr if options.json else sys.stdout, flush=True)
+
+
+@contextmanager
+def _progress(options: argparse.Namespace) -> Iterator[Callable[[float], None]]:
+    """Show a bar, on stderr; nothing with --json. What it yields is told the share that is done."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True, disable=options.json) as progress:
+        task = progress.add_task("writing", total=1.0)
+        yield lambda share: progress.update(task, completed=share)
 
 
 @contextmanager
