@@ -6,9 +6,9 @@ Strategy. Four things are learned from facial motion tracks, each as simply as i
 faces are all there is and what is learned must hold for a stranger.
 
 1. The learned space. Displacements are weighted by what an error costs the viewer (LIP_WORTH, LID_WORTH, DEPTH) and
-   turned into principal directions. A step in any direction then does the same harm, so one step size serves all of them, which is
-   what rate-distortion theory asks for (reverse water-filling); directions in which faces hardly move cost next to
-   nothing. The pose gets steps that move the points of a mean face as far as a step of a component does.
+   turned into principal directions. A step in any direction then does the same harm, so one step size serves all of
+   them, which is what rate-distortion theory asks for (reverse water-filling); directions in which faces hardly move
+   cost next to nothing. The pose gets steps that move the points of a mean face as far as a step of a component does.
 2. The standing frame, which stands in for a reference when there is none: the mean over people of each one's median.
 3. The context weights: how far from its prediction a value will lie, given the age of the reference and what has been
    coded already (conf/protocol/codec/syntax.py). Fitted for each value, at each of the AGES.
