@@ -39,7 +39,7 @@ from conf.sender.motion import MotionExtractor
 from conf.sender.portrait.photographer import Shot
 from conf.sender.portrait.studio import PortraitStudio
 from conf.sender.tracker import FaceTracker, Tracking
-from tools.portrait_clip import FPS, SIZE, START_S, Pixels, average, likenesses, load_frames, looped
+from tools.portrait_clip import FPS, SIZE, START_S, Pixels, average, compare, likenesses, load_frames, looped
 from tools.portrait_peers import CODECS, transmit
 
 FRAMING = 14 + 28  # bytes of seal and framing, UDP and IP, of each motion datagram
@@ -47,6 +47,7 @@ BESIDE = 2  # bytes that a piece adds to the datagram it rides on
 ACK_FRAMES = 2
 DRAWN_SIZE = (640, 480)
 RATES = (10.0, 20.0)
+NO_WORSE = 0.01  # face SSIM: two pictures this near are as good as each other
 
 
 @dataclass
@@ -56,6 +57,7 @@ class Call:
     sources: list[Pixels]
     trackings: list[Tracking | None] = field(default_factory=list)
     shown: list[Pixels | None] = field(default_factory=list)
+    frozen: list[Pixels | None] = field(default_factory=list)  # the photograph as it arrived, not moved
     wire_bytes: list[int] = field(default_factory=list)
     motion_bytes: list[int] = field(default_factory=list)
     draw_ms: list[float] = field(default_factory=list)
@@ -120,6 +122,7 @@ def run(frames: Sequence[Pixels], kbps: float) -> Call:
                 album.receive(data)
             if answer := inbox.next_answer(now):
                 outbox.receive_answer(answer)
+            call.frozen.append(album.sitter.pixels if album.sitter else None)
             if not renderer.ready or displacements is None or pose is None:
                 call.shown.append(call.shown[-1] if call.shown else None)
                 continue
@@ -153,6 +156,7 @@ def measure(call: Call, peers: Sequence[str]) -> tuple[dict[str, Any], dict[str,
     rows = likenesses(call.sources, call.shown, call.trackings, FaceTracker(models))
     start = round(START_S * FPS)
     result: dict[str, Any] = {"kbps": rate(call.wire_bytes[start:]), **average(rows[start:])}
+    result["worse_than_frozen"] = worse_than_frozen(call, start)
     result["motion_kbps"] = rate(call.motion_bytes[start:])
     result["start"] = {"kbps": rate(call.wire_bytes[:start]), **average(rows[:start])}
     result["shown_at_s"] = call.shown_at
@@ -172,6 +176,18 @@ def measure(call: Call, peers: Sequence[str]) -> tuple[dict[str, Any], dict[str,
     return result, videos
 
 
+def worse_than_frozen(call: Call, start: int) -> float:
+    """Return the share of pictures after the start whose face is less like the source's than the photograph's is."""
+    worse, seen = 0, 0
+    rows = list(zip(call.sources, call.shown, call.frozen, call.trackings, strict=True))
+    for source, shown, frozen, tracking in rows[start:]:
+        if shown is None or frozen is None or tracking is None:
+            continue
+        moved, still = (compare(source, picture, tracking, None).face_ssim for picture in (shown, frozen))
+        worse, seen = worse + (moved < still - NO_WORSE), seen + 1
+    return round(worse / max(seen, 1), 4)
+
+
 def rate(wire_bytes: Sequence[int]) -> float:
     """Return kbit/s of bytes a frame."""
     return round(sum(wire_bytes) * 8 * FPS / max(len(wire_bytes), 1) / 1000, 2)
@@ -184,7 +200,8 @@ def table(name: str, result: dict[str, Any]) -> str:
     """Return the figures of one clip for people to read."""
     shown = f"{result['shown_at_s']:.1f} s" if result["shown_at_s"] is not None else "never"
     lines = [
-        f"{name}: shown after {shown}, {result['patches']} patches, motion {result['motion_kbps']} kbit/s, "
+        f"{name}: shown after {shown}, {result['patches']} patches, motion {result['motion_kbps']} kbit/s,",
+        f"{result['worse_than_frozen']:.1%} of the pictures worse than the frozen photograph, "
         f"drawn in {result['draw_ms_median_640x480']} ms at 640x480 (median)",
         f"{'':<16}" + "".join(f"{column.replace('landmark_error_percent', 'landmark %'):>12}" for column in COLUMNS),
     ]

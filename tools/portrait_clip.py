@@ -59,7 +59,7 @@ class Likeness:
 
 
 def compare(source: Pixels, shown: Pixels, tracking: Tracking, again: Tracking | None, /) -> Likeness:
-    """Compare a shown picture with its source, within the face's outline and the mouth's box, as the source has them."""
+    """Compare a shown picture with its source, in the face's outline and the mouth's box, as the source has them."""
     lips = tracking.landmarks[list(contours.UPPER_OUTER_LIP + contours.LOWER_OUTER_LIP), :2]
     face, mouth = _outline(tracking.landmarks[:, :2]), _box(lips, MOUTH_MARGIN)
     quality = ssim_map(source, shown)

@@ -9,7 +9,7 @@ from conf.face.portrait import contours
 
 LEAST_GAP_CM = 0.03
 OPENED = 0.2  # of a slit's length: how far up and down what is around it is pressed
-_FACING = [
+FACING = [
     (contours.rows(upper), contours.rows(lower))  # each from corner to corner, the corners shared
     for upper, lower in (
         (contours.UPPER_INNER_LIP, contours.LOWER_INNER_LIP),
@@ -20,7 +20,7 @@ _FACING = [
 
 
 @dataclass(frozen=True)
-class _Slit:
+class Slit:
     """The line between two lips or lids, seen along it: `along` and `up` are its axes, heights are from its line."""
 
     origin: NDArray[np.float64]
@@ -31,7 +31,8 @@ class _Slit:
     lower: NDArray[np.float64]
 
     @classmethod
-    def between(cls, upper: NDArray[np.float64], lower: NDArray[np.float64]) -> "_Slit":
+    def between(cls, upper: NDArray[np.float64], lower: NDArray[np.float64]) -> "Slit":
+        """See the slit between two lines (k, 2) that share their ends."""
         origin, corner = upper[0], upper[-1]
         length = max(float(np.linalg.norm(corner - origin)), 1e-9)
         along = (corner - origin) / length
@@ -43,7 +44,7 @@ class _Slit:
     def heights(self, places: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return how far places (k, 2) are along the slit, and how high above its middle line."""
         at, height = (places - self.origin) @ self.along, (places - self.origin) @ self.up
-        return at, height - (_height(self.upper, at) + _height(self.lower, at)) / 2
+        return at, height - (height_of(self.upper, at) + height_of(self.lower, at)) / 2
 
 
 def part_lips_and_lids(places: NDArray[np.float64], centimetre: float, /) -> NDArray[np.float64]:
@@ -53,8 +54,8 @@ def part_lips_and_lids(places: NDArray[np.float64], centimetre: float, /) -> NDA
     centimetre : its length in the picture
     """
     parted = places.copy()
-    for upper, lower in _FACING:
-        slit = _Slit.between(places[upper], places[lower])
+    for upper, lower in FACING:
+        slit = Slit.between(places[upper], places[lower])
         for side, sense in ((upper[1:-1], 1.0), (lower[1:-1], -1.0)):
             _, height = slit.heights(places[side])
             lack = np.maximum(0.0, LEAST_GAP_CM * centimetre / 2 - sense * height)
@@ -70,8 +71,8 @@ def open_lips_and_lids(
     points : (D, 2) the shape's points, as contours.ALL; no unit but that of places
     """
     opened = places.copy()
-    for upper, lower in _FACING:
-        slit = _Slit.between(points[upper], points[lower])
+    for upper, lower in FACING:
+        slit = Slit.between(points[upper], points[lower])
         at, height = slit.heights(places)
         share = at / slit.length
         bulge = np.sqrt(np.clip(4 * share * (1 - share), 0, 1))
@@ -84,15 +85,15 @@ def open_lips_and_lids(
 
 def between_lips(places: NDArray[np.float64], points: NDArray[np.float64], margin: float, /) -> NDArray[np.bool_]:
     """Tell the places (k, 2) between the inner lips, or nearer to them than the margin. points : (D, 2) as ALL."""
-    upper, lower = _FACING[0]
-    slit = _Slit.between(points[upper], points[lower])
+    upper, lower = FACING[0]
+    slit = Slit.between(points[upper], points[lower])
     at, height = slit.heights(places)
-    half_gap = (_height(slit.upper, at) - _height(slit.lower, at)) / 2
+    half_gap = (height_of(slit.upper, at) - height_of(slit.lower, at)) / 2
     inside = (at > -margin) & (at < slit.length + margin)
     return np.asarray(inside & (np.abs(height) < half_gap + margin))
 
 
-def _height(line: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
+def height_of(line: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the height of a line (k, 2) at places along it."""
     order = np.argsort(line[:, 0])
     return np.asarray(np.interp(at, line[order, 0], line[order, 1]))

@@ -16,7 +16,7 @@ STILL = np.zeros((CONTROL_POINT_COUNT, 3))
 
 
 def test_the_photograph_shows_itself() -> None:
-    np.testing.assert_allclose(WARP.place(WARP.photographed(), POSE), WARP.mesh.places, atol=1e-6)
+    np.testing.assert_allclose(WARP.place(WARP.photographed(), POSE), WARP.mesh.places, atol=2e-5)
 
 
 def test_control_points_go_where_the_motion_says() -> None:
@@ -39,7 +39,7 @@ def test_shut_lids_meet() -> None:
 def test_a_better_neutral_pose_leaves_the_photograph_as_it_is() -> None:
     warp = PortraitWarp(face_shape())
     warp.follow_neutral(warp.shape.neutral + 0.1, warp.shape.unit)
-    np.testing.assert_allclose(warp.place(warp.photographed(), POSE), warp.mesh.places, atol=1e-6)
+    np.testing.assert_allclose(warp.place(warp.photographed(), POSE), warp.mesh.places, atol=2e-5)
 
 
 def test_a_nose_moves_against_the_cheeks_in_a_turn() -> None:
