@@ -20,7 +20,7 @@ from conf.protocol.session.limits import Address
 from conf.protocol.statistics import HEADER_BYTES, RateWindow
 
 AUTOMATIC = "auto"
-SEALED_BYTES = 17  # what framing and seal add at the most
+SEALED_BYTES = 19  # what framing and seal add at the most
 AUTOMATIC_TOP = 1  # live: who wants thirty frames a second says so
 TELL_ROUND_TRIP_S = 10.0
 RUNG_KBPS = (11.0, 5.8, 4.0, 2.4)  # what each rung of the ladder needs
@@ -103,7 +103,7 @@ class Caller:
 
     def datagrams_to_send(self, now: float) -> list[tuple[bytes, Address]]:
         """Take what is to be sent now."""
-        datagrams = list(self._session.datagrams_to_send(now))
+        datagrams = [d for d in self._session.datagrams_to_send(now) if self._fits(len(d[0]), now)]
         self._take_events(now)
         outgoing = self.outbound.take() + self._tell_round_trip(now)
         if self._session.session is not None and self._breaker.probe(now):
@@ -113,8 +113,8 @@ class Caller:
 
     def hang_up(self, now: float) -> list[tuple[bytes, Address]]:
         """Return the datagrams that tell the receiver that the call is over: two, as one may be lost."""
-        goodbyes = [self._session.seal_body(encode_body(Goodbye())) for _ in range(2)]
-        return self._counted([(sealed.datagram, sealed.address) for sealed in goodbyes if sealed], now)
+        goodbye = Outgoing(encode_body(Goodbye()))
+        return self._counted([sealed for _ in range(2) if (sealed := self._seal(goodbye, now))], now)
 
     def next_event(self) -> Event | None:
         """Take the next event, oldest first."""
@@ -166,7 +166,7 @@ class Caller:
 
     def _seal(self, outgoing: Outgoing, now: float) -> tuple[bytes, Address] | None:
         """Seal a body, unless the cap forbids it: then it is lost like a datagram on the way."""
-        if self._cap and not self._cap.take(len(outgoing.body) + SEALED_BYTES + HEADER_BYTES, now):
+        if not self._fits(len(outgoing.body) + SEALED_BYTES, now):
             return None
         sealed = self._session.seal_body(outgoing.body)
         if sealed is None:
@@ -174,6 +174,9 @@ class Caller:
         self.outbound.sent(sealed.counter, outgoing)
         self._round_trip.sent(sealed.counter, now)
         return sealed.datagram, sealed.address
+
+    def _fits(self, size: int, now: float) -> bool:
+        return self._cap is None or self._cap.take(size + HEADER_BYTES, now)
 
     def _take(self, body: bytes, now: float) -> None:
         try:

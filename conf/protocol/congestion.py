@@ -168,6 +168,7 @@ class CircuitBreaker:
 
 CAP_PERIOD_S = 10.0
 BURST_FRACTION = 1 / 16
+SMALLEST_BURST = 96  # bytes: a handshake must pass under any cap
 
 
 class RateCap:
@@ -181,7 +182,7 @@ class RateCap:
         if not kbps > 0:
             raise ValueError("kbps must be above 0")
         allowed = kbps * 1000 / 8 * CAP_PERIOD_S
-        self.largest = allowed * BURST_FRACTION
+        self.largest = min(max(allowed * BURST_FRACTION, SMALLEST_BURST), allowed)
         self._bucket = TokenBucket((allowed - self.largest) / CAP_PERIOD_S, self.largest)
 
     def take(self, wire_bytes: int, now: float) -> bool:

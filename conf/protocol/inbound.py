@@ -114,11 +114,8 @@ class Inbound:
         return None
 
     def _take_motion(self, body: Motion, now: float) -> float:
-        if self._clock is None:
-            raise ProtocolError("motion before the stream's parameters")
         profile = profile_of(body.payload)
-        stream_time = self._clock[0] + now - self._clock[1]
-        number = unwrap(body.number, bits=NUMBER_BITS, near=round(stream_time * profile.fps))
+        number = self._number(body.number, profile.fps, now)
         decoded = self._decoder.decode(body.payload, number)
         self._motion_datagrams += 1
         self.presence = Presence.FACE
@@ -126,5 +123,15 @@ class Inbound:
             timestamp = frame.number / profile.fps
             self.frames.add(1, now)
             self._buffer.add(MotionFrame(timestamp, frame.displacements, frame.pose), now)
-        self._clock = max(self._clock, (timestamp, now))
+        self._clock = max(self._clock or (timestamp, now), (timestamp, now))
         return timestamp
+
+    def _number(self, low_bits: int, fps: int, now: float) -> int:
+        """Return the number of a frame. Numbers start at 0 in each session, so the first need no clock."""
+        if self._clock is None:
+            return low_bits
+        stream_time = self._clock[0] + now - self._clock[1]
+        number = unwrap(low_bits, bits=NUMBER_BITS, near=round(stream_time * fps))
+        if number < 0:
+            raise ProtocolError("a frame from before the stream")
+        return number

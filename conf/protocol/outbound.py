@@ -43,7 +43,7 @@ class Outbound:
         self._pending: list[tuple[int, MotionFrame]] = []
         self._queue: list[Outgoing] = []
         self._flying: OrderedDict[int, Outgoing] = OrderedDict()
-        self._origin: float | None = None  # the first frame's timestamp: the stream's clock starts there
+        self._origin: float | None = None  # the session's first timestamp: the stream's clock starts there
         self._newest = -1
         self._newest_arrived = False
         self._arrived: StreamParameters | None = None
@@ -122,10 +122,13 @@ class Outbound:
         self._flying.clear()
 
     def restart(self) -> None:
-        """Begin a new session with a receiver that knows nothing."""
-        self.forget()
+        """Begin a new session with a receiver that knows nothing: the stream's clock and its numbers start again."""
+        self._encoder = Encoder(self.profile)
+        self._flying.clear()
         self._queue.clear()
         self._pending.clear()
+        self._origin = None
+        self._newest = -1
         self._arrived = None
         self._newest_arrived = False
         self._parameters_due = self._keep_alive_due = float("-inf")
