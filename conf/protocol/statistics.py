@@ -52,15 +52,19 @@ class RateWindow:
         self.count += 1
         self._sum += amount
         self._recent.append((now, amount))
+        self._forget(now)
 
     def rates(self, now: float) -> tuple[float, float]:
         """Return the amount and the number of events per second over the window that ends at `now`."""
-        while self._recent and self._recent[0][0] <= now - WINDOW_S:
-            self._sum -= self._recent.popleft()[1]
+        self._forget(now)
         if self._started is None:
             return 0.0, 0.0
         span = min(WINDOW_S, max(now - self._started, 1.0))
         return self._sum / span, len(self._recent) / span
+
+    def _forget(self, now: float) -> None:
+        while self._recent and self._recent[0][0] <= now - WINDOW_S:
+            self._sum -= self._recent.popleft()[1]
 
 
 class InterarrivalJitter:
