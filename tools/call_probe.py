@@ -1,0 +1,164 @@
+"""One end of a real call, watched: what `conf send` and `conf receive` do, with a note of every frame and picture.
+
+    python tools/call_probe.py receive 127.0.0.1:0 CODE SECONDS
+    python tools/call_probe.py send 127.0.0.1:5005 CODE SECONDS CLIP
+
+It prints JSON, one object a line. The receiver: where it listens, then each second its figures and the pictures it has
+shown; the sender: each second its memory and the frames it has taken. All times are of the machine's monotonic clock,
+which both processes share. The face is drawn but not recorded. tools/soak.py, bench_latency.py and bench_flood.py
+read it.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import IO, Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from conf.commands import send as sending
+from conf.commands.receive import HEADLESS_FPS, SIZE
+from conf.errors import NetworkError
+from conf.face.head import load_face
+from conf.protocol.host import Host
+from conf.protocol.session.server import ReceiverSessions
+from conf.receiver.offscreen import OffscreenWindow
+from conf.receiver.pipeline import ReceivingLoop
+from conf.receiver.udp import ReceiverSocket
+from conf.sender.pipeline import SendingLoop
+from conf.sender.sources import Frame
+
+EVERY_S = 1.0
+
+
+def memory_kb() -> int:
+    """Return the memory this process occupies (RSS) in kB."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") // 1024
+
+
+def tell(**what: Any) -> None:
+    """Print one object."""
+    print(json.dumps(what), flush=True)
+
+
+class WatchedWindow(OffscreenWindow):
+    """A window that notes when each picture was finished and what it showed.
+
+    pictures : (finished at, playhead on the stream's clock, seconds the playhead is past the newest frame)
+    """
+
+    def __init__(self, host: Host) -> None:
+        super().__init__(*SIZE)
+        self.pictures: list[tuple[float, float, float]] = []
+        self._host = host
+        self._due = 0.0
+
+    def end(self) -> None:
+        """Finish the picture and note it."""
+        self.ctx.finish()
+        now = time.monotonic()
+        self.pictures += [
+            (now, float(inbound._buffer._playhead), max(0.0, float(inbound._buffer._playhead) - newest))
+            for inbound in self._host.inbounds.values()
+            if (newest := newest_frame(inbound)) is not None
+        ]
+        if now >= self._due:
+            self._due = now + EVERY_S
+            missed = sum(inbound.missed_references for inbound in self._host.inbounds.values())
+            counts = {"callers": len(self._host.inbounds), "missed_references": missed}
+            tell(at=now, memory_kb=memory_kb(), **counts, **asdict(self._host.snapshot(now)), pictures=self.pictures)
+            self.pictures = []
+
+
+def newest_frame(inbound: Any) -> float | None:
+    """Return the timestamp of the newest frame that an Inbound has to play."""
+    frames = inbound._buffer._frames
+    return float(frames[-1].timestamp) if frames else None
+
+
+class WatchedSendingLoop(SendingLoop):
+    """A loop that notes when each frame was taken."""
+
+    frames: list[tuple[float, float]]
+    due = 0.0
+
+    def _send(self, frame: Frame) -> None:
+        now = time.monotonic()
+        self.frames = [*getattr(self, "frames", []), (now, frame.timestamp)]
+        super()._send(frame)
+        if now >= self.due:
+            self.due = now + EVERY_S
+            status = asdict(self.status())
+            tell(at=now, memory_kb=memory_kb(), frames=self.frames, **status)
+            self.frames = []
+
+
+def receive(address: tuple[str, int], code: str, seconds: float) -> None:
+    """Receive as `conf receive --headless` does."""
+    callers = Host(ReceiverSessions(code, os.urandom))
+    window = WatchedWindow(callers)
+    with ReceiverSocket(*address) as link, window:
+        tell(listening="{}:{}".format(*link.address))
+        loop = ReceivingLoop(window, load_face(None), callers, link)
+        final = loop.run(fps=HEADLESS_FPS, seconds=seconds)
+        tell(at=time.monotonic(), memory_kb=memory_kb(), **asdict(final), pictures=window.pictures)
+
+
+def send(receiver: tuple[str, int], code: str, seconds: float, clip: Path) -> None:
+    """Send a looped clip as `conf send` does."""
+    sending.SendingLoop = WatchedSendingLoop  # type: ignore[attr-defined]
+    sending.send(receiver, code, sending.Sending(file=clip, loop=True, seconds=seconds))
+
+
+def start(*arguments: object) -> subprocess.Popen[str]:
+    """Start a probe in a process of its own."""
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    command = [sys.executable, __file__, *map(str, arguments)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
+
+
+def start_receiver(code: str, seconds: float) -> tuple[subprocess.Popen[str], str]:
+    """Start a receiver on loopback; return it and its address."""
+    receiver = start("receive", "127.0.0.1:0", code, seconds)
+    assert receiver.stdout is not None
+    return receiver, json.loads(receiver.stdout.readline())["listening"]
+
+
+def read_lines(stream: IO[str], into: list[dict[str, Any]]) -> None:
+    """Take every object that a probe prints, until it ends; for a thread."""
+    for line in stream:
+        into.append(json.loads(line))
+
+
+def split_address(text: str) -> tuple[str, int]:
+    """Return host and port."""
+    host, _, port = text.rpartition(":")
+    return host, int(port)
+
+
+def main() -> None:
+    """Be one end of the call."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("side", choices=["receive", "send"])
+    parser.add_argument("address", type=split_address)
+    parser.add_argument("code")
+    parser.add_argument("seconds", type=float)
+    parser.add_argument("clip", type=Path, nargs="?")
+    options = parser.parse_args()
+    if options.side == "receive":
+        receive(options.address, options.code, options.seconds)
+        return
+    try:
+        send(options.address, options.code, options.seconds, options.clip)
+    except NetworkError as error:
+        sys.exit(str(error))
+
+
+if __name__ == "__main__":
+    main()
