@@ -78,6 +78,7 @@ def build_parser() -> argparse.ArgumentParser:
     source = send.add_mutually_exclusive_group()
     source.add_argument("--camera", default="0", metavar="N", help="number or device of the camera (default 0)")
     source.add_argument("--file", type=Path, metavar="CLIP", help="a clip as the camera")
+    source.add_argument("--dpc", type=Path, metavar="FILE", help="a recorded motion instead of a face")
     send.add_argument("--code", type=_code, help="the code the receiver shows (default: CONF_CODE, or asked for)")
     send.add_argument("--profile", choices=["auto", "live", "narrow", "rich"], default="auto", help=PROFILES_HELP)
     send.add_argument("--kbps", type=_positive, metavar="N", help="never more than this over any ten seconds")
@@ -186,7 +187,7 @@ def _send(options: argparse.Namespace) -> None:
 
     code = options.code or _ask_code()
     link = LinkOptions(options.profile, options.kbps)
-    sending = Sending(options.camera, options.file, options.loop, options.seconds, link)
+    sending = Sending(options.camera, options.file, options.dpc, options.loop, options.seconds, link)
     with _status_line(options) as show:
         status = send(options.receiver, code, sending, on_status=lambda s: show(_sender_line(s)))
     _print_figures("sent", status, options)

@@ -2,7 +2,8 @@
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,8 +14,9 @@ from conf.protocol.session.client import SenderSession
 from conf.sender.canonical_face import read_canonical_face
 from conf.sender.models import fetch_models
 from conf.sender.motion import MotionExtractor
+from conf.sender.performance import Performance, TrackedPerformance, open_recording
 from conf.sender.pipeline import SenderStatus, SendingLoop
-from conf.sender.sources import Camera, Clip, open_camera, open_clip
+from conf.sender.sources import open_camera, open_clip
 from conf.sender.tracker import FaceTracker
 from conf.sender.udp import SenderSocket
 
@@ -25,11 +27,12 @@ FPS = 15.0
 class Sending:
     """What is sent and for how long.
 
-    file : a clip as a fake camera, else the camera by its number or device
+    file : a clip as a fake camera; dpc : a recorded motion; else the camera by its number or device
     """
 
     camera: str = "0"
     file: Path | None = None
+    dpc: Path | None = None
     loop: bool = False
     seconds: float | None = None
     link: LinkOptions = field(default_factory=LinkOptions)
@@ -41,20 +44,23 @@ def send(
     """Send until the clip ends, the time is over or the user stops it.
 
     code : what the receiver shows, as normalise_code returns it
-    Raises CameraError, ModelError, NetworkError.
+    Raises CameraError, ModelError, NetworkError, FileFormatError.
     """
-    models = fetch_models()
-    with SenderSocket(*receiver) as link, _open_source(sending) as source:
-        extractor = MotionExtractor(read_canonical_face(models), source.size)
-        parameters = StreamParameters(*source.size, min(FPS, source.fps), CONTROL_POINT_COUNT, extractor.fapu_lengths())
+    with SenderSocket(*receiver) as link, _open(sending) as performance:
+        size, fps = performance.size, min(FPS, performance.fps)
+        parameters = StreamParameters(*size, fps, CONTROL_POINT_COUNT, performance.fapu_lengths)
         now = time.monotonic()
         session = SenderSession(code, link.remote, os.urandom, now)
         caller = Caller(session, parameters, now, link=sending.link)
-        loop = SendingLoop(source, FaceTracker(models), extractor, caller, link)
-        return loop.run(seconds=sending.seconds, on_status=on_status)
+        return SendingLoop(performance, caller, link).run(seconds=sending.seconds, on_status=on_status)
 
 
-def _open_source(sending: Sending) -> Camera | Clip:
-    if sending.file is not None:
-        return open_clip(sending.file, loop=sending.loop)
-    return open_camera(sending.camera)
+@contextmanager
+def _open(sending: Sending) -> Iterator[Performance]:
+    if sending.dpc is not None:
+        yield open_recording(sending.dpc, loop=sending.loop)
+        return
+    models = fetch_models()
+    with open_clip(sending.file, loop=sending.loop) if sending.file else open_camera(sending.camera) as source:
+        extractor = MotionExtractor(read_canonical_face(models), source.size)
+        yield TrackedPerformance(source, FaceTracker(models), extractor)

@@ -1,23 +1,18 @@
-"""The sending loop: frames from a source, motion to the wire.
+"""The sending loop: motion from a face or a recording, to the wire.
 
 The way of one frame is read here from top to bottom; every step it calls is a module of its own.
 """
 
 import time
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-
-import numpy as np
 
 from conf.errors import NetworkError
 from conf.protocol.caller import Caller, LinkStatus
 from conf.protocol.session.events import Connected, Event, Lost, NoAnswer, Refused, WrongCode
 from conf.protocol.session.handshake import Refusal
-from conf.sender.motion import MotionExtractor
 from conf.sender.pace import Pace
-from conf.sender.sources import Frame, FrameSource
-from conf.sender.tracker import FaceTracker
+from conf.sender.performance import Performance
 from conf.sender.udp import SenderSocket
 
 STATUS_EVERY_S = 0.25
@@ -47,19 +42,14 @@ class SenderStatus:
 
 
 class SendingLoop:
-    """Track the face in each frame of a source and send its motion."""
+    """Send the motion of a performance, each moment at its time."""
 
-    def __init__(
-        self, source: FrameSource, tracker: FaceTracker, extractor: MotionExtractor, caller: Caller, link: SenderSocket
-    ) -> None:
-        self._source = source
-        self._tracker = tracker
-        self._extractor = extractor
+    def __init__(self, performance: Performance, caller: Caller, link: SenderSocket) -> None:
+        self._performance = performance
         self._caller = caller
         self._link = link
         self._pace = Pace(caller.outbound.profile.fps)
         self._captured = self._tracked = 0
-        self._tracker_ms: deque[float] = deque(maxlen=1000)
         self._face = False
         self._note = "calling"
         self._on_status: Callable[[SenderStatus], None] | None = None
@@ -68,7 +58,7 @@ class SendingLoop:
     def run(
         self, *, seconds: float | None = None, on_status: Callable[[SenderStatus], None] | None = None
     ) -> SenderStatus:
-        """Send until the source ends, or for `seconds`.
+        """Send until the performance ends, or for `seconds`.
 
         Raises CameraError when the camera stops, NetworkError when the receiver refuses for good.
         """
@@ -76,13 +66,13 @@ class SendingLoop:
         end = time.monotonic() + seconds if seconds is not None else float("inf")
         try:
             self._connect(end)
-            while (frame := self._source.read()) is not None and (now := time.monotonic()) < end:
+            while (timestamp := self._performance.advance()) is not None and (now := time.monotonic()) < end:
                 self._captured += 1
                 self._pace.fps = self._caller.outbound.profile.fps
-                wait = self._pace.wait(frame.timestamp, now)
+                wait = self._pace.wait(timestamp, now)
                 if wait is not None:
                     self._exchange_until(now + wait)
-                    self._send(frame)
+                    self._send(timestamp)
         finally:
             self._link.send(self._caller.hang_up(time.monotonic()))
         return self.status()
@@ -95,11 +85,11 @@ class SendingLoop:
             frames_captured=self._captured,
             frames_tracked=self._tracked,
             frames_sent=sent,
-            tracker_ms_median=float(np.median(self._tracker_ms)) if self._tracker_ms else 0.0,
+            tracker_ms_median=self._performance.tracker_ms,
             wire_bytes_per_frame=traffic.total / max(sent, 1),
             wire_kbps=traffic.rates(now)[0] * 8 / 1000,
             face=self._face,
-            calibrated=self._extractor.calibrated,
+            calibrated=self._performance.calibrated,
             link=self._caller.status(now),
             note=self._note,
         )
@@ -123,19 +113,16 @@ class SendingLoop:
                 return
             self._link.wait(min(until - now, POLL_S))
 
-    def _send(self, frame: Frame) -> None:
-        began = time.monotonic()
-        tracking = self._tracker.track(frame.pixels)
+    def _send(self, timestamp: float) -> None:
+        motion = self._performance.motion()
         now = time.monotonic()
-        self._tracker_ms.append((now - began) * 1000)
-        self._face = tracking is not None
-        if tracking is None:
-            self._caller.send_absence(frame.timestamp, now)
+        self._face = motion is not None
+        if motion is None:
+            self._caller.send_absence(timestamp, now)
         else:
             self._tracked += 1
-            motion = self._extractor.update(tracking, frame.timestamp)
             outbound = self._caller.outbound
-            outbound.parameters = replace(outbound.parameters, fapu=self._extractor.fapu_lengths())
+            outbound.parameters = replace(outbound.parameters, fapu=self._performance.fapu_lengths)
             self._caller.send_frame(motion, now)
         self._link.send(self._caller.datagrams_to_send(now))
 
