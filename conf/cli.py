@@ -303,8 +303,10 @@ def _print_figures(title: str, result: Any, options: argparse.Namespace) -> None
     from rich.table import Table
 
     table = Table(title=title, show_header=False, title_justify="left")
-    for name, value in figures.items():
-        table.add_row(name.replace("_", " "), f"{value:,.1f}" if isinstance(value, float) else str(value))
+    nested = [item for value in figures.values() if isinstance(value, dict) for item in value.items()]
+    for name, value in [*figures.items(), *nested]:
+        if not isinstance(value, dict):
+            table.add_row(name.replace("_", " "), f"{value:,.1f}" if isinstance(value, float) else str(value))
     Console().print(table)
 
 

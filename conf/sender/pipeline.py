@@ -18,6 +18,7 @@ from conf.sender.udp import SenderSocket
 STATUS_EVERY_S = 0.25
 POLL_S = 0.1
 WRONG_CODE = "the code is wrong: type it as the receiver shows it (conf send ... --code CODE)"
+NO_ANSWER = "nobody answered: start `conf receive` there, with --listen 0.0.0.0:PORT to be reached from other machines"
 REFUSALS = {
     Refusal.LOCKED: "too many wrong codes: the receiver listens again in {wait:.0f} s",
     Refusal.FULL: "the receiver has no room for one more caller: try later",
@@ -60,12 +61,13 @@ class SendingLoop:
     ) -> SenderStatus:
         """Send until the performance ends, or for `seconds`.
 
-        Raises CameraError when the camera stops, NetworkError when the receiver refuses for good.
+        Raises CameraError when the camera stops, NetworkError when nobody answers or the receiver refuses for good.
         """
         self._on_status = on_status
         end = time.monotonic() + seconds if seconds is not None else float("inf")
         try:
-            self._connect(end)
+            if not self._connect(end):
+                raise NetworkError(NO_ANSWER)
             while (timestamp := self._performance.advance()) is not None and (now := time.monotonic()) < end:
                 self._captured += 1
                 self._pace.fps = self._caller.outbound.profile.fps
@@ -94,10 +96,11 @@ class SendingLoop:
             note=self._note,
         )
 
-    def _connect(self, end: float) -> None:
-        """Shake hands before the first frame is read, so that no clip begins unseen."""
+    def _connect(self, end: float) -> bool:
+        """Shake hands before the first frame is read, so that no clip begins unseen. Returns whether it was done."""
         while not self._caller.status(time.monotonic()).connected and time.monotonic() < end:
             self._exchange_until(time.monotonic() + POLL_S)
+        return self._caller.status(time.monotonic()).connected
 
     def _exchange_until(self, until: float) -> None:
         """Take and send datagrams as they come until a moment; at least once."""
