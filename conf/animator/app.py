@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from conf.animator.actor import Actor
 from conf.animator.desk import Facts
 from conf.animator.director import Director
-from conf.animator.hands import dropped_files, feed
+from conf.animator.hands import Hands, dropped_files
 from conf.animator.interface import Interface
 from conf.animator.layout import Layout, scale_of
 from conf.animator.player import REST_POSE
@@ -44,6 +44,7 @@ class Animator:
         self._interface = Interface(self._overlay)
         self.director = Director(window.ctx, Actor(window.ctx, subject, Deformer()))
         self._touch = Touch(self.director)
+        self._hands = Hands()
         self._idle = IdleMotion(np.random.default_rng())
         self._folder = folder or Path()
         self._began = time.monotonic()
@@ -74,7 +75,7 @@ class Animator:
         events = window.poll()
         scale = scale_of(window.size, window.pixel_ratio)
         layout = Layout.of(window.size, scale)
-        feed(events)
+        self._hands.feed(events)
         wishes = self._touch.take(events, layout, scale, now)
         for path in dropped_files(events):
             director.carry_out(Open(Path(path)), now)

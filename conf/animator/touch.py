@@ -114,6 +114,8 @@ class Touch:
         elif key == "z" and self._ctrl and desk.placing is not None:
             director.desk = replace(desk, placing=desk.placing.undo())
         flags = {"s": "picture", "r": "record", "f": "full_screen", "q": "quit", "escape": "quit"}
+        if key == "escape" and _popup_open():
+            return wishes
         if key == "escape" and (desk.help or desk.placing is not None):
             director.desk = replace(desk, help=False, placing=desk.placing if desk.help else None)
             return wishes

@@ -64,6 +64,7 @@ def facts(animator: Animator, window: GlfwWindow) -> dict[str, Any]:
         "player": None if player is None else [player.clock.position(now), player.clock.is_playing(now),
                                                player.clock.speed, player.clock.loop],
         "progress": director.progress,
+        "source": desk.fields.source,
         "notice": animator._interface._notice,
         "fps": 1 / animator._period,
     }  # fmt: skip

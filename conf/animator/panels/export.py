@@ -42,7 +42,7 @@ def draw_export(desk: Desk, facts: Facts) -> tuple[Desk, list[Request]]:
     if suffix in (".avi", ".mp4", ".dpc", ".fap", ".csv"):
         fields = replace(fields, fps=field("frames a s", fields.fps))
     if facts.progress is None:
-        if imgui.button("Export", imgui.ImVec2(-1, 0)):
+        if imgui.button("Export##button", imgui.ImVec2(-1, 0)):
             requests.append(WriteFile())
     else:
         imgui.progress_bar(facts.progress, imgui.ImVec2(-1, 0), f"{100 * facts.progress:.0f} %")

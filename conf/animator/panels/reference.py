@@ -34,6 +34,14 @@ BESIDE = {
 BELOW = (0.0, 1.0)
 
 
+POSE = HeadPose(np.zeros(3), -np.array(MIDDLE) / SPAN_CM, float(np.log(1 / SPAN_CM)))
+
+
+def reference_clip(size: tuple[int, int]) -> NDArray[np.float64]:
+    """Return the (4, 4) clip matrix of the reference face in a picture of (W, H) pixels."""
+    return clip_matrix(POSE, View(), aspect=size[0] / size[1])
+
+
 class ReferenceFace:
     """A picture of the head, taken once, and the marks drawn over it."""
 
@@ -44,13 +52,11 @@ class ReferenceFace:
         self._texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         depth = ctx.depth_renderbuffer(size)
         framebuffer = ctx.framebuffer(self._texture, depth)
-        log_scale = float(np.log(1 / SPAN_CM))
-        pose = HeadPose(np.zeros(3), -np.array(MIDDLE) / SPAN_CM, log_scale)
-        self._clip = clip_matrix(pose, View(), aspect=size[0] / size[1])
+        self._clip = reference_clip(size)
         renderer = FaceRenderer(ctx, face)
         framebuffer.use()
         framebuffer.clear()
-        renderer.draw(face.neutral, pose, View(), framebuffer)
+        renderer.draw(face.neutral, POSE, View(), framebuffer)
         self._texture.build_mipmaps()
         self._texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
         for thing in (renderer, framebuffer, depth):

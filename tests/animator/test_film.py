@@ -1,0 +1,63 @@
+import math
+
+import numpy as np
+import pytest
+
+from conf.animator.film import emotion_motion, peak, resampled, stretch
+from conf.animator.take import Take
+from conf.face.action_units import load_emotions
+from conf.face.dpc import Motion
+from conf.face.head_pose import NEUTRAL_POSE
+from conf.face.idle import IdleMotion
+from conf.face.performance import Envelope
+from conf.face.playback import displacements_at, duration_of
+
+JOY = load_emotions()["joy"]
+
+
+def test_an_emotions_motion_begins_and_ends_neutral_and_is_whole_at_its_peak() -> None:
+    envelope = Envelope(0.3, 1.0, 0.4)
+    motion = emotion_motion(JOY, envelope, fps=25.0)
+    assert np.abs(motion.displacements[[0, -1]]).max() == 0
+    np.testing.assert_allclose(displacements_at(motion, peak(envelope)), JOY, atol=1e-2)
+
+
+def test_idle_life_is_the_generators() -> None:
+    lives = [IdleMotion(np.random.default_rng(seed)) for seed in (1, 1, 2)]
+    first, same, other = (emotion_motion(JOY, Envelope(), fps=15.0, idle=life) for life in lives)
+    np.testing.assert_array_equal(first.displacements, same.displacements)
+    assert (first.displacements != other.displacements).any()
+
+
+def test_an_emotion_that_stays_for_ever_is_refused() -> None:
+    with pytest.raises(ValueError, match="envelope must end"):
+        emotion_motion(JOY, Envelope(hold=math.inf), fps=25.0)
+
+
+def test_another_rate_keeps_the_time() -> None:
+    values = np.zeros((31, 50, 3), np.float32)
+    values[:, 3, 0] = np.arange(31)
+    motion = Motion(30.0, "fapu", values, np.zeros((31, 6)))
+    slow = resampled(motion, 10.0)
+    assert len(slow.displacements) == 11 and duration_of(slow) == pytest.approx(1.0)
+    np.testing.assert_allclose(slow.displacements[:, 3, 0], np.arange(11) * 3, atol=1e-4)
+    assert resampled(motion, 30.0) is motion
+
+
+def test_a_tall_picture_shows_a_smaller_head() -> None:
+    motion = Motion(10.0, "fapu", np.zeros((2, 50, 3), np.float32), np.zeros((2, 6)))
+    narrow = stretch(motion, (400, 1000))
+    assert narrow.poses is not None and (narrow.poses[:, 5] < 0).all()
+    assert stretch(motion, (1280, 720)) is motion
+
+
+def test_a_take_at_uneven_times_becomes_even() -> None:
+    take = Take()
+    rng = np.random.default_rng(3)
+    for time in np.cumsum(rng.uniform(0.005, 0.06, 60)):
+        take.add(np.full((50, 3), 100 * time, np.float32), NEUTRAL_POSE, float(time))
+    recording = take.finish("take")
+    assert recording is not None
+    steps = np.diff(recording.motion.displacements[:, 0, 0])
+    np.testing.assert_allclose(steps, 100 / 30, rtol=1e-3)
+    assert Take().finish("nothing") is None

@@ -1,0 +1,39 @@
+import threading
+
+import pytest
+
+from conf.animator.worker import LatestOnly
+
+
+def wait_for(worker: LatestOnly[int]) -> int:
+    while (result := worker.take()) is None:
+        pass
+    return result
+
+
+def test_only_the_newest_of_those_that_wait_is_done() -> None:
+    worker: LatestOnly[int] = LatestOnly()
+    gate, done = threading.Event(), []
+
+    def slow() -> int:
+        gate.wait(10)
+        done.append(0)
+        return 0
+
+    worker.ask(slow)
+    for i in range(1, 5):
+        worker.ask(lambda i=i: done.append(i) or i)  # type: ignore[misc]
+    assert worker.take() is None and worker.busy
+    gate.set()
+    assert wait_for(worker) == 0
+    assert wait_for(worker) == 4
+    assert done == [0, 4] and not worker.busy
+    worker.close()
+
+
+def test_what_goes_wrong_comes_out_where_the_result_would() -> None:
+    worker: LatestOnly[int] = LatestOnly()
+    worker.ask(lambda: 1 // 0)
+    with pytest.raises(ZeroDivisionError):
+        wait_for(worker)
+    worker.close()
