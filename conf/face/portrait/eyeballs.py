@@ -1,8 +1,9 @@
-"""What lies between the lids of a photograph: pressed together as the lids meet, so that eyes can shut.
+"""Eyes in a photograph that can shut: the lids' skin slides over what lies between them, as over an eyeball.
 
-The fifty points say where the middle of a lid and the pupils go, not the rest of the lid's edge, nor what becomes of
-the white between. The whole edge shuts as far as its middle does. What is inside follows the field of the points while
-the eye is open, so that a gaze can wander; the nearer the lids, the more it keeps its place between the two edges.
+Between the lids lies a mesh of its own. It shares no vertex with the upper lid's edge and is drawn before the skin, so
+a lid that comes down covers it and nothing is pressed flat. The fifty points say where the middle of a lid and the
+pupils go: the whole edge shuts as far as its middle does; what is between follows the field of the points while the eye
+is open, so that a gaze can wander, and stays as photographed while it is not.
 """
 
 from dataclasses import dataclass
@@ -13,66 +14,89 @@ from numpy.typing import NDArray
 from conf.face.portrait.parting import FACING, Slit, height_of
 
 EYES = FACING[1:]
-FREE = 0.7  # of the photograph's gap: with more there is room for the field to move things
-BOUND = 0.3  # with less, all keep their place between the edges
+FREE = 0.8  # of the photograph's gap: with more the field moves what lies between
+BOUND = 0.5  # with less it stays as photographed
 
 
 @dataclass(frozen=True)
 class Eyeball:
-    """The vertices between the lids of one eye, as the photograph has them.
+    """The vertices of one eye, as the photograph has them.
 
     upper, lower : rows of the lids' edges, from corner to corner
+    rim : rows of the vertices that end the eyeball where the upper edge lies, corners left out
     photo : the slit in the photograph
     inside : rows of the vertices between
     along : (k,) how far along the slit each of them lies; shares : (k,) of the gap that is below it
-    edge_gaps : (len(upper) - 2,) between the lids below the upper edge's vertices, as a share of the slit's length
+    gaps : (len(rim),) between the lids below the rim, as a share of the slit's length
     """
 
     upper: list[int]
     lower: list[int]
+    rim: list[int]
     photo: Slit
     inside: NDArray[np.intp]
     along: NDArray[np.float64]
     shares: NDArray[np.float64]
-    edge_gaps: NDArray[np.float64]
+    gaps: NDArray[np.float64]
 
     def follow(self, places: NDArray[np.float64]) -> None:
-        """Move edge and inside, in places (V, 2) whose lids have moved, to where they belong."""
-        openness = self._shut_edge(places)
-        bound = float(np.clip((FREE - openness) / (FREE - BOUND), 0, 1))
-        if bound > 0 and len(self.inside):
-            low = _along_edge(places[self.lower], self.photo.lower[:, 0], self.along)
-            high = _along_edge(places[self.upper], self.photo.upper[:, 0], self.along)
-            between = low + self.shares[:, None] * (high - low)
-            places[self.inside] += bound * (between - places[self.inside])
-
-    def _shut_edge(self, places: NDArray[np.float64]) -> float:
-        """Bring the upper edge down as far as its middle has come; return how open the eye is, 1 as photographed."""
+        """Move edge, rim and inside, in places (V, 2) whose lids have moved, to where they belong."""
         slit = Slit.between(places[self.upper], places[self.lower])
         at, height = slit.upper[1:-1].T
         gaps = (height - height_of(slit.lower, at)) / slit.length
         middle = len(gaps) // 2  # the edge's middle landmark is the control point
-        openness = max(float(gaps[middle]), 0.0) / float(self.edge_gaps[middle])
-        if openness < 1:
-            too_high = np.maximum(0.0, gaps - openness * self.edge_gaps)
-            places[self.upper[1:-1]] -= (too_high * slit.length)[:, None] * slit.up
-        return openness
+        openness = max(float(gaps[middle]), 0.0) / float(self.gaps[middle])
+        edge = np.minimum(gaps, openness * self.gaps) if openness < 1 else gaps
+        places[self.rim] = places[self.upper[1:-1]] + (np.maximum(gaps, self.gaps) - gaps)[:, None] * slit.step
+        places[self.upper[1:-1]] += (edge - gaps)[:, None] * slit.step
+        self._keep_inside(places, float(np.clip((FREE - openness) / (FREE - BOUND), 0, 1)))
+
+    def _keep_inside(self, places: NDArray[np.float64], bound: float) -> None:
+        """Bring what is inside nearer to its photographed place between lower edge and rim, wholly if bound is 1."""
+        if bound == 0 or not len(self.inside):
+            return
+        ends = [self.upper[0], *self.rim, self.upper[-1]]
+        low = _along_edge(places[self.lower], self.photo.lower[:, 0], self.along)
+        high = _along_edge(places[ends], self.photo.upper[:, 0], self.along)
+        between = low + self.shares[:, None] * (high - low)
+        places[self.inside] += bound * (between - places[self.inside])
 
 
-def find_eyeballs(places: NDArray[np.float64], /) -> list[Eyeball]:
-    """Find what lies between the lids in a photograph's mesh (V, 2), whose first D vertices are contours.ALL."""
-    found = []
+def part_eyeballs(
+    places: NDArray[np.float64], triangles: NDArray[np.int32], /
+) -> tuple[NDArray[np.float64], NDArray[np.int32], tuple[Eyeball, ...]]:
+    """Give the eyes of a photograph's mesh their own rim.
+
+    places : (V, 2), the first D are contours.ALL; triangles : (F, 3)
+    Returns places with the rims added, triangles with the eyeballs' first, so that they are drawn first, and the eyes.
+    """
+    found: list[Eyeball] = []
+    first: list[NDArray[np.int32]] = []
+    middles = places[triangles].mean(axis=1)
     for upper, lower in EYES:
         slit = Slit.between(places[upper], places[lower])
-        at, height = (places - slit.origin) @ slit.along, (places - slit.origin) @ slit.up
-        low, high = height_of(slit.lower, at), height_of(slit.upper, at)
-        between = (at > 0) & (at < slit.length) & (height > low) & (height < high)
+        between = slit.contains(places)
         between[upper + lower] = False
         inside = np.flatnonzero(between)
-        shares = (height[inside] - low[inside]) / (high[inside] - low[inside])
-        edge = (slit.upper[:, 1] - height_of(slit.lower, slit.upper[:, 0]))[1:-1] / slit.length
-        found.append(Eyeball(upper, lower, slit, inside, at[inside], shares, np.maximum(edge, 1e-3)))
-    return found
+        eye = np.isin(triangles, [*upper, *lower, *inside]).all(axis=1) & slit.contains(middles)
+        rim = [len(places) + i for i in range(len(upper) - 2)]
+        renamed = np.arange(len(places))
+        renamed[upper[1:-1]] = rim
+        first.append(renamed[triangles[eye]].astype(np.int32))
+        places = np.concatenate([places, places[upper[1:-1]]])
+        triangles, middles = triangles[~eye], middles[~eye]
+        found.append(_eyeball(places, upper, lower, rim, inside))
+    return places, np.concatenate([*first, triangles]), tuple(found)
+
+
+def _eyeball(
+    places: NDArray[np.float64], upper: list[int], lower: list[int], rim: list[int], inside: NDArray[np.intp]
+) -> Eyeball:
+    slit = Slit.between(places[upper], places[lower])
+    along, height = (places[inside] - slit.origin) @ slit.along, (places[inside] - slit.origin) @ slit.up
+    low, high = height_of(slit.lower, along), height_of(slit.upper, along)
+    gaps = (slit.upper[:, 1] - height_of(slit.lower, slit.upper[:, 0]))[1:-1] / slit.length
+    return Eyeball(upper, lower, rim, slit, inside, along, (height - low) / (high - low), np.maximum(gaps, 1e-3))
 
 
 def _along_edge(

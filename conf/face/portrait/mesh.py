@@ -12,13 +12,14 @@ from scipy import sparse
 from scipy.spatial import Delaunay, cKDTree
 
 from conf.face.portrait import contours
+from conf.face.portrait.eyeballs import Eyeball, part_eyeballs
 from conf.face.portrait.outline import OUTLINE_MARGIN_CM, OVERLAP, go_on, show_person
-from conf.face.portrait.parting import between_lips, open_lips_and_lids, part_lips_and_lids
+from conf.face.portrait.parting import between_lines, open_lips_and_lids, part_lips_and_lids
 from conf.face.portrait.shape import FaceShape, project
 
 SPACING_CM = {"feature": 0.5, "face": 0.9, "rest": 2.2}  # between the grid's points
 BESIDE = 0.55  # of the spacing: nearer than this to another vertex a grid point is left out
-LIP_MARGIN_CM = 0.15  # from the inner lips: between them and this near there are no other vertices
+LINE_MARGIN_CM = 0.15  # from inner lips and lids: between them and this near the grid has no vertices
 FACE_REACH = 1.25  # of the oval's radius: where the face's spacing ends
 
 _FEATURES = contours.rows(
@@ -40,12 +41,14 @@ class PhotoMesh:
     triangles : (F, 3) int32, counter-clockwise
     in_mouth : (F,) bool, the triangles between the lips
     around : (V, V) sparse, the mean over a vertex and its neighbours
+    eyeballs : what lies between the lids; its triangles are the first
     """
 
     places: NDArray[np.float64]
     triangles: NDArray[np.int32]
     in_mouth: NDArray[np.bool_]
     around: sparse.csr_array
+    eyeballs: tuple[Eyeball, ...]
 
 
 def build_mesh(shape: FaceShape, /) -> PhotoMesh:
@@ -56,9 +59,10 @@ def build_mesh(shape: FaceShape, /) -> PhotoMesh:
     triangles = _triangulate(places, open_lips_and_lids(places, points, centimetre))
     outline = go_on(shape.outline, shape.aspect)
     triangles = triangles[show_person(places, triangles, outline, OUTLINE_MARGIN_CM * centimetre)]
+    places, triangles, eyeballs = part_eyeballs(places, triangles)
     ring = np.zeros(len(places), dtype=bool)
     ring[contours.rows(contours.UPPER_INNER_LIP + contours.LOWER_INNER_LIP)] = True
-    return PhotoMesh(places, triangles, _in_mouth(places, triangles, ring), _around(len(places), triangles))
+    return PhotoMesh(places, triangles, _in_mouth(places, triangles, ring), _around(len(places), triangles), eyeballs)
 
 
 def signed_areas(places: NDArray[np.float64], triangles: NDArray[np.int32], /) -> NDArray[np.float64]:
@@ -82,7 +86,7 @@ def _grid(points: NDArray[np.float64], centimetre: float, aspect: float) -> NDAr
             candidates = candidates[features.query(candidates)[0] < reach]
         elif name == "face":
             candidates = candidates[np.linalg.norm(candidates - middle, axis=1) < reach]
-        candidates = candidates[~between_lips(candidates, points, LIP_MARGIN_CM * centimetre)]
+        candidates = candidates[~between_lines(candidates, points, LINE_MARGIN_CM * centimetre)]
         kept = np.concatenate([kept, candidates[cKDTree(kept).query(candidates)[0] > BESIDE * step[name]]])
     return kept[len(points) :]
 

@@ -41,6 +41,17 @@ class Slit:
         axes = np.stack([along, up], axis=1)
         return cls(origin, along, up, length, (upper - origin) @ axes, (lower - origin) @ axes)
 
+    @property
+    def step(self) -> NDArray[np.float64]:
+        """Return (2,) as far up as the slit is long."""
+        return self.length * self.up
+
+    def contains(self, places: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Tell the places (k, 2) between the two lines."""
+        at, height = (places - self.origin) @ self.along, (places - self.origin) @ self.up
+        above, below = height > height_of(self.lower, at), height < height_of(self.upper, at)
+        return np.asarray((at > 0) & (at < self.length) & above & below)
+
     def heights(self, places: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return how far places (k, 2) are along the slit, and how high above its middle line."""
         at, height = (places - self.origin) @ self.along, (places - self.origin) @ self.up
@@ -83,14 +94,15 @@ def open_lips_and_lids(
     return opened
 
 
-def between_lips(places: NDArray[np.float64], points: NDArray[np.float64], margin: float, /) -> NDArray[np.bool_]:
-    """Tell the places (k, 2) between the inner lips, or nearer to them than the margin. points : (D, 2) as ALL."""
-    upper, lower = FACING[0]
-    slit = Slit.between(points[upper], points[lower])
-    at, height = slit.heights(places)
-    half_gap = (height_of(slit.upper, at) - height_of(slit.lower, at)) / 2
-    inside = (at > -margin) & (at < slit.length + margin)
-    return np.asarray(inside & (np.abs(height) < half_gap + margin))
+def between_lines(places: NDArray[np.float64], points: NDArray[np.float64], margin: float, /) -> NDArray[np.bool_]:
+    """Tell the places (k, 2) between lips or lids, or nearer to them than the margin. points : (D, 2) as ALL."""
+    between = np.zeros(len(places), dtype=bool)
+    for upper, lower in FACING:
+        slit = Slit.between(points[upper], points[lower])
+        at, height = slit.heights(places)
+        half_gap = (height_of(slit.upper, at) - height_of(slit.lower, at)) / 2
+        between |= (at > -margin) & (at < slit.length + margin) & (np.abs(height) < half_gap + margin)
+    return between
 
 
 def height_of(line: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -16,7 +16,6 @@ from conf.face.fapu import UNITS_PER_DISTANCE
 from conf.face.head_pose import HeadPose
 from conf.face.kernels import KERNELS
 from conf.face.portrait import contours
-from conf.face.portrait.eyeballs import find_eyeballs
 from conf.face.portrait.fields import split_fields
 from conf.face.portrait.follow import head_share
 from conf.face.portrait.mesh import PhotoMesh, build_mesh
@@ -73,7 +72,6 @@ class PortraitWarp:
         self.fields = split_fields(flat)
         self.on_face = _within(flat, flat[_OVAL])  # (V,) bool
         self._operator = _operator(flat, self.fields)
-        self._eyeballs = find_eyeballs(self.mesh.places)
         self._neutral, self._unit = shape.neutral, shape.unit
 
     def follow_neutral(self, neutral: NDArray[np.float64], unit: NDArray[np.float64], /) -> None:
@@ -112,7 +110,7 @@ class PortraitWarp:
         target = self._show(self._solid + self._operator @ moved.astype(np.float32), eased)
         outlines = len(contours.ALL)
         target[:outlines] = part_lips_and_lids(target[:outlines], float(np.exp(eased.log_scale)))
-        for eyeball in self._eyeballs:
+        for eyeball in self.mesh.eyeballs:
             eyeball.follow(target)
         return unfold(target, still, self.mesh)
 

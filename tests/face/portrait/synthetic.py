@@ -12,9 +12,9 @@ from conf.sender.mean_face import MEAN_FACE
 
 LINES = (
     *(contours.UPPER_INNER_LIP, contours.LOWER_INNER_LIP, contours.UPPER_OUTER_LIP, contours.LOWER_OUTER_LIP),
-    *(contours.UPPER_LID_R, contours.LOWER_LID_R, contours.UPPER_LID_L, contours.LOWER_LID_L),
     *(contours.BROW_R, contours.BROW_L, contours.NOSE),
 )
+LIDS = (contours.UPPER_LID_R, contours.LOWER_LID_R, contours.UPPER_LID_L, contours.LOWER_LID_L)
 ASPECT = 4 / 3
 POSE = HeadPose(np.array([0.05, -0.1, 0.08]), np.array([0.03, -0.05]), float(np.log(0.03)))
 
@@ -27,6 +27,12 @@ def face_points() -> NDArray[np.float64]:
     for landmark, angle in zip(contours.OVAL, angles, strict=True):
         point = np.array([7.3 * np.cos(angle), -0.3 + 8.8 * np.sin(angle), 3.5 - 4 * np.cos(angle) ** 2])
         known.setdefault(landmark, point)
+    for lid in LIDS:
+        outer, middle, inner = (known[lid[k]] for k in (0, 4, 8))
+        for k, landmark in enumerate(lid):
+            t = k / 8
+            bulge = 4 * t * (1 - t) * (middle - (outer + inner) / 2)
+            known.setdefault(landmark, outer + t * (inner - outer) + bulge)
     for group in LINES:
         places = [i for i, landmark in enumerate(group) if landmark in known]
         for axis_free in [i for i in range(len(group)) if i not in places]:

@@ -1,39 +1,41 @@
 import numpy as np
 
 from conf.face.control_points import INDEX
-from conf.face.portrait import contours
-from conf.face.portrait.eyeballs import find_eyeballs
-from conf.face.portrait.mesh import build_mesh
+from conf.face.portrait.mesh import build_mesh, signed_areas
 from tests.face.portrait.synthetic import face_shape
 
-PLACES = build_mesh(face_shape()).places
+MESH = build_mesh(face_shape())
+PLACES = MESH.places
 
 
-def test_pupils_lie_between_the_lids() -> None:
-    right, left = find_eyeballs(PLACES)
+def test_pupils_lie_between_the_lids_and_their_triangles_come_first() -> None:
+    right, left = MESH.eyeballs
     assert INDEX["pupil_r"] in right.inside and INDEX["pupil_l"] in left.inside
+    of_eyes = np.isin(MESH.triangles, [*right.rim, *left.rim]).any(axis=1)
+    assert of_eyes.any() and not of_eyes[200:].any()
 
 
-def test_open_eyes_are_left_alone_and_shut_ones_press_what_is_inside_together() -> None:
-    for eyeball in find_eyeballs(PLACES):
-        same = PLACES.copy()
+def test_no_triangle_joins_an_eyeball_to_the_edge_that_slides_over_it() -> None:
+    for eyeball in MESH.eyeballs:
+        of_eyeball = np.isin(MESH.triangles, [*eyeball.rim, *eyeball.inside]).any(axis=1)
+        assert not np.isin(MESH.triangles[of_eyeball], eyeball.upper[1:-1]).any()
+
+
+def test_open_eyes_are_left_alone() -> None:
+    same = PLACES.copy()
+    for eyeball in MESH.eyeballs:
         eyeball.follow(same)
-        np.testing.assert_allclose(same, PLACES)
-        shut = PLACES.copy()
-        shut[eyeball.upper[1:-1]] = shut[eyeball.lower[1:-1]] + (0, 1e-4)
+    np.testing.assert_allclose(same, PLACES)
+
+
+def test_a_lid_shuts_all_along_and_leaves_the_eyeball_as_it_is() -> None:
+    shut = PLACES.copy()
+    for eyeball in MESH.eyeballs:
+        middle = len(eyeball.upper) // 2
+        shut[eyeball.upper[middle], 1] = shut[eyeball.lower[middle], 1] + 1e-3
         eyeball.follow(shut)
-        heights = shut[eyeball.inside, 1]
-        assert heights.max() <= shut[eyeball.upper, 1].max() + 1e-3
-        assert heights.min() >= shut[eyeball.lower, 1].min() - 1e-3
-    assert len(contours.UPPER_LID_L) == len(contours.LOWER_LID_L)
-
-
-def test_the_whole_edge_shuts_as_far_as_its_middle() -> None:
-    for eyeball in find_eyeballs(PLACES):
-        half = PLACES.copy()
-        middle = eyeball.upper[len(eyeball.upper) // 2]
-        half[middle, 1] = half[eyeball.lower[len(eyeball.lower) // 2], 1] + 1e-3
-        eyeball.follow(half)
-        gaps = (half[eyeball.upper, 1] - half[eyeball.lower, 1])[1:-1]
-        before = (PLACES[eyeball.upper, 1] - PLACES[eyeball.lower, 1])[1:-1]
+        gaps, before = ((p[eyeball.upper, 1] - p[eyeball.lower, 1])[1:-1] for p in (shut, PLACES))
         assert (gaps < 0.5 * before).all()
+        np.testing.assert_allclose(shut[eyeball.inside], PLACES[eyeball.inside], atol=6e-3)
+        np.testing.assert_allclose(shut[eyeball.rim], PLACES[eyeball.rim], atol=6e-3)
+    assert signed_areas(shut, MESH.triangles).min() > 0

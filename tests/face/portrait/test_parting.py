@@ -1,7 +1,7 @@
 import numpy as np
 
 from conf.face.portrait import contours
-from conf.face.portrait.parting import LEAST_GAP_CM, between_lips, open_lips_and_lids, part_lips_and_lids
+from conf.face.portrait.parting import LEAST_GAP_CM, between_lines, open_lips_and_lids, part_lips_and_lids
 from tests.face.portrait.synthetic import face_points
 
 UPPER, LOWER = (contours.rows(line[1:-1]) for line in (contours.UPPER_INNER_LIP, contours.LOWER_INNER_LIP))
@@ -25,8 +25,8 @@ def test_opening_moves_lips_apart_and_nothing_far_away() -> None:
     np.testing.assert_array_equal(open_lips_and_lids(far, points, 1.0), far)
 
 
-def test_between_lips() -> None:
+def test_between_lines() -> None:
     points = face_points()[:, :2]
     points[LOWER, 1] -= 2.0
     places = np.array([[0.0, points[UPPER, 1].mean() - 1.0], [0.0, points[UPPER, 1].mean() + 1.0], [5.0, -5.0]])
-    np.testing.assert_array_equal(between_lips(places, points, 0.1), [True, False, False])
+    np.testing.assert_array_equal(between_lines(places, points, 0.1), [True, False, False])
