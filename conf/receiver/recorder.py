@@ -1,5 +1,6 @@
 """Save what is drawn: pictures and clips. A file has its name only once it is whole; a crash leaves the partial one."""
 
+import shutil
 from pathlib import Path
 from types import TracebackType
 from typing import TypeVar
@@ -17,7 +18,8 @@ PICTURES: dict[str, list[int]] = {
     ".png": [],
 }
 CLIPS = {".avi": ("MJPG", cv2.CAP_OPENCV_MJPEG), ".mp4": ("mp4v", cv2.CAP_FFMPEG)}
-
+LEAST_FREE = 16 << 20  # bytes: OpenCV does not say when it can write no more, so a clip ends before that
+LOOK_EVERY = 30  # pictures
 
 Kind = TypeVar("Kind")
 
@@ -72,7 +74,12 @@ class ClipRecorder:
             raise _cannot_write(path, error) from error
 
     def write(self, pixels: NDArray[np.uint8]) -> None:
-        """Add (H, W, 3) uint8 BGR; a picture of another size, after a resize, is scaled."""
+        """Add (H, W, 3) uint8 BGR; a picture of another size, after a resize, is scaled.
+
+        Raises RecordingError when the disk is full.
+        """
+        if self.frames % LOOK_EVERY == 0 and shutil.disk_usage(self.path.parent).free < LEAST_FREE:
+            raise RecordingError(f"{self.path}: the disk is full; free some space or choose another folder")
         if self._writer is None:
             self._writer = self._open((pixels.shape[1], pixels.shape[0]))
         if (pixels.shape[1], pixels.shape[0]) != self._size:

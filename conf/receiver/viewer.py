@@ -59,7 +59,7 @@ class Viewer:
                 lambda: f"saved {save_picture(free_name(self._folder, 'conf', '.jpg'), self._window.read())}", now
             )
         if self._clip:
-            self._clip.add(self._window, now)
+            self._add(self._clip, now)
 
     def close(self) -> None:
         """Finish a recording that is under way."""
@@ -86,6 +86,13 @@ class Viewer:
     def _start_recording(self) -> str:
         self._clip = TimedClip(free_name(self._folder, "conf", ".avi"))
         return "recording; R stops"
+
+    def _add(self, clip: "TimedClip", now: float) -> None:
+        try:
+            clip.add(self._window, now)
+        except ConfError as error:
+            self._clip = None
+            self._try(lambda: f"{error}; saved {clip.close() or 'nothing'}", now)
 
     def _try(self, task: Callable[[], str], now: float) -> None:
         """A full disk must not end a call: the viewer is told and the picture goes on."""
