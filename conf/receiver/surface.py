@@ -59,7 +59,7 @@ class Surface:
 
         vertices : (V, 3) float32
         """
-        self._welded[:, :3] = vertices
+        self._welded[:, :3] = vertices[: self._count]  # a file may hold vertices that no triangle uses
         self._welded[:, 3:] = self.normals(vertices)
         np.take(self._welded, self._render_vertices, axis=0, out=self._rows, mode="clip")
         return self._rows
