@@ -1,0 +1,62 @@
+"""WIRE.md tells the truth: its hex is decoded by the code, its tables are the code's."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from conf.protocol import bodies, jitter_buffer
+from conf.protocol.bodies import decode_body
+from conf.protocol.codec import PROFILES
+from conf.protocol.codec.bundle import BundleHeader, code_header
+from conf.protocol.codec.symbols import Reader
+from conf.protocol.session.packet import parse
+from conf.protocol.session.reasons import Reason
+from tools.golden_wire import BODIES, FOLDER, HEADS
+
+TEXT = (Path(bodies.__file__).parent / "WIRE.md").read_text()
+# A name, then hex in groups, perhaps going on in lines that are indented further.
+BLOCK = re.compile(r"^    ([a-z_]+) +((?:[0-9a-f]{2})+(?:\s+(?:[0-9a-f]{2})+)*)$", re.MULTILINE)
+EXAMPLES = {name: bytes.fromhex("".join(words.split())) for name, words in BLOCK.findall(TEXT)}
+ANY = BundleHeader("live", count=1, stride=1, age=0, companion=False)
+
+
+def test_there_are_examples_of_everything() -> None:
+    heads = {f"head_{name}" for name in HEADS}
+    datagrams = {path.stem.removeprefix("session_") for path in FOLDER.glob("session_[!i]*.bin")} - {"data_long"}
+    assert set(EXAMPLES) == set(BODIES) | heads | datagrams
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_bodies_decode_to_what_they_mean(name: str) -> None:
+    assert decode_body(EXAMPLES[name]) == BODIES[name]
+    assert (FOLDER / f"body_{name}.bin").read_bytes() == EXAMPLES[name]
+
+
+@pytest.mark.parametrize("name", HEADS)
+def test_heads_of_payloads_decode(name: str) -> None:
+    reader = Reader(EXAMPLES[f"head_{name}"])
+    assert code_header(reader, ANY) == HEADS[name]
+    reader.finish()
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("session_[!i]*.bin")), ids=lambda path: path.stem)
+def test_datagrams_are_the_golden_ones(path: Path) -> None:
+    name = path.stem.removeprefix("session_")
+    if name != "data_long":
+        assert path.read_bytes() == EXAMPLES[name]
+        parse(EXAMPLES[name])
+
+
+def test_tables_and_limits_are_the_codes() -> None:
+    for profile in PROFILES.values():
+        delay = "0" if not profile.delay else f"{profile.delay * 1000:.0f} ms"
+        assert f"| {profile.name} | {profile.fps} | {profile.bundle} | {delay} |" in TEXT
+    assert f"1 to {bodies.MAX_BODY:,} B" in TEXT
+    assert f"at most {jitter_buffer.MAX_DELAY_S * 1000:.0f} ms" in TEXT
+    for reason in Reason:
+        assert f"`{reason}`" in TEXT
+
+
+def test_lines_are_short() -> None:
+    assert max(len(line) for line in TEXT.splitlines()) <= 140
