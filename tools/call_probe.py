@@ -31,7 +31,6 @@ from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.pipeline import ReceivingLoop
 from conf.receiver.udp import ReceiverSocket
 from conf.sender.pipeline import SendingLoop
-from conf.sender.sources import Frame
 
 EVERY_S = 1.0
 
@@ -88,10 +87,10 @@ class WatchedSendingLoop(SendingLoop):
     frames: list[tuple[float, float]]
     due = 0.0
 
-    def _send(self, frame: Frame) -> None:
+    def _send(self, timestamp: float) -> None:
         now = time.monotonic()
-        self.frames = [*getattr(self, "frames", []), (now, frame.timestamp)]
-        super()._send(frame)
+        self.frames = [*getattr(self, "frames", []), (now, timestamp)]
+        super()._send(timestamp)
         if now >= self.due:
             self.due = now + EVERY_S
             status = asdict(self.status())

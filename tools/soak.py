@@ -3,8 +3,8 @@
     python tools/soak.py [--minutes 60] [--loss 0.05] [--clip CLIP] [--json]
 
 Sender and receiver are two processes (tools/call_probe.py). Each row is a share of the call: memory of both ends,
-frames received, lost and late, playout delay, the median time from a frame's capture to the picture that shows it, and the
-longest stall: how long the playhead was past the newest frame. In a call of any length no column may grow.
+frames received, lost and late, playout delay, the median time from a frame's capture to the picture that shows it, and
+the longest stall: how long the playhead was past the newest frame. In a call of any length no column may grow.
 """
 
 import argparse
