@@ -91,8 +91,8 @@ class Viewer:
         try:
             clip.add(self._window, now)
         except ConfError as error:
-            self._clip = None
-            self._try(lambda: f"{error}; saved {clip.close() or 'nothing'}", now)
+            self._clip, why = None, str(error)
+            self._try(lambda: f"{why}; saved {clip.close() or 'nothing'}", now)
 
     def _try(self, task: Callable[[], str], now: float) -> None:
         """A full disk must not end a call: the viewer is told and the picture goes on."""

@@ -1,4 +1,5 @@
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -104,7 +105,7 @@ def test_a_call_from_its_greeting_to_its_end(theatre: Theatre) -> None:
     assert shown.traffic and shown.traffic.frames_received > 20 and shown.traffic.frames_lost == 0
     still, moving = shown.pictures[: int(FPS)], shown.pictures[int(2 * FPS) : int(3 * FPS)]
     assert all((picture == still[0]).all() for picture in still)
-    assert all((a != b).any() for a, b in zip(moving, moving[1:], strict=False))
+    assert all((a != b).any() for a, b in pairwise(moving))
 
 
 def test_pictures_come_at_their_rate(theatre: Theatre) -> None:

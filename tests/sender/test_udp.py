@@ -1,4 +1,5 @@
 import socket
+from collections.abc import Iterator
 
 import pytest
 
@@ -9,7 +10,7 @@ LOOPBACK = "127.0.0.1"
 
 
 @pytest.fixture
-def other() -> socket.socket:
+def other() -> Iterator[socket.socket]:
     """A socket at the other end."""
     made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     made.bind((LOOPBACK, 0))
