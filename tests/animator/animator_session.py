@@ -65,6 +65,7 @@ def facts(animator: Animator, window: GlfwWindow) -> dict[str, Any]:
                                                player.clock.speed, player.clock.loop],
         "progress": director.progress,
         "source": desk.fields.source,
+        "fields": list(vars(desk.fields).values()),
         "notice": animator._interface._notice,
         "fps": 1 / animator._period,
     }  # fmt: skip
