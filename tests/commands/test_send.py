@@ -1,0 +1,27 @@
+from pathlib import Path
+
+import pytest
+
+from conf.commands.send import Sending, send
+from conf.errors import CameraError, NetworkError
+from conf.receiver.udp import ReceiverSocket
+
+CODE = "amber-canoe-tiger-7"
+
+
+def test_nobody_answers(short_clip: Path) -> None:
+    with (
+        ReceiverSocket("127.0.0.1", 0) as deaf,
+        pytest.raises(NetworkError, match="nobody answered: start `conf receive` there"),
+    ):
+        send(deaf.address, CODE, Sending(file=short_clip, seconds=0.3))
+
+
+def test_a_clip_that_is_not_there_is_named() -> None:
+    with pytest.raises(CameraError, match=r"there is no file nosuch\.avi"):
+        send(("127.0.0.1", 9), CODE, Sending(file=Path("nosuch.avi")))
+
+
+def test_a_receiver_without_an_address_is_named(short_clip: Path) -> None:
+    with pytest.raises(NetworkError, match="no address for"):
+        send(("no.such.host.invalid", 5005), CODE, Sending(file=short_clip))
