@@ -79,7 +79,7 @@ def measure(head: Head, pictures: Path | None) -> Row:
     """Fit one head, stand it upright beside its file and compare."""
     ppc = head.path.with_suffix(".ppc")
     start = cv2.getTickCount()
-    fit(head.path, ppc, up=head.axes[0], front=head.axes[1])
+    fit(head.path, ppc)  # how it stands is found, too
     seconds = (cv2.getTickCount() - start) / cv2.getTickFrequency()
     points, turn = read_ppc(ppc), turn_upright(*head.axes)
     if head.axes != ("y", "z"):

@@ -52,7 +52,7 @@ def look(recipe: Recipe, source: Source) -> tuple[NDArray[np.float64], ...]:
     with tempfile.TemporaryDirectory() as folder:
         head = write_head(recipe, source, Path(folder))
         mesh = load_mesh(head.path)
-    sitting = observe(mesh, starting_prior())
+    sitting = observe(mesh, starting_prior(), axes=[head.axes])
     if sitting is None:
         raise ValueError(f"{recipe.name}: no face is seen")
     truth = sitting.frame.apply(head.truth)

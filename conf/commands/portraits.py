@@ -7,6 +7,7 @@ stands on one side, nor the tracker's own habits make a face crooked.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from types import TracebackType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,6 +72,12 @@ class Studio:
                 continue
             places = tracking.landmarks[SEEN_LANDMARKS, :2].astype(np.float64) / SIDE * [2, -2] + [-1, 1]
             yield Sight(places[SEEN_PARTNERS] * [-1, 1] if mirrored else places, clip)
+
+    def __enter__(self) -> "Studio":
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.release()
 
     def release(self) -> None:
         """Free what is on the card."""

@@ -10,6 +10,7 @@ from conf.commands.portraits import FRONT, SIDE, Studio, pose_towards, triangula
 from conf.face.casting import front_hits
 from conf.face.face_prior import FacePrior, Similarity
 from conf.face.mesh import Mesh
+from conf.face.mesh_parts import part_of, welded
 from conf.face.orientation import turn_upright
 from conf.receiver.offscreen import OffscreenWindow
 from conf.sender.models import fetch_models
@@ -24,6 +25,7 @@ WHOLE_CM = 24.0  # to what a mesh of unknown size is brought at first
 # What may be the face: the whole mesh, or the top of a bust or a figure; share of the height, largest first.
 SLICES = (1.0, 0.5, 0.25, 0.14)
 LEAST_LIKENESS = 0.9  # of what is seen to an upright face: 0.98 for faces, 0 for one that lies on its side
+FAMILIAR_CM = 0.85  # faces were seen 0.14 to 0.53 from the mean; what passes for one in a head on its crown 1.2 to 3.3
 HEAD_CM = 25.0  # what lies farther from the eyes is not looked at
 
 
@@ -35,82 +37,87 @@ class Sitting:
     frame : what carries the mesh's own coordinates into the prior's frame
     mesh : the part of the mesh around the face, in the prior's frame
     axes : how the mesh stands, (up, front)
+    strangeness : how far the landmarks are from the mean face, root mean square, cm
     """
 
     observed: NDArray[np.float64]
     frame: Similarity
     mesh: Mesh
     axes: tuple[str, str]
+    strangeness: float
 
 
 def observe(
-    mesh: Mesh,
-    prior: FacePrior,
-    *,
-    axes: Sequence[tuple[str, str]] = (("y", "z"),),
-    on_progress: Progress | None = None,
+    mesh: Mesh, prior: FacePrior, *, axes: Sequence[tuple[str, str]], on_progress: Progress | None = None
 ) -> Sitting | None:
     """Find the face of a mesh and see its landmarks from several sides; None if no face is seen.
 
-    axes : ways the mesh may stand, (up, front) as `turn_upright` takes them, tried in turn
+    axes : ways the mesh may stand, (up, front) as `turn_upright` takes them, tried until one shows a familiar face
     Raises GraphicsError, ModelError.
     """
-    tell = on_progress or (lambda text: None)
     mesh = part_of(welded(mesh), np.ones(len(mesh.triangles), dtype=bool))  # vertices that nothing uses say nothing
-    tracker = FaceTracker(fetch_models())
+    tell = on_progress or (lambda text: None)
+    best: Sitting | None = None
     with OffscreenWindow(SIDE, SIDE) as window:
+        photographer = _Photographer(window, FaceTracker(fetch_models()), prior)
         for up, front in axes:
             tell(f"looking for the face, {up} up and {front} to the front")
-            frame = _find_face(window, tracker, mesh, prior, turn_upright(up, front))
-            for sides in (ROUGH_SIDES, FINE_SIDES):
-                if frame is not None:
-                    tell(f"looking at it from {len(sides)} sides")
-                    seen = _observe(window, tracker, _closer(mesh, frame), sides, prior)
-                    step = None if seen is None else prior.frame(seen)
-                    frame = None if step is None else _chain(frame, step)
-            if frame is not None and seen is not None and step is not None:
-                return Sitting(step.apply(seen), frame, _closer(mesh, frame), (up, front))
-    return None
+            sitting = photographer.portray(mesh, (up, front))
+            if sitting is not None and (best is None or sitting.strangeness < best.strangeness):
+                best = sitting
+            if best is not None and best.strangeness < FAMILIAR_CM:
+                break
+    return best
 
 
-def welded(mesh: Mesh, /) -> Mesh:
-    """Join vertices at one place where the file repeats every one of them (STL), so that light runs smooth."""
-    if len(mesh.vertices) < 3 * len(mesh.triangles):
-        return mesh
-    places, inverse = np.unique(mesh.vertices, axis=0, return_inverse=True)
-    triangles = inverse.ravel()[mesh.triangles].astype(np.int32)
-    ones = np.arange(len(places), dtype=np.int32)
-    return replace(
-        mesh, vertices=places, triangles=triangles, render_triangles=triangles, render_vertices=ones,
-        uvs=np.zeros((len(places), 2)), texture=None,
-    )  # fmt: skip
+@dataclass(frozen=True)
+class _Photographer:
+    """Who draws and tracks, and what is known of faces."""
+
+    window: OffscreenWindow
+    tracker: FaceTracker
+    prior: FacePrior
+
+    def portray(self, mesh: Mesh, axes: tuple[str, str]) -> Sitting | None:
+        """Look for a face in one orientation of a mesh, then look at it twice, nearer and from more sides."""
+        frame = self._find(mesh, turn_upright(*axes))
+        if frame is None:
+            return None
+        for sides in (ROUGH_SIDES, FINE_SIDES):
+            seen = self._see(_closer(mesh, frame), sides)
+            if seen is None:
+                return None
+            step = self.prior.frame(seen)
+            frame, observed = frame.then(step), step.apply(seen)
+        strangeness = float(np.sqrt(((observed - self.prior.seen) ** 2).sum(axis=1).mean()))
+        return Sitting(observed, frame, _closer(mesh, frame), axes, strangeness)
+
+    def _find(self, mesh: Mesh, turn: NDArray[np.float64]) -> Similarity | None:
+        """Return roughly what carries a mesh, turned, into the prior's frame, from a drawing of it or of its top."""
+        upright = mesh.vertices @ turn.T
+        low, high = upright.min(axis=0), upright.max(axis=0)
+        scale = WHOLE_CM / max(float((high - low)[1]), 1e-300)
+        whole = Similarity(turn, scale, -scale * (low + high) / 2)
+        standing = replace(mesh, vertices=whole.apply(mesh.vertices))
+        with Studio(self.window, self.tracker, standing, self.prior.mean) as studio:
+            for share in SLICES:
+                height, centre = 1.15 * share * WHOLE_CM, (0.0, (1 - share) * WHOLE_CM / 2)
+                for sight in studio.look(pose_towards(FRONT, height=height, centre=centre)):
+                    step = rough_frame(sight.places * height / 2 + centre, standing, self.prior)
+                    if step is not None:
+                        return whole.then(step)
+        return None
+
+    def _see(self, mesh: Mesh, sides: list[tuple[float, float]]) -> NDArray[np.float64] | None:
+        """Return the (m, 3) landmarks as the tracker sees them from several sides, or None from fewer than two."""
+        poses = [pose_towards(side, height=PICTURE_CM, centre=(0.0, -0.5)) for side in sides]
+        with Studio(self.window, self.tracker, mesh, self.prior.mean) as studio:
+            sights = [sight for pose in poses for sight in studio.look(pose)]
+        clips = {sight.clip.tobytes() for sight in sights}
+        return triangulate(sights) if len(clips) > 1 else None
 
 
-def _find_face(
-    window: OffscreenWindow, tracker: FaceTracker, mesh: Mesh, prior: FacePrior, turn: NDArray[np.float64]
-) -> Similarity | None:
-    """Return roughly what carries a mesh, turned, into the prior's frame, from one drawing of it or of its top."""
-    upright = mesh.vertices @ turn.T
-    low, high = upright.min(axis=0), upright.max(axis=0)
-    scale = WHOLE_CM / max(float((high - low)[1]), 1e-300)
-    whole = Similarity(turn, scale, -scale * (low + high) / 2)
-    standing = replace(mesh, vertices=whole.apply(mesh.vertices))
-    studio = Studio(window, tracker, standing, prior.mean)
-    try:
-        for share in SLICES:
-            height = 1.15 * share * WHOLE_CM
-            centre = (0.0, (1 - share) * WHOLE_CM / 2)
-            for sight in studio.look(pose_towards(FRONT, height=height, centre=centre)):
-                places = sight.places * height / 2 + centre
-                step = _rough_frame(places, standing, prior)
-                if step is not None:
-                    return _chain(whole, step)
-    finally:
-        studio.release()
-    return None
-
-
-def _rough_frame(places: NDArray[np.float64], mesh: Mesh, prior: FacePrior) -> Similarity | None:
+def rough_frame(places: NDArray[np.float64], mesh: Mesh, prior: FacePrior) -> Similarity | None:
     """Return a size and a shift from where landmarks (m, 2) are seen in a drawing, cm; None unless upright."""
     places, seen = places[: len(prior.mean)], prior.mean[:, :2]
     a, b = places - places.mean(axis=0), seen - seen.mean(axis=0)
@@ -128,38 +135,3 @@ def _closer(mesh: Mesh, near: Similarity) -> Mesh:
     vertices = near.apply(mesh.vertices)
     around = np.linalg.norm(vertices, axis=1) < HEAD_CM
     return part_of(replace(mesh, vertices=vertices), around[mesh.triangles].all(axis=1))
-
-
-def part_of(mesh: Mesh, kept: NDArray[np.bool_], /) -> Mesh:
-    """Return the triangles that are kept, (F,), and the vertices they use."""
-    used, triangles = np.unique(mesh.triangles[kept], return_inverse=True)
-    used_rows, rows = np.unique(mesh.render_triangles[kept], return_inverse=True)
-    numbers = np.cumsum(kept) - 1
-    groups = {name: numbers[members[kept[members]]] for name, members in mesh.groups.items()}
-    return replace(
-        mesh,
-        vertices=mesh.vertices[used],
-        triangles=triangles.reshape(-1, 3).astype(np.int32),
-        uvs=mesh.uvs[used_rows],
-        render_vertices=np.searchsorted(used, mesh.render_vertices[used_rows]).astype(np.int32),
-        render_triangles=rows.reshape(-1, 3).astype(np.int32),
-        groups={name: members for name, members in groups.items() if len(members)},
-    )
-
-
-def _observe(
-    window: OffscreenWindow, tracker: FaceTracker, mesh: Mesh, sides: list[tuple[float, float]], prior: FacePrior
-) -> NDArray[np.float64] | None:
-    """Return the (m, 3) landmarks as the tracker sees them from several sides, or None from fewer than two."""
-    studio = Studio(window, tracker, mesh, prior.mean)
-    try:
-        sights = [s for side in sides for s in studio.look(pose_towards(side, height=PICTURE_CM, centre=(0.0, -0.5)))]
-    finally:
-        studio.release()
-    clips = {sight.clip.tobytes() for sight in sights}
-    return triangulate(sights) if len(clips) > 1 else None
-
-
-def _chain(first: Similarity, then: Similarity) -> Similarity:
-    """Return the two, one after the other."""
-    return Similarity(then.rotation @ first.rotation, then.scale * first.scale, then.apply(first.shift))

@@ -46,6 +46,10 @@ class Similarity:
         """Carry (..., 3) points back."""
         return np.asarray((points - self.shift) @ self.rotation / self.scale)
 
+    def then(self, other: "Similarity") -> "Similarity":
+        """Return this one and the other after it as one."""
+        return Similarity(other.rotation @ self.rotation, other.scale * self.scale, other.apply(self.shift))
+
 
 def fit_similarity(source: NDArray[np.float64], target: NDArray[np.float64]) -> Similarity:
     """Find the similarity that carries points (K, 3) nearest to points (K, 3). Source: Umeyama 1991."""

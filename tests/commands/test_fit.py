@@ -41,9 +41,11 @@ def errors_mm(found: NDArray[np.float64], truth: NDArray[np.float64]) -> NDArray
     return np.asarray(np.linalg.norm(found - truth, axis=1) * 64 / np.linalg.norm(np.subtract(*truth[PUPILS])))
 
 
-@pytest.mark.parametrize(("suffix", "unit", "axes"), [(".ply", 0.01, ("z", "-y")), (".stl", 10.0, ("y", "z"))])
+@pytest.mark.parametrize(
+    ("suffix", "unit", "axes", "up"), [(".ply", 0.01, ("-y", "z"), "-y"), (".stl", 10.0, ("z", "x"), None)]
+)
 def test_a_plain_head_is_found_and_its_points_placed(
-    tmp_path: Path, suffix: str, unit: float, axes: tuple[str, str]
+    tmp_path: Path, suffix: str, unit: float, axes: tuple[str, str], up: str | None
 ) -> None:
     mesh, truth = load_mesh(DEFAULT_HEAD), read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
     shown = np.concatenate([mesh.triangles[mesh.groups[name]] for name in ("skin", "mouth", "eye_l", "eye_r")])
@@ -51,7 +53,7 @@ def test_a_plain_head_is_found_and_its_points_placed(
     path, output = tmp_path / f"head{suffix}", tmp_path / "head.ppc"
     trimesh.Trimesh(mesh.vertices @ turn, shown, process=False).export(path)
     told: list[str] = []
-    report = fit(path, output, on_progress=told.append)
+    report = fit(path, output, up=up, on_progress=told.append)
     assert (report.up, report.front) == axes
     assert report.mouth_open and report.lip_lines == 3
     assert report.eye_distance == pytest.approx(6.4 * unit, rel=0.03)

@@ -32,6 +32,7 @@ def test_a_similarity_scales_then_turns_then_shifts() -> None:
     quarter = Rotation.from_euler("z", 90, degrees=True).as_matrix()
     frame = Similarity(quarter, 2.0, np.array([0.0, 0.0, 1.0]))
     np.testing.assert_allclose(frame.apply(np.array([1.0, 0.0, 0.0])), [0.0, 2.0, 1.0], atol=1e-12)
+    np.testing.assert_allclose(frame.then(frame).apply(np.eye(3)), frame.apply(frame.apply(np.eye(3))), atol=1e-12)
 
 
 def test_partners_are_each_others() -> None:
