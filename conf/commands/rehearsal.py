@@ -6,6 +6,7 @@ from conf.protocol.caller import Caller, LinkOptions
 from conf.protocol.host import Host
 from conf.protocol.inbound import Inbound
 from conf.protocol.messages import MotionFrame, StreamParameters
+from conf.protocol.portrait import PortraitOutbox
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.code import make_code
 from conf.protocol.session.server import ReceiverSessions
@@ -23,11 +24,20 @@ class Rehearsal:
     sealed_bytes : what they held, UDP/IP headers not counted
     """
 
-    def __init__(self, parameters: StreamParameters, now: float, *, link: LinkOptions | None = None) -> None:
+    def __init__(
+        self,
+        parameters: StreamParameters,
+        now: float,
+        *,
+        link: LinkOptions | None = None,
+        portrait: PortraitOutbox | None = None,
+    ) -> None:
         code = make_code(os.urandom)
         begin = now - MOST_STEPS * 2 * ONE_WAY_S  # so that the handshake is over when the first frame comes
         self.host = Host(ReceiverSessions(code, os.urandom))
-        self.caller = Caller(SenderSession(code, RECEIVER, os.urandom, begin), parameters, begin, link=link)
+        self.caller = Caller(
+            SenderSession(code, RECEIVER, os.urandom, begin), parameters, begin, link=link, portrait=portrait
+        )
         self._answers: list[tuple[float, bytes]] = []
         self.datagrams = self.sealed_bytes = 0
         for step in range(MOST_STEPS):

@@ -10,12 +10,14 @@ from pathlib import Path
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.protocol.caller import Caller, LinkOptions
 from conf.protocol.messages import StreamParameters
+from conf.protocol.portrait import PortraitOutbox
 from conf.protocol.session.client import SenderSession
 from conf.sender.canonical_face import read_canonical_face
 from conf.sender.models import fetch_models
 from conf.sender.motion import MotionExtractor
 from conf.sender.performance import Performance, TrackedPerformance, open_recording
 from conf.sender.pipeline import SenderStatus, SendingLoop
+from conf.sender.portrait.studio import PortraitStudio
 from conf.sender.sources import open_camera, open_clip
 from conf.sender.tracker import FaceTracker
 from conf.sender.udp import SenderSocket
@@ -27,6 +29,7 @@ FPS = 15.0
 class Sending:
     """What is sent and for how long.
 
+    portrait_kbps : what the person's picture may cost; None lets none leave the machine
     file : a clip as a fake camera; dpc : a recorded motion; else the camera by its number or device
     """
 
@@ -35,6 +38,7 @@ class Sending:
     dpc: Path | None = None
     loop: bool = False
     seconds: float | None = None
+    portrait_kbps: float | None = None
     link: LinkOptions = field(default_factory=LinkOptions)
 
 
@@ -46,21 +50,24 @@ def send(
     code : what the receiver shows, as normalise_code returns it
     Raises CameraError, ModelError, NetworkError, FileFormatError.
     """
-    with SenderSocket(*receiver) as link, _open(sending) as performance:
+    outbox = PortraitOutbox(kbps=sending.portrait_kbps) if sending.portrait_kbps else None
+    with SenderSocket(*receiver) as link, _open(sending, outbox) as performance:
         size, fps = performance.size, min(FPS, performance.fps)
         parameters = StreamParameters(*size, fps, CONTROL_POINT_COUNT, performance.fapu_lengths)
         now = time.monotonic()
         session = SenderSession(code, link.remote, os.urandom, now)
-        caller = Caller(session, parameters, now, link=sending.link)
+        caller = Caller(session, parameters, now, link=sending.link, portrait=outbox)
         return SendingLoop(performance, caller, link).run(seconds=sending.seconds, on_status=on_status)
 
 
 @contextmanager
-def _open(sending: Sending) -> Iterator[Performance]:
+def _open(sending: Sending, outbox: PortraitOutbox | None) -> Iterator[Performance]:
     if sending.dpc is not None:
         yield open_recording(sending.dpc, loop=sending.loop)
         return
     models = fetch_models()
     with open_clip(sending.file, loop=sending.loop) if sending.file else open_camera(sending.camera) as source:
-        extractor = MotionExtractor(read_canonical_face(models), source.size)
-        yield TrackedPerformance(source, FaceTracker(models), extractor)
+        canonical = read_canonical_face(models)
+        extractor = MotionExtractor(canonical, source.size)
+        studio = PortraitStudio(canonical, outbox) if outbox else None
+        yield TrackedPerformance(source, FaceTracker(models), extractor, studio=studio)

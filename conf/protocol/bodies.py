@@ -21,7 +21,7 @@ MAX_BODY = 1100
 MAX_POINTS = 64
 MILLISECONDS = 1000
 FAPU_STEPS = 1000  # a centimetre
-PARAMETERS, KEEP_ALIVE, REPORT, ROUND_TRIP, GOODBYE = range(5)
+PARAMETERS, KEEP_ALIVE, REPORT, ROUND_TRIP, GOODBYE, PORTRAIT_PIECE, PORTRAIT_ANSWER, TOGETHER = range(8)
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,39 @@ class Goodbye:
     """The sender hangs up."""
 
 
-Body = Motion | StreamParameters | KeepAlive | Feedback | RoundTripNotice | Goodbye
+@dataclass(frozen=True)
+class PortraitPiece:
+    """A piece of a picture of the sender. data : as conf.protocol.portrait wrote it, and checks it"""
+
+    data: bytes
+
+
+@dataclass(frozen=True)
+class PortraitAnswer:
+    """What the receiver has of the sender's picture. data : as conf.protocol.portrait wrote it, and checks it"""
+
+    data: bytes
+
+
+@dataclass(frozen=True)
+class Together:
+    """Motion and a piece of a picture in one datagram: the headers are paid once."""
+
+    motion: Motion
+    piece: PortraitPiece
+
+
+Body = (
+    Motion
+    | StreamParameters
+    | KeepAlive
+    | Feedback
+    | RoundTripNotice
+    | Goodbye
+    | PortraitPiece
+    | PortraitAnswer
+    | Together
+)
 
 
 def encode_body(body: Body) -> bytes:
@@ -150,6 +182,18 @@ def _decode_goodbye(data: bytes) -> Goodbye:
     return Goodbye()
 
 
+def _encode_together(body: Together) -> tuple[int, bytes]:
+    motion = encode_body(body.motion)
+    return TOGETHER, bytes((len(motion),)) + motion + body.piece.data
+
+
+def _decode_together(data: bytes) -> Together:
+    end = 1 + data[0] if data else 1
+    if not 1 < end < len(data) or not data[1] & MOTION_BIT:
+        raise ProtocolError("not motion and a piece")
+    return Together(Motion(data[1] & (MOTION_BIT - 1), data[2:end]), PortraitPiece(data[end:]))
+
+
 _PRESENCES = {presence.value for presence in Presence}
 _ENCODERS: dict[type, Callable[[Any], tuple[int, bytes]]] = {
     StreamParameters: _encode_parameters,
@@ -157,6 +201,9 @@ _ENCODERS: dict[type, Callable[[Any], tuple[int, bytes]]] = {
     Feedback: _encode_feedback,
     RoundTripNotice: _encode_round_trip,
     Goodbye: _encode_goodbye,
+    Together: _encode_together,
+    PortraitPiece: lambda body: (PORTRAIT_PIECE, body.data),
+    PortraitAnswer: lambda body: (PORTRAIT_ANSWER, body.data),
 }
 _DECODERS: dict[int, Callable[[bytes], Body]] = {
     PARAMETERS: _decode_parameters,
@@ -164,4 +211,7 @@ _DECODERS: dict[int, Callable[[bytes], Body]] = {
     REPORT: _decode_feedback,
     ROUND_TRIP: _decode_round_trip,
     GOODBYE: _decode_goodbye,
+    PORTRAIT_PIECE: PortraitPiece,
+    TOGETHER: _decode_together,
+    PORTRAIT_ANSWER: PortraitAnswer,
 }

@@ -5,15 +5,25 @@ steer all three.
 """
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from conf.errors import ProtocolError
-from conf.protocol.bodies import Feedback, Goodbye, RoundTripNotice, decode_body, encode_body
-from conf.protocol.codec import PROFILES
+from conf.protocol.bodies import (
+    Feedback,
+    Goodbye,
+    PortraitAnswer,
+    PortraitPiece,
+    RoundTripNotice,
+    Together,
+    decode_body,
+    encode_body,
+)
+from conf.protocol.codec import NARROW, PROFILES
 from conf.protocol.congestion import LADDER, CircuitBreaker, CongestionControl, RateCap
 from conf.protocol.feedback import RoundTrip
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.outbound import Outbound, Outgoing
+from conf.protocol.portrait import PortraitOutbox
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import BodyReceived, Connected, Event
 from conf.protocol.session.limits import Address
@@ -22,6 +32,8 @@ from conf.protocol.statistics import HEADER_BYTES, RateWindow
 AUTOMATIC = "auto"
 SEALED_BYTES = 19  # what framing and seal add at the most
 AUTOMATIC_TOP = 1  # live: who wants thirty frames a second says so
+RIDING_BYTES = 2  # what joining two bodies costs
+WAIT_FOR_RIDE_S = 0.2  # a piece that rides with motion costs no headers: without motion for so long it goes alone
 TELL_ROUND_TRIP_S = 10.0
 RUNG_KBPS = (11.0, 5.8, 4.0, 2.4)  # what each rung of the ladder needs
 
@@ -61,13 +73,21 @@ class Caller:
     """One sender's call to the receiver at `remote`."""
 
     def __init__(
-        self, session: SenderSession, parameters: StreamParameters, now: float, *, link: LinkOptions | None = None
+        self,
+        session: SenderSession,
+        parameters: StreamParameters,
+        now: float,
+        *,
+        link: LinkOptions | None = None,
+        portrait: PortraitOutbox | None = None,
     ) -> None:
+        """portrait : what is to be sent of the sender's picture, None to send nothing of it"""
         link = link or LinkOptions()
         top = top_rung(link.kbps)
         self.traffic = RateWindow()
         self.outbound = Outbound(parameters)
         self._session = session
+        self._portrait = portrait
         self._automatic = link.profile == AUTOMATIC
         self._congestion = CongestionControl(now, top=top, start=top)
         self._cap = RateCap(link.kbps) if link.kbps else None
@@ -77,6 +97,7 @@ class Caller:
         self._bundling = 1
         self._events: deque[Event] = deque()
         self._timestamp = 0.0
+        self._rode_at = float("-inf")
         self._trip_told_ms = 0.0
         self._trip_due = now
         if self._automatic:
@@ -108,6 +129,7 @@ class Caller:
         outgoing = self.outbound.take() + self._tell_round_trip(now)
         if self._session.session is not None and self._breaker.probe(now):
             outgoing = [self.outbound.probe(self._timestamp)]
+        outgoing = self._with_portrait(outgoing, now)
         datagrams += [sealed for body in outgoing if (sealed := self._seal(body, now))]
         return self._counted(datagrams, now)
 
@@ -142,6 +164,8 @@ class Caller:
                 case Connected():
                     self._breaker.reported(now)
                     self.outbound.restart()
+                    if self._portrait:
+                        self._portrait.restart()
                     self._events.append(event)
                 case _:
                     self._events.append(event)
@@ -160,6 +184,27 @@ class Caller:
             return []
         self._trip_due, self._trip_told_ms = now + TELL_ROUND_TRIP_S, trip * 1000
         return [Outgoing(encode_body(RoundTripNotice(round(trip * 1000))))]
+
+    def _with_portrait(self, outgoing: list[Outgoing], now: float) -> list[Outgoing]:
+        """Add one piece of the picture at the most, in the last motion's datagram where there is one.
+
+        A link as narrow as a modem has no room for a picture.
+        """
+        if self._portrait is None or not self._may_send(now) or self.outbound.profile == NARROW:
+            return outgoing
+        rides = bool(outgoing) and outgoing[-1].motion is not None and len(outgoing[-1].body) < 256
+        if rides:
+            self._rode_at = now
+        elif now < self._rode_at + WAIT_FOR_RIDE_S:
+            return outgoing
+        piece = self._portrait.next_piece(now, overhead=RIDING_BYTES if rides else HEADER_BYTES + SEALED_BYTES)
+        if piece is None:
+            return outgoing
+        if not rides:
+            return [*outgoing, Outgoing(encode_body(PortraitPiece(piece)))]
+        *before, last = outgoing
+        assert last.motion is not None
+        return [*before, replace(last, body=encode_body(Together(last.motion, PortraitPiece(piece))))]
 
     def _may_send(self, now: float) -> bool:
         return self._session.session is not None and not self._breaker.broken(now)
@@ -180,11 +225,15 @@ class Caller:
 
     def _take(self, body: bytes, now: float) -> None:
         try:
-            feedback = decode_body(body)
+            match decode_body(body):
+                case Feedback() as feedback:
+                    self._take_feedback(feedback, now)
+                case PortraitAnswer(data=data) if self._portrait:
+                    self._portrait.receive_answer(data)
         except ProtocolError:
             return
-        if not isinstance(feedback, Feedback):
-            return
+
+    def _take_feedback(self, feedback: Feedback, now: float) -> None:
         report = feedback.report
         self._breaker.reported(now)
         self._round_trip.reported(report, now)

@@ -17,6 +17,7 @@ class Host:
         self.inbounds: dict[int, Inbound] = {}
         self._sessions = sessions
         self._events: deque[Event] = deque()
+        self._calls = 0
         self._over: list[TrafficSnapshot] = []  # at most one: what all ended calls were together
 
     @property
@@ -35,10 +36,9 @@ class Host:
         self._take_events(0, now)
         datagrams = self._sessions.datagrams_to_send(now)
         for session, inbound in self.inbounds.items():
-            body = inbound.feedback(now)
-            sealed = self._sessions.seal_body(session, body) if body else None
-            if sealed:
-                datagrams.append((sealed.datagram, sealed.address))
+            for body in inbound.bodies_to_send(now):
+                if sealed := self._sessions.seal_body(session, body):
+                    datagrams.append((sealed.datagram, sealed.address))
         return datagrams
 
     def snapshot(self, now: float) -> TrafficSnapshot:
@@ -57,7 +57,8 @@ class Host:
                 case BodyReceived(session=session, body=body, counter=counter):
                     self._take(session, body, counter, wire_bytes, now)
                 case Connected(session=session):
-                    self.inbounds[session] = Inbound()
+                    self._calls += 1
+                    self.inbounds[session] = Inbound(token=self._calls)
                     self._events.append(event)
                 case Lost(session=session):
                     self._end(session, now)

@@ -1,30 +1,49 @@
 """The receiving half of the motion: opened bodies in, motion to draw out. No I/O, no clock."""
 
+from collections import deque
+
 from conf.errors import ProtocolError
-from conf.protocol.bodies import NUMBER_BITS, Body, Feedback, Goodbye, Motion, RoundTripNotice, decode_body, encode_body
+from conf.protocol.bodies import (
+    NUMBER_BITS,
+    Body,
+    Feedback,
+    Goodbye,
+    Motion,
+    PortraitAnswer,
+    PortraitPiece,
+    RoundTripNotice,
+    Together,
+    decode_body,
+    encode_body,
+)
 from conf.protocol.codec import Decoder, MissingReferenceError
 from conf.protocol.codec.bundle import profile_of
 from conf.protocol.feedback import Reception
 from conf.protocol.jitter_buffer import JitterBuffer, Playout
 from conf.protocol.messages import KeepAlive, MotionFrame, Presence, StreamParameters
+from conf.protocol.portrait import PortraitInbox
 from conf.protocol.sequence import unwrap
 from conf.protocol.statistics import RateWindow, TrafficSnapshot, raw_bytes
 
 SILENCE_S = 3.0
+MAX_OBJECTS = 64  # parts of a picture that nobody has taken yet
 
 
 class Inbound:
     """Take the bodies of one sender and play its motion at its time."""
 
-    def __init__(self) -> None:
+    def __init__(self, token: int = 0) -> None:
+        """token : 16 bits that tell the sender whether this is still the receiver that it sent its picture to"""
         self.parameters: StreamParameters | None = None
         self.presence = Presence.FACE
         self.round_trip_ms: float | None = None
         self.ended = False
+        self.portrait: deque[bytes] = deque(maxlen=MAX_OBJECTS)  # what has come whole of the sender's picture
         self.rejected = 0
         self.missed_references = 0
         self.frames = RateWindow()
         self.traffic = RateWindow()
+        self._portrait_inbox = PortraitInbox(token)
         self._decoder = Decoder()
         self._buffer = JitterBuffer()
         self._reception = Reception()
@@ -60,8 +79,14 @@ class Inbound:
         """Say whether the sender has not been heard for a while, or never."""
         return self._heard_at is None or now - self._heard_at > SILENCE_S
 
+    def bodies_to_send(self, now: float) -> list[bytes]:
+        """Return what is to be sealed and sent back: a report, and what has come of the picture, each when due."""
+        answer = self._portrait_inbox.next_answer(now)
+        bodies = [self.feedback(now), encode_body(PortraitAnswer(answer)) if answer else None]
+        return [body for body in bodies if body]
+
     def feedback(self, now: float) -> bytes | None:
-        """Return a report to seal and send back when one is due and there is something to report."""
+        """Return a report when one is due and there is something to report."""
         if self._heard_at is None or self._heard_at <= self._reported_at:
             return None
         report = self._reception.report(now)
@@ -107,11 +132,21 @@ class Inbound:
                 return self._take_motion(body, now)
             case RoundTripNotice(milliseconds=milliseconds):
                 self.round_trip_ms = float(milliseconds)
+            case PortraitPiece(data=data):
+                self._take_piece(data)
+            case Together(motion=motion, piece=piece):
+                self._take_piece(piece.data)
+                return self._take_motion(motion, now)
             case Goodbye():
                 self.ended = True
             case _:
                 raise ProtocolError("a report came to the receiver")
         return None
+
+    def _take_piece(self, data: bytes) -> None:
+        whole = self._portrait_inbox.receive_piece(data)
+        if whole:
+            self.portrait.append(whole)
 
     def _take_motion(self, body: Motion, now: float) -> float:
         profile = profile_of(body.payload)

@@ -23,12 +23,13 @@ REMEMBERED = 256  # datagrams on their way
 class Outgoing:
     """A body to seal and send, and what its arrival would mean.
 
-    numbers : of the frames it carries
+    numbers : of the frames it carries; motion : the same as the codec wrote them
     parameters : the stream parameters it carries, if any
     """
 
     body: bytes
     numbers: tuple[int, ...] = ()
+    motion: Motion | None = None
     parameters: StreamParameters | None = None
 
 
@@ -153,7 +154,8 @@ class Outbound:
         numbers = tuple(number for number, _ in self._pending)
         stride = numbers[1] - numbers[0] if len(numbers) > 1 else 1
         payload = self._encoder.encode([frame for _, frame in self._pending], numbers[0], stride=stride)
-        self._queue.append(Outgoing(encode_body(Motion(numbers[0], payload)), numbers))
+        motion = Motion(numbers[0], payload)
+        self._queue.append(Outgoing(encode_body(motion), numbers, motion))
         self.frames_sent += len(self._pending)
         self._pending.clear()
 

@@ -94,6 +94,7 @@ KEYS = {
     "w": ("wireframe", "wireframe"),
     "p": ("points", "control points"),
     "m": ("meter", "meter"),
+    "v": ("portrait", "the caller's own picture, or the head"),
     "c": ("centred", "centre the head, or as sent"),
     "s": ("picture", "save a picture (JPG)"),
     "r": ("record", "record a clip (AVI), stop recording"),

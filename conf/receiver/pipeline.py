@@ -104,6 +104,9 @@ class ReceivingLoop:
             playouts = {caller: inbound.play(now) for caller, inbound in self._host.inbounds.items()}
             self._shown = {caller: playout.frame if playout else None for caller, playout in playouts.items()}
         self._window.begin()
+        for caller, inbound in self._host.inbounds.items():
+            if inbound.portrait:  # one part a picture: the first one takes as long as several pictures
+                self._stage.hang(caller, inbound.portrait.popleft())
         self._cells = self._stage.draw(self._shown, self._viewer.view, now)
         self._draw_panels(now)
         self._viewer.picture_drawn(now)

@@ -41,6 +41,7 @@ class View:
     meter: bool = True
     help: bool = False
     centred: bool = True
+    portrait: bool = True
 
     def turned(self, dx: float, dy: float) -> "View":
         """Turn the head with the hand: dx, dy in picture heights, x right, y up."""
@@ -56,7 +57,7 @@ class View:
         return replace(self, pan=(self.pan[0] + dx, self.pan[1] + dy))
 
     def toggled(self, name: str) -> "View":
-        """Switch one of wireframe, points, meter, help, centred."""
+        """Switch one of wireframe, points, meter, help, centred, portrait."""
         if name not in TOGGLES:
             raise ValueError(f"name must be one of {', '.join(TOGGLES)}, got {name!r}")
         switched: dict[str, Any] = {name: not getattr(self, name)}
@@ -67,7 +68,7 @@ class View:
         return replace(self, yaw=0.0, pitch=0.0, zoom=1.0, pan=(0.0, 0.0))
 
 
-TOGGLES = ("wireframe", "points", "meter", "help", "centred")
+TOGGLES = ("wireframe", "points", "meter", "help", "centred", "portrait")
 
 
 def rotation(pose: HeadPose, view: View) -> NDArray[np.float64]:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from itertools import pairwise
 
 from conf.face.head import FaceModel
@@ -10,6 +11,8 @@ from conf.protocol.messages import MotionFrame
 from conf.receiver.framing import Area, Framer, rest
 from conf.receiver.meter import covered_width
 from conf.receiver.offscreen import OffscreenWindow
+from conf.receiver.portrait.album import Album
+from conf.receiver.portrait.renderer import PortraitRenderer
 from conf.receiver.renderer import FaceRenderer
 from conf.receiver.scene import View
 from conf.receiver.window import GlfwWindow
@@ -44,6 +47,14 @@ def _awkward(columns: int, count: int, aspect: float) -> float:
     return abs(math.log(aspect * rows / columns)) + (rows * columns - count) / count
 
 
+@dataclass(frozen=True)
+class Portrait:
+    """What has come of a caller's picture, and what draws it."""
+
+    album: Album
+    renderer: PortraitRenderer
+
+
 class Stage:
     """Draws the callers' motion on one face model into a window."""
 
@@ -52,6 +63,14 @@ class Stage:
         self._face = face
         self._renderer = FaceRenderer(window.ctx, face)
         self._framers: dict[int, Framer] = {}
+        self._portraits: dict[int, Portrait] = {}
+
+    def hang(self, caller: int, data: bytes) -> None:
+        """Take a part of a caller's picture. Whatever is wrong with it, the call goes on."""
+        if caller not in self._portraits:
+            album = Album()
+            self._portraits[caller] = Portrait(album, PortraitRenderer(self._window.ctx, album))
+        self._portraits[caller].album.receive(data)
 
     def draw(self, frames: Mapping[int, MotionFrame | None], view: View, now: float) -> dict[int, Cell]:
         """Draw one picture: each caller's frame, by the caller's number; None or nobody is the neutral face.
@@ -59,12 +78,18 @@ class Stage:
         Returns the cell of the picture that each caller has.
         """
         self._framers = {caller: self._framers.get(caller, Framer()) for caller in frames}
+        for gone in self._portraits.keys() - frames.keys():
+            self._take_down(gone)
         actors = list(frames.items()) or [(NOBODY, None)]
         covered = self._covered(view)
         cells = grid(len(actors), self._window.size, left=covered if len(actors) > 1 else 0)
         framebuffer = self._window.framebuffer
         for (caller, frame), cell in zip(actors, cells, strict=True):
             framebuffer.viewport = cell
+            portrait = self._portraits.get(caller)
+            if view.portrait and frame is not None and portrait and portrait.renderer.ready:
+                portrait.renderer.draw(frame.displacements, HeadPose.from_vector(frame.pose), view, framebuffer)
+                continue
             area = Area.of(cell[2:], covered=covered if len(actors) == 1 else 0)
             if frame is None:
                 vertices, pose = self._face.neutral, rest(area)
@@ -78,6 +103,11 @@ class Stage:
     def release(self) -> None:
         """Free everything on the card."""
         self._renderer.release()
+        for caller in list(self._portraits):
+            self._take_down(caller)
+
+    def _take_down(self, caller: int) -> None:
+        self._portraits.pop(caller).renderer.release()
 
     def _covered(self, view: View) -> int:
         """Return how many pixels from the left the meter takes: half the picture at the most."""

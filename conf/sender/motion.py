@@ -46,6 +46,11 @@ class MotionExtractor:
         return Fapu.measure(self._neutral.points, closed_lid_gap=float(self._lids.shut_shares.mean()))
 
     @property
+    def neutral_points(self) -> NDArray[np.float64]:
+        """The (n, 3) control points of the neutral pose in use, cm in face axes."""
+        return self._neutral.points
+
+    @property
     def calibrated(self) -> bool:
         """Whether the neutral pose is this person's own."""
         return self._neutral.known

@@ -15,6 +15,8 @@ from conf.face.head_pose import NEUTRAL_POSE
 from conf.protocol.messages import MotionFrame
 from conf.sender.mean_face import MEAN_FACE
 from conf.sender.motion import MotionExtractor
+from conf.sender.portrait.photographer import Shot
+from conf.sender.portrait.studio import PortraitStudio
 from conf.sender.sources import Frame, FrameSource
 from conf.sender.tracker import FaceTracker
 
@@ -54,8 +56,17 @@ class Performance(Protocol):
 class TrackedPerformance:
     """A face before a camera or in a clip."""
 
-    def __init__(self, source: FrameSource, tracker: FaceTracker, extractor: MotionExtractor) -> None:
+    def __init__(
+        self,
+        source: FrameSource,
+        tracker: FaceTracker,
+        extractor: MotionExtractor,
+        *,
+        studio: PortraitStudio | None = None,
+    ) -> None:
+        """studio : takes the pictures of the person that the user allowed, None takes none"""
         self._source = source
+        self._studio = studio
         self._tracker = tracker
         self._extractor = extractor
         self._frame: Frame | None = None
@@ -97,7 +108,14 @@ class TrackedPerformance:
         began = time.monotonic()
         tracking = self._tracker.track(self._frame.pixels)
         self._times_ms.append((time.monotonic() - began) * 1000)
-        return self._extractor.update(tracking, self._frame.timestamp) if tracking else None
+        if tracking is None:
+            return None
+        motion = self._extractor.update(tracking, self._frame.timestamp)
+        if self._studio:
+            extractor = self._extractor
+            shot = Shot(self._frame.pixels, tracking.landmarks, extractor.neutral_points, extractor.fapu)
+            self._studio.watch(shot, motion, tracking.presence, time.monotonic())
+        return motion
 
 
 class RecordedPerformance:

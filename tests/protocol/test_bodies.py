@@ -4,7 +4,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
-from conf.protocol.bodies import MAX_BODY, Body, Feedback, Motion, decode_body, encode_body
+from conf.protocol.bodies import (
+    MAX_BODY,
+    Body,
+    Feedback,
+    Motion,
+    PortraitAnswer,
+    PortraitPiece,
+    Together,
+    decode_body,
+    encode_body,
+)
 from conf.protocol.feedback import Report
 from conf.protocol.messages import KeepAlive, Presence, StreamParameters
 
@@ -14,10 +24,15 @@ BODIES: list[Body] = [
     KeepAlive(3.25, Presence.NO_FACE),
     Feedback(Report(highest=100, missing=5, lost=7, jitter_ms=12, hold_ms=30), refresh=True),
 ]
+CARRIED: list[Body] = [
+    PortraitPiece(b"piece"),
+    PortraitAnswer(b"answer"),
+    Together(Motion(3, b"motion"), PortraitPiece(b"piece")),
+]
 NAMES = [type(body).__name__ for body in BODIES]
 
 
-@pytest.mark.parametrize("body", BODIES, ids=NAMES)
+@pytest.mark.parametrize("body", [*BODIES, *CARRIED], ids=lambda body: type(body).__name__)
 def test_a_body_comes_back(body: Body) -> None:
     assert decode_body(encode_body(body)) == body
 

@@ -1,0 +1,50 @@
+"""A picture under the motion of a whole call: caller and host, handshake and seal, without a network."""
+
+import numpy as np
+
+from conf.commands.rehearsal import Rehearsal
+from conf.protocol.caller import LinkOptions
+from conf.protocol.messages import MotionFrame
+from conf.protocol.portrait import PortraitOutbox
+from tests.protocol.test_outbound import FRAME_S, PARAMETERS, frame
+
+PICTURE = bytes(range(256)) * 20
+
+
+def call(seconds: float, profile: str, outbox: PortraitOutbox | None) -> Rehearsal:
+    rehearsal = Rehearsal(PARAMETERS, 0.0, link=LinkOptions(profile), portrait=outbox)
+    for count in range(round(seconds / FRAME_S)):
+        rehearsal.send_frame(frame(count * FRAME_S), count * FRAME_S)
+    return rehearsal
+
+
+def outbox_with_a_picture(kbps: float = 4.0) -> PortraitOutbox:
+    outbox = PortraitOutbox(kbps=kbps)
+    outbox.put(0, PICTURE, urgency=0)
+    return outbox
+
+
+def test_the_picture_arrives_whole_within_seconds_and_costs_no_frame() -> None:
+    outbox = outbox_with_a_picture()
+    rehearsal = call(6.0, "live", outbox)
+    assert list(rehearsal.inbound.portrait) == [PICTURE]
+    assert outbox.delivered(0)
+    without = call(6.0, "live", None)
+    assert rehearsal.inbound.frames.count == without.inbound.frames.count
+
+
+def test_a_modem_is_left_to_the_motion() -> None:
+    assert not call(6.0, "narrow", outbox_with_a_picture()).inbound.portrait
+
+
+def test_after_the_start_the_budget_holds() -> None:
+    outbox = outbox_with_a_picture(kbps=2.0)
+    rehearsal = call(6.0, "live", outbox)
+    before = rehearsal.wire_bytes
+    for slot in range(1, 20):
+        outbox.put(slot, PICTURE, urgency=1)
+    for count in range(300):
+        stamp = 6.0 + count * FRAME_S
+        rehearsal.send_frame(MotionFrame(stamp, np.zeros((50, 3), np.float32), np.zeros(6)), stamp)
+    kbps = (rehearsal.wire_bytes - before) * 8 / (300 * FRAME_S) / 1000
+    assert 1.5 < kbps < 2.9  # a still face beside it costs a keep-alive a second
