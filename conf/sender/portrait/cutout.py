@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from conf.face.portrait import contours
 
 MAX_CORNERS = 64
-WORK_HEIGHT = 120  # px: cutting is done on a small copy
+WORK_HEIGHT = 160  # px: cutting is done on a small copy
 PLAIN_SHARE = 0.75  # of the border that must have the wall's colour
 LOWEST_HUE, HIGHEST_HUE = 35, 130  # OpenCV's, 0 to 180: from green to blue
 WALL_SATURATION = 20
@@ -39,13 +39,17 @@ def outline_person(pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /
     return _outline(_smooth(mask, figure.oval))
 
 
+SKULL = 0.75  # below 1 an ellipse is fuller
 Corners = list[tuple[float, float]]
 
 
 def _ellipse(across: float, up: float, rise: float) -> Corners:
-    """Return an ellipse about the face's middle, moved up: in face widths and heights."""
-    angles = np.linspace(0, 2 * np.pi, 24, endpoint=False)
-    return [(across * float(np.cos(a)), -rise + up * float(np.sin(a))) for a in angles]
+    """Return an ellipse about the face's middle, moved up, fuller above as skulls are: in face widths and heights."""
+    angles = np.linspace(0, 2 * np.pi, 32, endpoint=False)
+    x, y = np.cos(angles), np.sin(angles)
+    fuller = np.where(y < 0, SKULL, 1.0)
+    x, y = np.sign(x) * np.abs(x) ** fuller, np.sign(y) * np.abs(y) ** fuller
+    return [(across * float(a), -rise + up * float(b)) for a, b in zip(x, y, strict=True)]
 
 
 # Corners in face widths and heights: of a head from the face's middle, y towards the chin; of a body from the chin.
