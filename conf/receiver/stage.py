@@ -20,6 +20,7 @@ from conf.receiver.window import GlfwWindow
 Window = GlfwWindow | OffscreenWindow
 Cell = tuple[int, int, int, int]  # x, y of the lower left corner, width, height, in pixels
 NOBODY = -1
+SURROUND = (0.10, 0.11, 0.135)  # sRGB: what lies behind the meter beside several callers
 
 
 def grid(count: int, size: tuple[int, int], *, left: int = 0) -> list[Cell]:
@@ -84,6 +85,7 @@ class Stage:
         covered = self._covered(view)
         cells = grid(len(actors), self._window.size, left=covered if len(actors) > 1 else 0)
         framebuffer = self._window.framebuffer
+        framebuffer.clear(*SURROUND)
         for (caller, frame), cell in zip(actors, cells, strict=True):
             framebuffer.viewport = cell
             portrait = self._portraits.get(caller)

@@ -29,8 +29,8 @@ class FakeLink:
     def monotonic(self) -> float:
         return self.now
 
-    def receive(self) -> Datagrams:
-        arrived, self.arrived = self.arrived, []
+    def receive(self, limit: int = 4096) -> Datagrams:
+        arrived, self.arrived = self.arrived[:limit], self.arrived[limit:]
         return arrived
 
     def send(self, datagrams: Datagrams) -> None:
