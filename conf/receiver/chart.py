@@ -13,7 +13,7 @@ from conf.receiver.overlay import ACCENT, Overlay, panel
 SIZE = (900, 460)
 FLAGS = implot.Flags_.no_legend | implot.Flags_.no_mouse_text | implot.Flags_.no_inputs
 OURS = (0.35, 0.90, 0.50, 1.0)
-LABELS_ROOM = 10.0  # the value's text stands right of its bar: the axis goes on so many times further
+LABELS_ROOM = 20.0  # the value's text stands right of its bar: the axis goes on so many times further
 
 
 @dataclass(frozen=True)
