@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 
 from conf.animator.film import emotion_motion, peak, resampled, stretch
-from conf.animator.take import Take
 from conf.face.action_units import load_emotions
 from conf.face.dpc import Motion
-from conf.face.head_pose import NEUTRAL_POSE
 from conf.face.idle import IdleMotion
 from conf.face.performance import Envelope
 from conf.face.playback import displacements_at, duration_of
@@ -49,15 +47,3 @@ def test_a_tall_picture_shows_a_smaller_head() -> None:
     narrow = stretch(motion, (400, 1000))
     assert narrow.poses is not None and (narrow.poses[:, 5] < 0).all()
     assert stretch(motion, (1280, 720)) is motion
-
-
-def test_a_take_at_uneven_times_becomes_even() -> None:
-    take = Take()
-    rng = np.random.default_rng(3)
-    for time in np.cumsum(rng.uniform(0.005, 0.06, 60)):
-        take.add(np.full((50, 3), 100 * time, np.float32), NEUTRAL_POSE, float(time))
-    recording = take.finish("take")
-    assert recording is not None
-    steps = np.diff(recording.motion.displacements[:, 0, 0])
-    np.testing.assert_allclose(steps, 100 / 30, rtol=1e-3)
-    assert Take().finish("nothing") is None

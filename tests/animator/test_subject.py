@@ -13,7 +13,7 @@ from tests.animator.conftest import TO_FILE
 def in_file(subject: Subject) -> np.ndarray:
     assert subject.points is not None
     scale, shift = TO_FILE
-    return subject.points * scale + shift
+    return np.asarray(subject.points * scale + shift)
 
 
 def test_the_shipped_head_comes_with_all_it_has(subject: Subject) -> None:

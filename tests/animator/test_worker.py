@@ -1,4 +1,5 @@
 import threading
+from functools import partial
 
 import pytest
 
@@ -13,16 +14,20 @@ def wait_for(worker: LatestOnly[int]) -> int:
 
 def test_only_the_newest_of_those_that_wait_is_done() -> None:
     worker: LatestOnly[int] = LatestOnly()
-    gate, done = threading.Event(), []
+    gate = threading.Event()
+    done: list[int] = []
+
+    def note(number: int) -> int:
+        done.append(number)
+        return number
 
     def slow() -> int:
         gate.wait(10)
-        done.append(0)
-        return 0
+        return note(0)
 
     worker.ask(slow)
     for i in range(1, 5):
-        worker.ask(lambda i=i: done.append(i) or i)  # type: ignore[misc]
+        worker.ask(partial(note, i))
     assert worker.take() is None and worker.busy
     gate.set()
     assert wait_for(worker) == 0
