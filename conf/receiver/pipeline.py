@@ -19,6 +19,8 @@ from conf.receiver.stage import Cell, Stage, Window
 from conf.receiver.udp import ReceiverSocket
 from conf.receiver.viewer import Viewer
 
+SLICE = 512  # datagrams between two looks at the clock: a few milliseconds of junk
+
 
 class ReceivingLoop:
     """Show everybody who calls over a link until the window is closed."""
@@ -60,9 +62,11 @@ class ReceivingLoop:
         began = due = time.monotonic()
         try:
             while not self._over(began, seconds) and keep_going():
-                self._draw(time.monotonic(), on_picture)
-                due = max(due + 1 / fps, time.monotonic() - 1 / fps)
-                self._serve_until(due)
+                start = time.monotonic()
+                self._draw(start, on_picture)
+                drawn = time.monotonic()
+                due = max(due + 1 / fps, drawn - 1 / fps)
+                self._serve_until(due, patience=max(due, drawn + drawn - start))
             return self._host.snapshot(time.monotonic())
         finally:
             self._viewer.close()
@@ -73,16 +77,21 @@ class ReceivingLoop:
         late = seconds is not None and time.monotonic() - began >= seconds
         return late or self._viewer.wants_to_go or self._window.should_close
 
-    def _serve_until(self, until: float) -> None:
-        """Take datagrams as they come, so that each gets its true time of arrival, until the next picture is due."""
+    def _serve_until(self, until: float, *, patience: float) -> None:
+        """Take datagrams as they come, so that each gets its true time of arrival, until the next picture is due.
+
+        patience : when there is more to take than that, as in a flood, it is taken until then: a machine that is slow
+        at drawing spends as long on listening
+        """
         while True:
             now = time.monotonic()
-            for data, address in self._link.receive():
+            datagrams = self._link.receive(SLICE)
+            for data, address in datagrams:
                 self._host.receive_datagram(data, address, now)
             self._link.send(self._host.datagrams_to_send(now))
             while event := self._host.next_event():
                 self._note(event, now)
-            if now >= until:
+            if now >= (patience if len(datagrams) == SLICE else until):
                 return
             self._link.wait(until - now)
 
