@@ -1,0 +1,132 @@
+"""Every byte of a recorded call, read a second time by hand from WIRE.md: nothing of conf.protocol reads here."""
+
+import hashlib
+import hmac
+import random
+import zlib
+from collections.abc import Callable, Iterator
+
+import msgpack
+import pytest
+from cryptography.hazmat.primitives.ciphers.aead import AESCCM
+from spake2 import SPAKE2_A
+
+from conf.protocol.session.limits import Address
+from tests.protocol.calls import CODE, RECEIVER, World
+
+FIELDS = {0: 48, 1: 16, 2: 40, 3: 25, 4: 25, 5: 10, 6: 1}
+COUNTS = {0: 10, 1: 2, 3: 1}  # fields of the bodies that are a plain array
+Capture = list[tuple[float, Address, Address, bytes]]
+
+
+@pytest.fixture(scope="module")
+def capture() -> Capture:
+    """Record a call of ten seconds, some of it lost, with a goodbye."""
+    world = World(seed="capture")
+    end = world.call()
+    world.run(4)
+    end.line.loss = 0.1
+    world.run(6)
+    end.line.loss = 0.0
+    end.motion = None
+    world._send(end.caller.hang_up(world.now), end.address)
+    world.run(0.2)
+    return world.traffic
+
+
+def expand(key: bytes, info: bytes, size: int) -> bytes:
+    """RFC 5869, 2.3."""
+    block, result = b"", b""
+    while len(result) < size:
+        block = hmac.digest(key, block + info + bytes([len(result) // 32 + 1]), "sha256")
+        result += block
+    return result[:size]
+
+
+def handshakes(capture: Capture) -> dict[int, bytes]:
+    """Check each handshake datagram; return the last one of each kind."""
+    found = {}
+    for _, source, _, data in capture:
+        if data[0] != 0x93:
+            continue
+        kind = data[2]
+        assert data[:2] == b"\x93\x02" and data[3] == 0xC4 and data[4] == FIELDS[kind] + 4 == len(data) - 5
+        assert zlib.crc32(data[:-4]) == int.from_bytes(data[-4:])
+        assert (source == RECEIVER) == (kind in {1, 2, 4, 5, 6})
+        found[kind] = data[5:-4]
+    return found
+
+
+def secrets(hands: dict[int, bytes], random_bytes: Callable[[int], bytes]) -> tuple[int, bytes, bytes]:
+    """Return session and the secrets of both directions, given the sender's randomness."""
+    attempt = random_bytes(8)
+    half = SPAKE2_A(CODE.encode(), idA=b"conf sender", idB=b"conf receiver", entropy_f=random_bytes)
+    share = half.start()[1:]
+    assert hands[0][:8] == attempt and hands[0][16:] == share
+    key = half.finish(b"B" + hands[2][8:])
+    transcript = hashlib.sha256(b"\x02conf senderconf receiver" + attempt + share + hands[2][8:]).digest()
+    material = expand(hmac.digest(transcript, key, "sha256"), b"conf session", 128)
+    return hands[4][8], material[:32], material[32:64]
+
+
+def bodies(capture: Capture, session: int, secret: bytes, *, to_receiver: bool) -> Iterator[tuple[int, bytes]]:
+    """Open each data datagram of one direction in the order of sending: counter and body."""
+    material = expand(secret, b"conf epoch", 53)
+    cipher = AESCCM(material[:16], tag_length=8)
+    counter = 0
+    for _, _, target, data in capture:
+        if data[0] != 0x94 or (target == RECEIVER) != to_receiver:
+            continue
+        assert data[:3] == bytes((0x94, 2, session)) and 10 <= len(data) <= 1200
+        if data[3] < 0x80:
+            assert data[3] == counter & 0x7F
+            at = 4
+        else:
+            width = {0xCC: 1, 0xCD: 2, 0xCE: 4}[data[3]]
+            at = 4 + width
+            assert int.from_bytes(data[4:at]) == counter >= 128
+        assert data[at] == 0xC4 and data[at + 1] == len(data) - at - 2
+        header, sealed = data[: at + 2], data[at + 2 :]
+        yield counter, cipher.decrypt(material[16:21] + counter.to_bytes(8), sealed, header)
+        counter += 1
+
+
+def test_every_byte_is_as_wire_md_says(capture: Capture) -> None:
+    hands = handshakes(capture)
+    assert set(hands) - {6} == {0, 1, 2, 3, 4}  # the second goodbye finds no session
+    sender = ("198.51.100.1", 40000)
+    session, from_sender, _ = secrets(hands, random.Random(f"{sender} capture").randbytes)
+    kinds, clock, number = [], -1, -1
+    for _, body in bodies(capture, session, from_sender, to_receiver=True):
+        kinds.append(min(body[0], 0x80))
+        if body[0] & 0x80:
+            step = (body[0] & 0x7F) - number & 0x7F if number >= 0 else 1
+            assert 0 < step <= 12 and 1 <= len(body) <= 60
+            number = body[0] & 0x7F
+        elif body[0] == 4:
+            assert body == b"\x04"
+        else:
+            fields = msgpack.unpackb(body[1:])
+            assert len(fields) == COUNTS[body[0]] and all(0 <= n < 1 << 48 for n in fields)
+            if body[0] in (0, 1):
+                assert fields[0] >= clock
+                clock = fields[0]
+            if body[0] == 0:
+                assert fields[1:] == [320, 240, 1500, 50, 6400, 4200, 2000, 5100, 1100]
+    assert kinds[0] == 0 and kinds[-2:] == [4, 4]
+    assert kinds.count(0x80) > 100 and kinds.count(3) >= 1
+
+
+def test_every_report_is_as_wire_md_says(capture: Capture) -> None:
+    hands = handshakes(capture)
+    sender = ("198.51.100.1", 40000)
+    session, _, from_receiver = secrets(hands, random.Random(f"{sender} capture").randbytes)
+    newest = lost = 0
+    count = 0
+    for _, body in bodies(capture, session, from_receiver, to_receiver=False):
+        assert body[0] == 2 and body[1] in (0, 1)
+        highest, missing, lost_now, jitter, hold = msgpack.unpackb(body[2:])
+        assert highest >= newest and lost_now >= lost - 2 and lost_now <= highest
+        assert missing < 1 << min(highest, 63) and jitter < 100 and hold < 600
+        newest, lost, count = highest, lost_now, count + 1
+    assert 18 <= count <= 23 and lost > 0
