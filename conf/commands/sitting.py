@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 from conf.commands.portraits import FRONT, SIDE, Studio, pose_towards, triangulate
 from conf.face.casting import front_hits
-from conf.face.face_prior import FacePrior, Similarity
+from conf.face.face_prior import FacePrior
 from conf.face.mesh import Mesh
 from conf.face.mesh_parts import part_of, welded
 from conf.face.orientation import turn_upright
+from conf.face.similarity import Similarity
 from conf.receiver.offscreen import OffscreenWindow
 from conf.sender.models import fetch_models
 from conf.sender.tracker import FaceTracker

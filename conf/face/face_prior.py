@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from conf.face.control_points import CONTROL_POINT_COUNT, LANDMARKS, indices
+from conf.face.similarity import Similarity, fit_similarity
 from conf.face.symmetry import PARTNERS
 
 PRIOR_FILE = Path(str(files("conf"))) / "assets" / "face_prior.npz"
@@ -28,35 +28,6 @@ SEEN_LANDMARKS = np.array([*LANDMARKS, *_JAW_LEFT, *_JAW_RIGHT])  # (m,) of the 
 _LEFT = CONTROL_POINT_COUNT + np.arange(len(_JAW_LEFT))
 SEEN_PARTNERS = np.array([*PARTNERS, *(_LEFT + len(_JAW_LEFT)), *_LEFT])  # (m,) of each, on the other side
 _MIRROR = np.array([-1.0, 1.0, 1.0])
-
-
-@dataclass(frozen=True)
-class Similarity:
-    """A turn, a size and a shift: target = scale * rotation @ source + shift."""
-
-    rotation: NDArray[np.float64]
-    scale: float
-    shift: NDArray[np.float64]
-
-    def apply(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Carry (..., 3) points."""
-        return np.asarray(self.scale * points @ self.rotation.T + self.shift)
-
-    def undo(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Carry (..., 3) points back."""
-        return np.asarray((points - self.shift) @ self.rotation / self.scale)
-
-    def then(self, other: "Similarity") -> "Similarity":
-        """Return this one and the other after it as one."""
-        return Similarity(other.rotation @ self.rotation, other.scale * self.scale, other.apply(self.shift))
-
-
-def fit_similarity(source: NDArray[np.float64], target: NDArray[np.float64]) -> Similarity:
-    """Find the similarity that carries points (K, 3) nearest to points (K, 3). Source: Umeyama 1991."""
-    a, b = source - source.mean(axis=0), target - target.mean(axis=0)
-    rotation = Rotation.align_vectors(b, a)[0].as_matrix()
-    scale = float((b * (a @ rotation.T)).sum() / (a * a).sum())
-    return Similarity(rotation, scale, target.mean(axis=0) - scale * rotation @ source.mean(axis=0))
 
 
 @dataclass(frozen=True)

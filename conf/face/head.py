@@ -25,6 +25,7 @@ from conf.face.regions import Regions, split_regions
 from conf.face.rig import Rig, swing
 from conf.face.rig_file import load_rig
 from conf.face.shapes import Shapes, load_shapes
+from conf.face.similarity import fit_similarity
 
 DEFAULT_HEAD = Path(str(files("conf"))) / "assets" / "head" / "head.obj"
 _EYE_MIDDLE = np.array([0.0, 2.845, 3.8])  # between the default head's pupils, model centimetres
@@ -188,11 +189,19 @@ def _operator(
 
 
 def _to_model_units(path: Path, mesh: Mesh, points: NDArray[np.float64]) -> tuple[Mesh, NDArray[np.float64]]:
-    """Bring a face of any unit to 6.4 cm between its pupils, its eyes where the default head has them."""
+    """Bring a face of any unit to 6.4 cm between its pupils, its eyes where the default head has them.
+
+    A face that lies on its back or stands on its head is turned upright; one that is about upright stays as it is.
+    """
     pupils = points[PUPILS]
     eye_distance = np.linalg.norm(pupils[0] - pupils[1])
     if not eye_distance > 0:
         raise FileFormatError(path.with_suffix(".ppc"), None, "expected the two pupils in different places")
-    scale = ES0_CM / eye_distance
-    shift = _EYE_MIDDLE - pupils.mean(axis=0) * scale
-    return replace(mesh, vertices=mesh.vertices * scale + shift), points * scale + shift
+    turn = fit_similarity(points, read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))).rotation
+    upright = np.trace(turn) >= 1 + 2 * np.cos(UPRIGHT)
+    scaled = (np.eye(3) if upright else turn) * (ES0_CM / eye_distance)
+    shift = _EYE_MIDDLE - pupils.mean(axis=0) @ scaled.T
+    return replace(mesh, vertices=mesh.vertices @ scaled.T + shift), points @ scaled.T + shift
+
+
+UPRIGHT = np.radians(20)  # a face that is turned less was meant so

@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.face.face_prior import SEEN_LANDMARKS, SEEN_PARTNERS, Similarity, fit_similarity, learn_prior, load_prior
+from conf.face.face_prior import SEEN_LANDMARKS, SEEN_PARTNERS, learn_prior, load_prior
 from conf.face.head import DEFAULT_HEAD
 from conf.face.ppc import read_ppc
+from conf.face.similarity import Similarity, fit_similarity
 from conf.face.symmetry import PARTNERS
 
 

@@ -3,6 +3,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from conf.errors import FileFormatError
 from conf.face.control_points import INDEX, LOWER_LIP, PUPILS, UPPER_LIP, indices
@@ -177,3 +178,15 @@ def test_the_second_time_the_operator_comes_from_the_cache(
     assert make_face(face.mesh, face.points).operator == pytest.approx(first.operator)
     with pytest.raises(TypeError):
         make_face(face.mesh, face.points, Deformer(epsilon=2.0))
+
+
+@pytest.mark.parametrize("turn", [[np.pi / 2, 0, 0], [0, 0, np.pi], [0, -np.pi / 2, 0]])
+def test_a_face_that_lies_or_stands_on_its_head_is_turned_upright(turn: list[float], tmp_path: Path) -> None:
+    upright = load_face()
+    rotation = Rotation.from_rotvec(turn).as_matrix()
+    lines = [f"v {x} {y} {z}" for x, y, z in upright.mesh.vertices @ rotation.T * 10]
+    lines += [f"f {a} {b} {c}" for a, b, c in upright.mesh.triangles + 1]
+    (tmp_path / "face.obj").write_text("\n".join(lines))
+    write_ppc(tmp_path / "face.ppc", upright.control_points @ rotation.T * 10)
+    face = load_face(tmp_path / "face.obj")
+    np.testing.assert_allclose(face.control_points, upright.control_points, atol=0.02)

@@ -7,12 +7,13 @@ import pytest
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_COUNT, INDEX, PUPILS
-from conf.face.face_prior import FacePrior, fit_similarity, load_prior
+from conf.face.face_prior import FacePrior, load_prior
 from conf.face.geodesics import Surface
 from conf.face.head import DEFAULT_HEAD
 from conf.face.mesh import Mesh, load_mesh
 from conf.face.placing import Placement, place_points
 from conf.face.ppc import read_ppc
+from conf.face.similarity import fit_similarity
 
 SHOWN = ("skin", "eye_l", "eye_r", "mouth", "tongue")
 

@@ -1,0 +1,51 @@
+"""The similarity that carries points nearest to points: a turn, a size and a shift.
+
+Source: Horn, Hilden, Negahdaripour 1988; Umeyama 1991 (the least weighted squared error).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Similarity:
+    """target = scale * rotation @ source + shift.
+
+    rotation : (3, 3) float64, proper; scale : float; shift : (3,) float64
+    """
+
+    rotation: NDArray[np.float64]
+    scale: float
+    shift: NDArray[np.float64]
+
+    def apply(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Carry (..., 3) points."""
+        return np.asarray(self.scale * points @ self.rotation.T + self.shift)
+
+    def undo(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Carry (..., 3) points back."""
+        return np.asarray((points - self.shift) @ self.rotation / self.scale)
+
+    def then(self, other: "Similarity") -> "Similarity":
+        """Return this one and the other after it as one."""
+        return Similarity(other.rotation @ self.rotation, other.scale * self.scale, other.apply(self.shift))
+
+
+def fit_similarity(
+    source: NDArray[np.float64], target: NDArray[np.float64], weights: NDArray[np.float64] | None = None, /
+) -> Similarity:
+    """Find the similarity that carries points onto points with the least weighted squared error.
+
+    source, target : (K, 3), not all on one line
+    weights : (K,), not negative; None weighs all alike
+    """
+    share = np.full(len(source), 1 / len(source)) if weights is None else weights / weights.sum()
+    source_middle, target_middle = share @ source, share @ target
+    a, b = source - source_middle, target - target_middle
+    u, stretch, vt = np.linalg.svd(b.T @ (share[:, None] * a))
+    keep = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])  # a mirror image is not a turn
+    rotation = (u * keep) @ vt
+    scale = float(stretch @ keep / (share @ np.sum(a * a, axis=1)))
+    return Similarity(rotation, scale, target_middle - scale * rotation @ source_middle)
