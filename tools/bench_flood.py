@@ -87,6 +87,8 @@ def call(rate: int, seconds: float) -> dict[str, Any]:
             process.kill()
         for thread in threads:
             thread.join()
+        for process in (sender, receiver):
+            process.communicate()
     return figures(sent, received, (begin, end), thrown.value)
 
 

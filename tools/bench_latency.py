@@ -2,9 +2,9 @@
 
     python tools/bench_latency.py [--seconds 20] [--json]
 
-Two processes (tools/call_probe.py) share the machine's monotonic clock. For each frame: from the moment its turn comes in the
-sender, before it is tracked, to the first finished picture whose playhead has reached it. The camera's own time is not
-in it; the wait for the next picture is.
+Two processes (tools/call_probe.py) share the machine's monotonic clock. For each frame: from the moment its turn comes
+in the sender, before it is tracked, to the first finished picture whose playhead has reached it. The camera's own time
+is not in it; the wait for the next picture is.
 """
 
 import argparse

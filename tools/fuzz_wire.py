@@ -25,8 +25,9 @@ from conf.protocol.inbound import Inbound
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.server import ReceiverSessions
+from tests.protocol.codec.faces import talking
 from tools.bench_session import CODE, RECEIVER, SENDER, mutate
-from tools.golden_codec import FOLDER, talking
+from tools.golden_codec import FOLDER
 
 STATM = Path("/proc/self/statm")
 PAGE_KB = 4

@@ -53,6 +53,8 @@ def call(clip: Path, seconds: float, faults: Faults) -> tuple[Lines, Lines]:
             process.kill()
         for thread in threads:
             thread.join()
+        for process in (sender, receiver):
+            process.communicate()
         relay.close()
     return sent, received
 
