@@ -112,7 +112,7 @@ def run(frames: Sequence[Pixels], kbps: float) -> Call:
                 payload = encoder.encode([motion], number)
                 decoded = decoder.decode(payload, number)[0]
                 displacements, pose = decoded.displacements, HeadPose.from_vector(decoded.pose)
-                shot = Shot(pixels, tracking.landmarks, extractor._neutral.points, extractor.fapu)
+                shot = Shot(pixels, tracking.landmarks, extractor.neutral_points, extractor.fapu)
                 studio.watch(shot, motion, tracking.presence, now)
             encoder.acknowledge([number - ACK_FRAMES])
             piece = outbox.next_piece(now, overhead=BESIDE)

@@ -133,5 +133,5 @@ def _per_point(usual: float, **by_name: float) -> NDArray[np.float64]:
 # at 320x240, half is left.
 _MIN_CUTOFF = _per_point(2.0, inner_lip=5.0, outer_lip=5.0, cupids_bow=5.0, eyelid=6.0, pupil=4.0)
 _BETA = _per_point(3.0, inner_lip=6.0, outer_lip=6.0, cupids_bow=6.0, eyelid=20.0, pupil=6.0)
-_POSE_MIN_CUTOFF = np.array([2.0, 2.0, 2.0, 4.0, 4.0, 2.0])
-_POSE_BETA = np.array([20.0, 20.0, 20.0, 60.0, 60.0, 20.0])
+_POSE_MIN_CUTOFF = np.array([1.4, 1.4, 1.4, 2.8, 2.8, 1.4])
+_POSE_BETA = np.array([120.0, 120.0, 120.0, 360.0, 360.0, 120.0])
