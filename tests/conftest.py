@@ -9,6 +9,8 @@ from hypothesis import HealthCheck, settings
 
 from conf.sender.models import fetch_demo_clip
 
+os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # read once, by whoever opens the first clip
+
 settings.register_profile("fast", max_examples=60, deadline=None, derandomize=True)
 settings.register_profile(
     "deep", max_examples=5000, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]

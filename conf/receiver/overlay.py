@@ -42,6 +42,8 @@ class Overlay:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._imgui = imgui.create_context()
         self._implot = implot.create_context()
+        imgui.set_current_context(self._imgui)  # if one was left, the new one would not be the current
+        implot.set_current_context(self._implot)
         io = imgui.get_io()
         io.set_ini_filename("")
         io.set_log_filename("")

@@ -4,6 +4,7 @@ import contextlib
 import select
 import socket
 from types import TracebackType
+from typing import Any
 
 from conf.errors import NetworkError
 from conf.protocol.session.limits import Address
@@ -21,9 +22,7 @@ class ReceiverSocket:
             family, kind, protocol, _, address = socket.getaddrinfo(
                 host, port, type=socket.SOCK_DGRAM, flags=socket.AI_PASSIVE
             )[0]
-            self._socket = socket.socket(family, kind, protocol)
-            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
-            self._socket.bind(address)
+            self._socket = _bound(socket.socket(family, kind, protocol), address)
         except (OSError, UnicodeError) as error:
             raise NetworkError(
                 f"cannot listen on {host}:{port} ({getattr(error, 'strerror', None) or error}): "
@@ -62,3 +61,14 @@ class ReceiverSocket:
     def wait(self, seconds: float) -> None:
         """Sleep until something comes, `seconds` at most."""
         select.select([self._socket], [], [], max(seconds, 0.0))
+
+
+def _bound(link: socket.socket, address: Any) -> socket.socket:
+    """Bind a socket, or close it."""
+    try:
+        link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
+        link.bind(address)
+    except OSError:
+        link.close()
+        raise
+    return link

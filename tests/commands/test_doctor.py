@@ -6,7 +6,6 @@ from conf.commands.doctor import examine
 from conf.receiver.udp import ReceiverSocket
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # of the socket that was not bound
 def test_what_does_not_work_comes_with_what_to_do(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)

