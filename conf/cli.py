@@ -82,6 +82,8 @@ def build_parser() -> argparse.ArgumentParser:
     send.add_argument("--code", type=_code, help="the code the receiver shows (default: CONF_CODE, or asked for)")
     send.add_argument("--profile", choices=["auto", "live", "narrow", "rich"], default="auto", help=PROFILES_HELP)
     send.add_argument("--kbps", type=_positive, metavar="N", help="never more than this over any ten seconds")
+    send.add_argument("--calibrate", action="store_true", help="take the first face seen for the neutral one")
+    send.add_argument("--preview", action="store_true", help="a window with what the camera sees; N: this is neutral")
     send.add_argument("--portrait", action="store_true", help="let pictures of the person be sent (default: none ever)")
     send.add_argument(
         "--portrait-kbps", type=_positive, default=4.0, metavar="N", help="what they may cost (default 4)"
@@ -191,8 +193,17 @@ def _send(options: argparse.Namespace) -> None:
 
     code = options.code or _ask_code()
     link = LinkOptions(options.profile, options.kbps)
-    portrait = options.portrait_kbps if options.portrait else None
-    sending = Sending(options.camera, options.file, options.dpc, options.loop, options.seconds, portrait, link)
+    sending = Sending(
+        options.camera,
+        options.file,
+        options.dpc,
+        options.loop,
+        options.seconds,
+        calibrate=options.calibrate,
+        preview=options.preview,
+        portrait_kbps=options.portrait_kbps if options.portrait else None,
+        link=link,
+    )
     with _status_line(options) as show:
         status = send(options.receiver, code, sending, on_status=lambda s: show(_sender_line(s)))
     _print_figures("sent", status, options)

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from conf.commands.preview import Preview
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.protocol.caller import Caller, LinkOptions
 from conf.protocol.messages import StreamParameters
@@ -18,17 +19,21 @@ from conf.sender.motion import MotionExtractor
 from conf.sender.performance import Performance, TrackedPerformance, open_recording
 from conf.sender.pipeline import SenderStatus, SendingLoop
 from conf.sender.portrait.studio import PortraitStudio
-from conf.sender.sources import open_camera, open_clip
-from conf.sender.tracker import FaceTracker
+from conf.sender.sources import Frame, open_camera, open_clip
+from conf.sender.tracker import FaceTracker, Tracking
 from conf.sender.udp import SenderSocket
 
 FPS = 15.0
+
+OnFrame = Callable[[Frame, Tracking | None], None]
 
 
 @dataclass(frozen=True)
 class Sending:
     """What is sent and for how long.
 
+    calibrate : take the first face seen for the neutral pose
+    preview : show what the camera sees in a window
     portrait_kbps : what the person's picture may cost; None lets none leave the machine
     file : a clip as a fake camera; dpc : a recorded motion; else the camera by its number or device
     """
@@ -38,6 +43,8 @@ class Sending:
     dpc: Path | None = None
     loop: bool = False
     seconds: float | None = None
+    calibrate: bool = False
+    preview: bool = False
     portrait_kbps: float | None = None
     link: LinkOptions = field(default_factory=LinkOptions)
 
@@ -70,4 +77,26 @@ def _open(sending: Sending, outbox: PortraitOutbox | None) -> Iterator[Performan
         canonical = read_canonical_face(models)
         extractor = MotionExtractor(canonical, source.size)
         studio = PortraitStudio(canonical, outbox) if outbox else None
-        yield TrackedPerformance(source, FaceTracker(models), extractor, studio=studio)
+        if sending.calibrate:
+            extractor.calibrate_now()
+        with _preview(sending, source.size, extractor) as on_frame:
+            yield TrackedPerformance(source, FaceTracker(models), extractor, studio=studio, on_frame=on_frame)
+
+
+@contextmanager
+def _preview(sending: Sending, size: tuple[int, int], extractor: MotionExtractor) -> Iterator[OnFrame | None]:
+    if not sending.preview:
+        yield None
+        return
+    preview = Preview(size)
+
+    def show(frame: Frame, tracking: Tracking | None) -> None:
+        preview.show(frame, tracking)
+        if preview.neutral_wanted:
+            preview.neutral_wanted = False
+            extractor.calibrate_now()
+
+    try:
+        yield show
+    finally:
+        preview.close()

@@ -2,6 +2,7 @@
 
 import time
 from collections import deque
+from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
 
@@ -18,7 +19,7 @@ from conf.sender.motion import MotionExtractor
 from conf.sender.portrait.photographer import Shot
 from conf.sender.portrait.studio import PortraitStudio
 from conf.sender.sources import Frame, FrameSource
-from conf.sender.tracker import FaceTracker
+from conf.sender.tracker import FaceTracker, Tracking
 
 NO_PICTURE = (320, 240)  # what a recording is compared with: the picture the thesis counts
 
@@ -63,8 +64,14 @@ class TrackedPerformance:
         extractor: MotionExtractor,
         *,
         studio: PortraitStudio | None = None,
+        on_frame: Callable[[Frame, Tracking | None], None] | None = None,
     ) -> None:
-        """studio : takes the pictures of the person that the user allowed, None takes none"""
+        """Join a source, a tracker and an extractor.
+
+        studio : takes the pictures of the person that the user allowed, None takes none
+        on_frame : told each frame that is sent, and the face in it
+        """
+        self._on_frame = on_frame
         self._source = source
         self._studio = studio
         self._tracker = tracker
@@ -108,6 +115,8 @@ class TrackedPerformance:
         began = time.monotonic()
         tracking = self._tracker.track(self._frame.pixels)
         self._times_ms.append((time.monotonic() - began) * 1000)
+        if self._on_frame:
+            self._on_frame(self._frame, tracking)
         if tracking is None:
             return None
         motion = self._extractor.update(tracking, self._frame.timestamp)
