@@ -98,6 +98,7 @@ KEYS = {
     "c": ("centred", "centre the head, or as sent"),
     "s": ("picture", "save a picture (JPG)"),
     "r": ("record", "record a clip (AVI), stop recording"),
+    "d": ("record motion", "record the motion (DPC), stop recording"),
     "f": ("full screen", "full screen"),
     "h": ("help", "this help"),
     "home": ("reset", "look straight again"),

@@ -112,6 +112,9 @@ class ReceivingLoop:
         if not self._viewer.paused:
             playouts = {caller: inbound.play(now) for caller, inbound in self._host.inbounds.items()}
             self._shown = {caller: playout.frame if playout else None for caller, playout in playouts.items()}
+        first = next((frame for frame in self._shown.values() if frame), None)
+        if first:
+            self._viewer.motion_shown(first, now)
         self._window.begin()
         for caller, inbound in self._host.inbounds.items():
             if inbound.portrait:  # one part a picture: the first one takes as long as several pictures

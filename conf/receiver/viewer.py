@@ -4,7 +4,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from conf.errors import ConfError
+from conf.protocol.messages import MotionFrame
 from conf.receiver.events import action_of, apply
+from conf.receiver.motion_recorder import MotionRecorder
 from conf.receiver.recorder import ClipRecorder, free_name, save_picture
 from conf.receiver.scene import View
 from conf.receiver.stage import Window
@@ -26,11 +28,13 @@ class Viewer:
         self._notice = ("", 0.0)
         self._picture_wanted = False
         self._clip: TimedClip | None = None
+        self._motion: MotionRecorder | None = None
         self._actions: dict[str, Callable[[float], None]] = {
             "quit": self._quit,
             "pause": self._pause,
             "picture": self._want_picture,
             "record": self._record,
+            "record motion": self._record_motion,
             "full screen": lambda _: window.toggle_full_screen(),
         }
 
@@ -61,8 +65,15 @@ class Viewer:
         if self._clip:
             self._add(self._clip, now)
 
+    def motion_shown(self, frame: MotionFrame, now: float) -> None:
+        """Record the motion that is shown."""
+        if self._motion:
+            self._motion.add(frame, now)
+
     def close(self) -> None:
-        """Finish a recording that is under way."""
+        """Finish the recordings that are under way."""
+        if self._motion:
+            self._record_motion(0.0)
         if self._clip:
             self._clip.close()
             self._clip = None
@@ -82,6 +93,14 @@ class Viewer:
             self._try(lambda: f"saved {clip.close() or 'nothing'}", now)
         else:
             self._try(self._start_recording, now)
+
+    def _record_motion(self, now: float) -> None:
+        if self._motion:
+            motion, self._motion = self._motion, None
+            self._try(lambda: f"saved {motion.close() or 'nothing'}", now)
+        else:
+            self._motion = MotionRecorder(free_name(self._folder, "conf", ".dpc"))
+            self.say("recording the motion; D stops", now)
 
     def _start_recording(self) -> str:
         self._clip = TimedClip(free_name(self._folder, "conf", ".avi"))

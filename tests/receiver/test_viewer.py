@@ -5,6 +5,8 @@ import cv2
 import numpy as np
 import pytest
 
+from conf.face.dpc import read_dpc
+from conf.protocol.messages import MotionFrame
 from conf.receiver.events import Dragged, Event, KeyPressed
 from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.viewer import CLIP_FPS, NOTICE_S, TimedClip, Viewer
@@ -125,3 +127,18 @@ def test_a_disk_that_fills_up_ends_the_recording_and_not_the_call(
 def test_an_empty_clip_leaves_no_file(tmp_path: Path) -> None:
     assert TimedClip(tmp_path / "a.avi").close() is None
     assert not list(tmp_path.iterdir())
+
+
+def test_the_motion_of_a_call_is_kept_as_a_recording(
+    monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, tmp_path: Path
+) -> None:
+    viewer = Viewer(window, tmp_path)
+    frame = MotionFrame(0.0, np.full((50, 3), 7, np.float32), np.zeros(6))
+    viewer.motion_shown(frame, 0.0)
+    press(monkeypatch, viewer, window, "d")
+    for count in range(31):
+        viewer.motion_shown(frame, count / 30)
+    press(monkeypatch, viewer, window, "d")
+    (path,) = tmp_path.iterdir()
+    assert viewer.notice(0.0) == f"saved {path}"
+    assert (read_dpc(path).displacements == 7).all()
