@@ -18,7 +18,7 @@ demo: system $(STAMP) models
 test: system-test $(STAMP) models
 	$(BIN)/python -m pytest $(ARGS)
 
-check: lint test
+check: test lint
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
