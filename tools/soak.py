@@ -80,7 +80,7 @@ def figures(sent: Lines, received: Lines) -> dict[str, Any]:
         "frames_lost": last["frames_lost"],
         "frames_late": last["frames_late"],
         "rejected": last["rejected"],
-        "longest_stall_s": max(row["longest_stall_s"] for row in rows[:-1]),
+        "longest_stall_s": max(row["longest_stall_s"] for row in rows),
         "latency_drift_ms": round(steady[-1]["latency_ms"] - steady[0]["latency_ms"], 1),
         "receiver_growth_kb": steady[-1]["receiver_kb"] - steady[0]["receiver_kb"],
         "sender_growth_kb": steady[-1]["sender_kb"] - steady[0]["sender_kb"],
