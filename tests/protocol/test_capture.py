@@ -7,12 +7,14 @@ import zlib
 from collections.abc import Callable, Iterator
 
 import msgpack
+import numpy as np
 import pytest
 from cryptography.hazmat.primitives.ciphers.aead import AESCCM
 from spake2 import SPAKE2_A
 
 from conf.protocol.session.limits import Address
-from tests.protocol.calls import CODE, RECEIVER, World
+from tests.protocol.calls import CODE, RECEIVER, End, World
+from tests.protocol.wire_reader import PayloadReader
 
 FIELDS = {0: 48, 1: 16, 2: 40, 3: 25, 4: 25, 5: 10, 6: 1}
 COUNTS = {0: 10, 1: 2, 3: 1}  # fields of the bodies that are a plain array
@@ -20,8 +22,8 @@ Capture = list[tuple[float, Address, Address, bytes]]
 
 
 @pytest.fixture(scope="module")
-def capture() -> Capture:
-    """Record a call of ten seconds, some of it lost, with a goodbye."""
+def call() -> tuple[World, End]:
+    """Make a call of ten seconds, some of it lost, with a goodbye."""
     world = World(seed="capture")
     end = world.call()
     world.run(4)
@@ -31,7 +33,13 @@ def capture() -> Capture:
     end.motion = None
     world._send(end.caller.hang_up(world.now), end.address)
     world.run(0.2)
-    return world.traffic
+    return world, end
+
+
+@pytest.fixture(scope="module")
+def capture(call: tuple[World, End]) -> Capture:
+    """Return all datagrams of the call."""
+    return call[0].traffic
 
 
 def expand(key: bytes, info: bytes, size: int) -> bytes:
@@ -115,6 +123,27 @@ def test_every_byte_is_as_wire_md_says(capture: Capture) -> None:
                 assert fields[1:] == [320, 240, 1500, 50, 6400, 4200, 2000, 5100, 1100]
     assert kinds[0] == 0 and kinds[-2:] == [4, 4]
     assert kinds.count(0x80) > 100 and kinds.count(3) >= 1
+
+
+def test_every_payload_is_the_motion_that_was_captured(call: tuple[World, End], capture: Capture) -> None:
+    end = call[1]
+    session, from_sender, _ = secrets(handshakes(capture), random.Random(f"{end.address} capture").randbytes)
+    reader, number = PayloadReader(), 0
+    poses, misses, moves = [], [], []
+    for _, body in bodies(capture, session, from_sender, to_receiver=True):
+        if not body[0] & 0x80:
+            continue
+        number += (body[0] - number) & 0x7F
+        profile, stride, numbers = reader.read(body[1:], number)
+        for at in numbers:
+            displacements, pose = reader.motion(profile, at, stride)
+            frame = end.frames[min(end.frames, key=lambda stamp: abs(stamp - end.origin - at / 15))]
+            poses.append(np.abs(pose - frame.pose))
+            misses.append(displacements[:, :2] - frame.displacements[:, :2])
+            moves.append(frame.displacements[:, :2])
+    assert len(misses) > 110
+    assert (np.max(poses, axis=0) < [0.05, 0.05, 0.03, 0.01, 0.01, 0.03]).all()
+    assert float(np.square(misses).mean()) < 0.15 * float(np.square(moves).mean())  # a grimace takes some frames
 
 
 def test_every_report_is_as_wire_md_says(capture: Capture) -> None:

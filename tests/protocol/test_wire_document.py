@@ -12,6 +12,7 @@ from conf.protocol.codec.bundle import BundleHeader, code_header
 from conf.protocol.codec.symbols import Reader
 from conf.protocol.session.packet import parse
 from conf.protocol.session.reasons import Reason
+from tests.protocol.wire_reader import PayloadReader
 from tools.golden_wire import BODIES, FOLDER, HEADS
 
 TEXT = (Path(bodies.__file__).parent / "WIRE.md").read_text()
@@ -21,10 +22,15 @@ EXAMPLES = {name: bytes.fromhex("".join(words.split())) for name, words in BLOCK
 ANY = BundleHeader("live", count=1, stride=1, age=0, companion=False)
 
 
+def numbers(text: str) -> list[int]:
+    """Return the whole numbers of a text."""
+    return [int(n) for n in re.findall(r"-?\d+", text)]
+
+
 def test_there_are_examples_of_everything() -> None:
     heads = {f"head_{name}" for name in HEADS}
     datagrams = {path.stem.removeprefix("session_") for path in FOLDER.glob("session_[!i]*.bin")} - {"data_long"}
-    assert set(EXAMPLES) == set(BODIES) | heads | datagrams
+    assert set(EXAMPLES) == set(BODIES) | heads | datagrams | {"payload_live"}
 
 
 @pytest.mark.parametrize("name", BODIES)
@@ -40,6 +46,20 @@ def test_heads_of_payloads_decode(name: str) -> None:
     reader.finish()
 
 
+def test_the_payload_decodes_to_what_is_said_of_it() -> None:
+    payload = EXAMPLES["payload_live"]
+    assert (FOLDER / "codec_live_0.bin").read_bytes() == payload
+    _, values, corrected = re.split(r"Its values are|; point", TEXT.split("payload_live")[1].split("### Errors")[0])
+    reader = PayloadReader()
+    assert reader.read(payload, 0) == ("live", 1, [0])
+    frame = reader.frames["live", 0]
+    assert numbers(values) == frame.values and not frame.staggered
+    point, x, y, z = numbers(corrected.split(".")[0])
+    assert frame.corrections == {point: (x, y, z)}
+    pose = [float(n) for n in re.findall(r"-?\d\.\d+", corrected)]
+    assert pose == pytest.approx(reader.motion("live", 0)[1], abs=1e-6)
+
+
 @pytest.mark.parametrize("path", sorted(FOLDER.glob("session_[!i]*.bin")), ids=lambda path: path.stem)
 def test_datagrams_are_the_golden_ones(path: Path) -> None:
     name = path.stem.removeprefix("session_")
@@ -51,7 +71,7 @@ def test_datagrams_are_the_golden_ones(path: Path) -> None:
 def test_tables_and_limits_are_the_codes() -> None:
     for profile in PROFILES.values():
         delay = "0" if not profile.delay else f"{profile.delay * 1000:.0f} ms"
-        assert f"| {profile.name} | {profile.fps} | {profile.bundle} | {delay} |" in TEXT
+        assert f"| {profile.name} | {profile.fps} | {profile.bundle} | {delay} | {profile.step} |" in TEXT
     assert f"1 to {bodies.MAX_BODY:,} B" in TEXT
     assert f"at most {jitter_buffer.MAX_DELAY_S * 1000:.0f} ms" in TEXT
     for reason in Reason:

@@ -1,0 +1,189 @@
+"""Motion payloads read a second time, from WIRE.md alone: nothing of conf reads here. Slow, plain, whole numbers."""
+
+from dataclasses import dataclass, field
+from math import ceil, floor, log2
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+TABLE_FILE = Path(__file__).resolve().parents[2] / "conf" / "assets" / "codec.npz"
+PROFILES = ("live", "rich", "narrow")
+STEPS = {"live": 0.0074, "rich": 0.0044, "narrow": 0.0082}
+TOTAL = 1 << 15
+
+
+def flat(size: int) -> list[int]:
+    """Return cumulative frequencies of symbols that are all alike."""
+    return [TOTAL * i // size for i in range(size + 1)]
+
+
+def weighted(weights: list[float]) -> list[int]:
+    """Return cumulative frequencies in proportion to weights."""
+    parts = [1 + floor((TOTAL - len(weights)) * w / sum(weights)) for w in weights]
+    parts[0] += TOTAL - sum(parts)
+    return [sum(parts[:i]) for i in range(len(parts) + 1)]
+
+
+class Range:
+    """The interval of the range coder, in numbers as long as they need to be."""
+
+    def __init__(self, payload: bytes) -> None:
+        self.payload = payload
+        self.low, self.width, self.bits = 0, 1 << 32, 32
+
+    def symbol(self, table: list[int]) -> int:
+        """Read one symbol."""
+        step = self.width >> 15
+        told = int.from_bytes(self.payload.ljust(self.bits // 8, b"\0")[: self.bits // 8])
+        at = min((told - self.low) // step, TOTAL - 1)
+        found = max(s for s in range(len(table) - 1) if table[s] <= at)
+        self.low += step * table[found]
+        self.width = step * (table[found + 1] - table[found])
+        while self.width < 1 << 32:
+            self.low, self.width, self.bits = self.low << 16, self.width << 16, self.bits + 16
+        return found
+
+    def bits_of(self, count: int) -> int:
+        """Read plain bits, at most eight at a time, high ones first."""
+        value = 0
+        while count:
+            part = min(8, count)
+            value, count = value << part | self.symbol(flat(1 << part)), count - part
+        return value
+
+    def end(self) -> bytes:
+        """Return the string that the writer ends with."""
+        if self.low == 0:
+            return b""
+        size = max(256**k for k in range(self.bits // 8 + 1) if -(-self.low // 256**k) * 256**k < self.low + self.width)
+        return (-(-self.low // size) * size).to_bytes(self.bits // 8).rstrip(b"\0")
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What was coded of one frame."""
+
+    values: list[int]
+    staggered: bool
+    corrections: dict[int, tuple[int, int, int]] = field(default_factory=dict)
+
+
+def octaves(value: int) -> int:
+    """Return the L of WIRE.md."""
+    return floor(16 * log2(1 + min(value, 1023)))
+
+
+@dataclass
+class PayloadReader:
+    """Reads the payloads of one direction of a session in the order of sending."""
+
+    arrays: dict[str, NDArray[Any]] = field(default_factory=lambda: dict(np.load(TABLE_FILE)))
+    frames: dict[tuple[str, int], Frame] = field(default_factory=dict)
+
+    def read(self, payload: bytes, number: int) -> tuple[str, int, list[int]]:
+        """Read a payload; return its profile, its stride and the numbers of its frames, for `motion`."""
+        string = Range(payload)
+        profile = PROFILES[string.symbol(weighted([30, 2, 2]))]
+        own = {"live": 1, "rich": 2, "narrow": 3}[profile]
+        count = 1 + string.symbol(weighted([300 if 1 + i == own else 1 for i in range(8)]))
+        stride = 1 + string.symbol(weighted([300, 3, 1, 1]))
+        age = string.symbol(weighted([60, 15, 32, *[19 / i for i in range(3, 64)]]))
+        companion = age > 0 and string.symbol(weighted([1, 40])) == 1
+        standing = [int(v) for v in self.arrays[f"{profile}_standing"]]
+        reference, before = Frame(standing, number // (count * stride) % 2 == 1), None
+        if age:
+            reference = self.frames[profile, number - age]
+            before = self.frames[profile, number - age - stride] if companion else None
+        numbers = [number + i * stride for i in range(count)]
+        for at in numbers:
+            frame = self._frame(string, profile, (reference, before, age))
+            self.frames[profile, at] = frame
+            reference, before, age = frame, (reference if at > number else None), stride
+        assert string.end() == payload
+        return profile, stride, numbers
+
+    def _row(self, age: int, companion: Frame | None) -> int:
+        ages = self.arrays["ages"].tolist()
+        if age == 0:
+            return 0
+        nearest = min(range(len(ages)), key=lambda i: (max(age / ages[i], ages[i] / age), ages[i]))
+        return 1 + nearest + (len(ages) if companion else 0)
+
+    def _frame(self, string: Range, profile: str, known: tuple[Frame, Frame | None, int]) -> Frame:
+        reference, companion, age = known
+        weights = self.arrays[f"{profile}_weights"][self._row(age, companion)].tolist()
+        tables = self.arrays[f"{profile}_frequencies"].tolist()
+        growth = int(self.arrays[f"{profile}_growth"])
+        old = reference.values
+        moves = [abs(a - b) for a, b in zip(old, companion.values, strict=True)] if companion else [0] * len(old)
+        shared = [
+            octaves(sum(map(abs, old[6:]))),
+            octaves(sum(moves[:6])) if companion else 0,
+            octaves(sum(moves[6:])) if companion else 0,
+        ]
+        values: list[int] = []
+        differences: list[int] = []
+        for i, guess in enumerate(old):
+            if i in (4, 5):
+                guess -= guess * (values[0] - old[0]) * growth >> 16
+            guess = max(-8191, min(8191, guess))
+            size = values[0] if i else 0
+            so_far = [octaves(sum(map(abs, part))) for part in (differences[:6], differences[6:])]
+            features = [16, size, *so_far, octaves(moves[i]) if companion else 0, *shared]
+            scale = sum(w * f for w, f in zip(weights[i], features, strict=True)) // 256
+            differences.append(self._number(string, tables, max(0, min(len(tables) - 1 + 32, scale))))
+            values.append(guess + differences[-1])
+            assert abs(values[-1]) <= 8191
+        return Frame(values, reference.staggered, self._corrections(string, tables, reference))
+
+    def _number(self, string: Range, tables: list[list[int]], scale: int) -> int:
+        if scale >= len(tables):
+            k = ceil((scale - len(tables) + 1) / 4)
+            high = self._number(string, tables, scale - 4 * k)
+            return ((high << k) | string.bits_of(k)) - (1 << k - 1)
+        row = tables[scale]
+        symbol = string.symbol([sum(row[:i]) for i in range(len(row) + 1)])
+        if symbol < 41:
+            return symbol - 20
+        length = string.bits_of(4)
+        assert 1 <= length <= 13
+        negative = string.bits_of(1)
+        size = 20 + (1 << length - 1 | string.bits_of(length - 1))
+        return -size if negative else size
+
+    def _corrections(self, string: Range, tables: list[list[int]], reference: Frame) -> dict[int, tuple[int, int, int]]:
+        result = dict(reference.corrections)
+        for _ in range(string.symbol(weighted([3000, 12, 10, 8, 6, 4, 4, 3, 2, 2, 2, 1, 1]))):
+            point = string.symbol(flat(len(self.arrays["correction"])))
+            x, y, z = (old + self._number(string, tables, 24) for old in reference.corrections.get(point, (0, 0, 0)))
+            result.pop(point, None)
+            if (x, y, z) != (0, 0, 0):
+                result[point] = (x, y, z)
+        return result
+
+    def motion(self, profile: str, at: int, stride: int = 1) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return displacements (n, 3) in FAPU units and pose (6,): rotation, position, log scale."""
+        a, frame = self.arrays, self.frames[profile, at]
+        v = self._positions(frame)
+        if earlier := self.frames.get((profile, at - stride)):
+            d = self._positions(earlier) - v
+            lean = np.where(np.abs(d) <= 1, a[f"{profile}_lean"] * d, 0)
+            lean[6:] -= lean[:6] @ a["coupling"]
+            v = v + lean
+        step = STEPS[profile]
+        moved = (step * (v[6:] @ a["basis"].T.astype(float))).reshape(-1, 3) / a["weight"]
+        for point, steps in frame.corrections.items():
+            moved[point] += a["correction"][point] * steps
+        scaled = v[:6] * step * a["pose_unit"]
+        s = scaled[0] + a["usual_log_scale"]
+        x, y, z = scaled[1:4]
+        angle = float(np.linalg.norm(scaled[1:4]))
+        cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        turn = np.eye(3) + np.sinc(angle / np.pi) * cross + 0.5 * np.sinc(angle / 2 / np.pi) ** 2 * cross @ cross
+        position = np.exp(s) * (scaled[4:6] - (turn @ a["middle"])[:2])
+        return moved, np.array([x, y, z, *position, s])
+
+    def _positions(self, frame: Frame) -> NDArray[np.float64]:
+        return np.array(frame.values, dtype=float) + (self.arrays["stagger"] if frame.staggered else 0)
