@@ -1,6 +1,8 @@
 """WIRE.md tells the truth: its hex is decoded by the code, its tables are the code's."""
 
+import hashlib
 import re
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -76,6 +78,11 @@ def test_tables_and_limits_are_the_codes() -> None:
     assert f"at most {jitter_buffer.MAX_DELAY_S * 1000:.0f} ms" in TEXT
     for reason in Reason:
         assert f"`{reason}`" in TEXT
+
+
+def test_the_table_file_is_the_one_meant() -> None:
+    digest = hashlib.sha256(files("conf.assets").joinpath("codec.npz").read_bytes()).hexdigest()
+    assert f"`{digest[:16]}...`" in TEXT, "other tables are another wire: write the golden files and WIRE.md anew"
 
 
 def test_lines_are_short() -> None:

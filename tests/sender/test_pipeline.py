@@ -146,7 +146,7 @@ def test_nobody_there_is_said_and_tried_on_until_the_time_is_over(make: Make) ->
         sender.loop.run(seconds=8.0, on_status=lambda s: notes.append(s.note))
     assert sender.performance.given == 0 and sender.link.now == pytest.approx(8.0, abs=0.2)
     assert notes[0] == "calling"
-    assert notes[-1].startswith("nobody has answered for ") and "is `conf receive` running there?" in notes[-1]
+    assert notes[-1].startswith("nobody has answered for ") and "is `conf receive` running there" in notes[-1]
 
 
 def test_a_receiver_that_comes_later_is_reached(make: Make) -> None:
@@ -181,7 +181,7 @@ def test_status_is_told_four_times_a_second(make: Make) -> None:
     [
         (Connected(1, RECEIVER), "connected"),
         (Lost(1, LossReason.IDLE), "the receiver is gone: calling again"),
-        (NoAnswer(5.0), "nobody has answered for 5 s: is `conf receive` running there? trying on"),
+        (NoAnswer(5.0), "nobody has answered for 5 s: is `conf receive` running there, of the same version? trying on"),
         (Refused(Refusal.LOCKED, 12.0), "too many wrong codes: the receiver listens again in 12 s"),
         (Refused(Refusal.BUSY, 3.0), "the receiver is busy: trying again in 3 s"),
         (Roamed(1, RECEIVER), ""),
