@@ -42,12 +42,12 @@ class FacePicture:
             view = replace(look.view, wireframe=look.style == "wireframe")
             self._renderer.draw(vertices, pose, view, framebuffer)
             return
-        x, y, width, height = framebuffer.viewport
+        _, _, width, height = framebuffer.viewport
         canvas = self._canvas_of((width, height), look.background)
         tinted = self._tinted_face(look.influence)
         canvas.begin()
         tinted.draw(vertices, pose, look.view, canvas)
-        canvas.show(framebuffer, (x, y))
+        canvas.show(framebuffer)
 
     def release(self) -> None:
         """Free everything on the card."""

@@ -51,6 +51,7 @@ class Canvas:
         self._ctx = ctx
         self._picture = ctx.texture(size, 4)
         self._picture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._picture.repeat_x = self._picture.repeat_y = False
         self.depth = ctx.depth_texture(size)
         self.depth.compare_func = ""
         self.depth.filter = (moderngl.NEAREST, moderngl.NEAREST)
@@ -60,6 +61,7 @@ class Canvas:
         self._passes = [program(ctx, "screen", name) for name in PASSES]
         for step in self._passes:
             step["canvas"] = 0
+            step["pixel"] = 1 / size[0], 1 / size[1]
         self._triangles = [ctx.vertex_array(step, []) for step in self._passes]
 
     def begin(self) -> None:
@@ -69,13 +71,12 @@ class Canvas:
         self._ctx.copy_framebuffer(self._framebuffer, self._wall)
         self._framebuffer.use()
 
-    def show(self, framebuffer: moderngl.Framebuffer, corner: tuple[int, int]) -> None:
-        """Put the picture, its edges smoothed, into a framebuffer; corner is the lower left one, in pixels."""
+    def show(self, framebuffer: moderngl.Framebuffer) -> None:
+        """Put the picture, its edges smoothed, into a framebuffer's viewport, which must be as large."""
         framebuffer.use()
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         self._picture.use(0)
         for step, triangle, depth_func in zip(self._passes, self._triangles, DEPTH_FUNCS, strict=True):
-            step["origin"] = corner
             self._ctx.depth_func = depth_func
             triangle.render(moderngl.TRIANGLES, vertices=3)
         self._ctx.depth_func = "<"

@@ -82,7 +82,7 @@ class FaceRenderer:
 
     def show(self, pose: HeadPose, view: View, framebuffer: moderngl.Framebuffer) -> None:
         """Third part of `draw`: draw what was uploaded last."""
-        x, y, width, height = framebuffer.viewport
+        _, _, width, height = framebuffer.viewport
         canvas = self._canvas_of((width, height))
         clip = columns(clip_matrix(pose, view, aspect=width / height))
         turn = columns(rotation(pose, view))
@@ -97,7 +97,7 @@ class FaceRenderer:
             to_texture = columns(HALF @ lamp)
             for part in self._parts:
                 part.draw(clip, turn, to_texture)
-        canvas.show(framebuffer, (x, y))
+        canvas.show(framebuffer)
         if view.points:
             self._marks.draw(self._places, clip, canvas.depth)
 

@@ -16,7 +16,7 @@ def test_the_face_has_the_colours_it_was_given(stage: Stage, head: FaceModel) ->
         stage.window.begin()
         canvas.begin()
         tinted.draw(head.neutral, REST_POSE, View(), canvas)
-        canvas.show(stage.window.framebuffer, (0, 0))
+        canvas.show(stage.window.framebuffer)
         middles.append(stage.window.read()[450, 200].astype(int))
     red, blue = middles
     assert red[2] > 90 and red[0] < 10 and blue[0] > 90 and blue[2] < 10

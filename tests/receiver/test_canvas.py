@@ -17,7 +17,7 @@ def test_an_empty_canvas_shows_the_wall_the_right_way_up(window: OffscreenWindow
     canvas = Canvas(window.ctx, SIZE)
     window.begin()
     canvas.begin()
-    canvas.show(window.framebuffer, (0, 0))
+    canvas.show(window.framebuffer)
     canvas.release()
     np.testing.assert_array_equal(window.read(), paint_wall(SIZE)[::-1, :, 2::-1])
 
@@ -35,7 +35,7 @@ def test_a_hard_edge_is_smoothed_and_flat_ground_is_left_alone(window: Offscreen
     canvas.begin()
     window.ctx.enable_only(window.ctx.NOTHING)
     window.ctx.vertex_array(step, []).render(vertices=3)
-    canvas.show(window.framebuffer, (0, 0))
+    canvas.show(window.framebuffer)
     grey = window.read().max(axis=2)
     canvas.release()
     columns = grey[:, 80:240]

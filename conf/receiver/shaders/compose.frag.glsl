@@ -4,8 +4,7 @@
 const float EDGE = 0.05;       // neighbours that differ less are no edge
 
 void main() {
-    ivec2 p = find_pixel();
-    vec3 here = at(p);
-    gl_FragDepth = contrast(around(p), dot(here, LUMA)) > EDGE ? 0.0 : 1.0;
+    vec3 here = texture(canvas, at).rgb;
+    gl_FragDepth = contrast(around(at), dot(here, LUMA)) > EDGE ? 0.0 : 1.0;
     colour = vec4(here, 1.0);
 }

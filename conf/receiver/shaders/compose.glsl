@@ -1,25 +1,20 @@
-// What the two passes that put the canvas on the screen share: its pixels and their brightness.
-uniform sampler2D canvas;
-uniform ivec2 origin;          // lower left corner of the part of the framebuffer that is drawn
+// What the two passes that put the canvas on the screen share: its pixels and their brightness. They are fetched by
+// texture(): without a GPU that takes two thirds of the time of texelFetch().
+uniform sampler2D canvas;      // looked up without filtering, its border goes on outside
+uniform vec2 pixel;            // size of a pixel, of the canvas
+
+in vec2 at;
 
 out vec4 colour;
 
 const vec3 LUMA = vec3(0.299, 0.587, 0.114);
 
-ivec2 last;
-
-ivec2 find_pixel() {
-    last = textureSize(canvas, 0) - 1;
-    return ivec2(gl_FragCoord.xy) - origin;
-}
-
-vec3 at(ivec2 p) { return texelFetch(canvas, clamp(p, ivec2(0), last), 0).rgb; }
-
-float luma(ivec2 p) { return dot(at(p), LUMA); }
+float luma(vec2 p) { return dot(texture(canvas, p).rgb, LUMA); }
 
 // Brightness to the north, south, east and west.
-vec4 around(ivec2 p) {
-    return vec4(luma(p + ivec2(0, 1)), luma(p - ivec2(0, 1)), luma(p + ivec2(1, 0)), luma(p - ivec2(1, 0)));
+vec4 around(vec2 p) {
+    vec2 x = vec2(pixel.x, 0.0), y = vec2(0.0, pixel.y);
+    return vec4(luma(p + y), luma(p - y), luma(p + x), luma(p - x));
 }
 
 float contrast(vec4 nsew, float h) {

@@ -5,42 +5,42 @@
 
 const float SUBPIXEL = 0.5;    // how much of a lone pixel is taken away
 const int STEPS = 8;
-const int REACH[STEPS] = int[](1, 2, 3, 4, 6, 8, 12, 16);
+const float REACH[STEPS] = float[](1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0);
 
 // How far along the edge, in the direction of step, the edge goes on; sets `beyond` to what is found at its end.
-float reach(ivec2 p, ivec2 side, ivec2 step, vec2 level_slack, out float beyond) {
+float reach(vec2 side, vec2 step, vec2 level_slack, out float beyond) {
     for (int i = 0; i < STEPS; ++i) {
-        ivec2 q = p + REACH[i] * step;
+        vec2 q = at + REACH[i] * step;
         beyond = 0.5 * (luma(q) + luma(q + side)) - level_slack.x;
-        if (abs(beyond) >= level_slack.y) return float(REACH[i]);
+        if (abs(beyond) >= level_slack.y) return REACH[i];
     }
-    return float(REACH[STEPS - 1]);
+    return REACH[STEPS - 1];
 }
 
 void main() {
-    ivec2 p = find_pixel();
-    vec3 here = at(p);
+    vec3 here = texture(canvas, at).rgb;
     float h = dot(here, LUMA);
-    vec4 nsew = around(p);
-    float ne = luma(p + ivec2(1, 1)), nw = luma(p + ivec2(-1, 1));
-    float se = luma(p + ivec2(1, -1)), sw = luma(p + ivec2(-1, -1));
+    vec4 nsew = around(at);
+    vec2 across_to = vec2(pixel.x, -pixel.y);
+    float ne = luma(at + pixel), nw = luma(at - across_to), se = luma(at + across_to), sw = luma(at - pixel);
     float along_x = abs(nw + sw - 2.0 * nsew.w) + 2.0 * abs(nsew.x + nsew.y - 2.0 * h) + abs(ne + se - 2.0 * nsew.z);
     float along_y = abs(nw + ne - 2.0 * nsew.x) + 2.0 * abs(nsew.z + nsew.w - 2.0 * h) + abs(sw + se - 2.0 * nsew.y);
     bool horizontal = along_x >= along_y;
     vec2 sides = horizontal ? nsew.xy : nsew.zw;
     bool first = abs(sides.x - h) >= abs(sides.y - h);
     float across = first ? sides.x : sides.y;
-    ivec2 side = (first ? 1 : -1) * (horizontal ? ivec2(0, 1) : ivec2(1, 0));
-    ivec2 step = horizontal ? ivec2(1, 0) : ivec2(0, 1);
+    vec2 x = vec2(pixel.x, 0.0), y = vec2(0.0, pixel.y);
+    vec2 side = (first ? 1.0 : -1.0) * (horizontal ? y : x);
+    vec2 step = horizontal ? x : y;
 
     vec2 level_slack = vec2(0.5 * (across + h), 0.25 * abs(across - h));
     float end_plus, end_minus;
-    float plus = reach(p, side, step, level_slack, end_plus);
-    float minus = reach(p, side, -step, level_slack, end_minus);
+    float plus = reach(side, step, level_slack, end_plus);
+    float minus = reach(side, -step, level_slack, end_minus);
     float nearer_end = plus < minus ? end_plus : end_minus;
     float share = (nearer_end < 0.0) != (h < level_slack.x) ? 0.5 - min(plus, minus) / (plus + minus) : 0.0;
 
     float mean = (2.0 * (nsew.x + nsew.y + nsew.z + nsew.w) + ne + nw + se + sw) / 12.0;
     float lone = smoothstep(0.0, 1.0, clamp(abs(mean - h) / contrast(nsew, h), 0.0, 1.0));
-    colour = vec4(mix(here, at(p + side), max(share, lone * lone * SUBPIXEL)), 1.0);
+    colour = vec4(mix(here, texture(canvas, at + side).rgb, max(share, lone * lone * SUBPIXEL)), 1.0);
 }
