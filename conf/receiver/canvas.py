@@ -76,7 +76,7 @@ class Canvas:
         framebuffer.use()
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         self._picture.use(0)
-        for step, triangle, depth_func in zip(self._passes, self._triangles, DEPTH_FUNCS, strict=True):
+        for triangle, depth_func in zip(self._triangles, DEPTH_FUNCS, strict=True):
             self._ctx.depth_func = depth_func
             triangle.render(moderngl.TRIANGLES, vertices=3)
         self._ctx.depth_func = "<"

@@ -13,6 +13,7 @@ from conf.receiver.overlay import ACCENT, Overlay, panel
 SIZE = (900, 460)
 FLAGS = implot.Flags_.no_legend | implot.Flags_.no_mouse_text | implot.Flags_.no_inputs
 OURS = (0.35, 0.90, 0.50, 1.0)
+Box = tuple[float, float, float, float]  # left, top, right, bottom, pixels
 LABELS_ROOM = 20.0  # the value's text stands right of its bar: the axis goes on so many times further
 
 
@@ -100,10 +101,28 @@ def _draw_scatter(title: str, axes: tuple[str, str], dots: list[Dot], size: tupl
     implot.setup_axis_scale(implot.ImAxis_.x1, implot.Scale_.log10)
     x, y = np.array([dot.x for dot in dots]), np.array([dot.y for dot in dots])
     implot.setup_axes_limits(x.min() / 2, x.max() * 4, -0.06 * y.max(), y.max() * 1.15, imgui.Cond_.always)
-    for dot in dots:
+    taken: list[Box] = []
+    for dot in sorted(dots, key=lambda dot: -dot.y):
         colour = imgui.ImVec4(*(OURS if dot.ours else ACCENT))
         spec = implot.Spec(marker=implot.Marker_.circle, marker_size=5.0, marker_fill_color=colour)
-        implot.plot_scatter(dot.name, np.array([dot.x]), np.array([dot.y]), spec=spec)
-        half = imgui.calc_text_size(dot.name).x / 2
-        implot.plot_text(dot.name, dot.x, dot.y, imgui.ImVec2(half + 9, -8))
+        implot.plot_scatter(dot.name, np.array([dot.x], float), np.array([dot.y], float), spec=spec)
+        implot.plot_text(dot.name, dot.x, dot.y, imgui.ImVec2(*_free_place(dot, taken)))
     implot.end_plot()
+
+
+def _free_place(dot: Dot, taken: list[Box]) -> tuple[float, float]:
+    """Return where, in pixels from its dot, a name has room (right of it if nowhere), and take that room."""
+    at, text = implot.plot_to_pixels(dot.x, dot.y), imgui.calc_text_size(dot.name)
+    beside = text.x / 2 + 9
+    places = [(side * beside, rise) for rise in (-8, 0, 8) for side in (1, -1)]
+    boxes = [
+        (at.x + x - text.x / 2, at.y + y - text.y / 2, at.x + x + text.x / 2, at.y + y + text.y / 2) for x, y in places
+    ]
+    free = [i for i, box in enumerate(boxes) if not any(_overlap(box, other) for other in taken)]
+    chosen = free[0] if free else 0
+    taken += [boxes[chosen], (at.x - 5, at.y - 5, at.x + 5, at.y + 5)]
+    return places[chosen]
+
+
+def _overlap(a: Box, b: Box) -> bool:
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
