@@ -30,6 +30,11 @@ class Surface:
         self._graph = csr_array((np.maximum(lengths, shortest), edges.indices, edges.indptr), shape=edges.shape)
         self._shell = _shells(edges)
 
+    @property
+    def shells(self) -> NDArray[np.int32]:
+        """The (V,) number of the shell each vertex is in."""
+        return self._shell
+
     def snap(self, places: NDArray[np.float64], /, *, tolerance: float) -> NDArray[np.intp]:
         """Return the nearest vertex of each place, (n,).
 

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from conf.errors import FileFormatError
 from conf.face.anchors import choose_anchors
 from conf.face.control_points import PUPILS
+from conf.face.default_head import DEFAULT_HEAD as DEFAULT_HEAD
 from conf.face.fapu import Fapu
 from conf.face.geodesics import Surface
 from conf.face.head_pose import ES0_CM
@@ -19,17 +19,16 @@ from conf.face.learned import refine_operator, without_jaw
 from conf.face.lid_margins import fold_margins, with_margins
 from conf.face.mesh import Mesh, load_mesh
 from conf.face.operator_cache import cache_key, cached_operator
+from conf.face.own_face import settle
 from conf.face.ppc import read_ppc
 from conf.face.rbf import Operator, build_operator
 from conf.face.regions import Regions, split_regions
 from conf.face.rig import Rig, swing
 from conf.face.rig_file import load_rig
 from conf.face.shapes import Shapes, load_shapes
-from conf.face.similarity import fit_similarity
+from conf.face.similarity import UNMOVED, Similarity
 
-DEFAULT_HEAD = Path(str(files("conf"))) / "assets" / "head" / "head.obj"
-_EYE_MIDDLE = np.array([0.0, 2.845, 3.8])  # between the default head's pupils, model centimetres
-_CACHE_VERSION = 9  # one more whenever the way from the files to the operator changes
+_CACHE_VERSION = 10  # one more whenever the way from the files to the operator changes
 
 
 @dataclass(frozen=True)
@@ -62,6 +61,7 @@ class FaceModel:
     operator : (V, n) float32, vertex offsets for displacements of the control points
     smoothing : the lambda the operator took; more than asked for says that the system was singular
     rig : rigid parts, if the face has any
+    placement : what carried the file's coordinates to model centimetres
     """
 
     mesh: Mesh
@@ -70,6 +70,7 @@ class FaceModel:
     operator: NDArray[np.float32]
     smoothing: float = 0.0
     rig: Rig | None = None
+    placement: Similarity = UNMOVED
 
     @cached_property
     def neutral(self) -> NDArray[np.float32]:
@@ -110,6 +111,10 @@ class FaceModel:
         """Return the (n, 3) control points where the displacements (FAPU units) have taken them, model centimetres."""
         return self.control_points.astype(np.float32) + np.asarray(displacements, dtype=np.float32) * self._units
 
+    def to_file(self, places: NDArray[np.floating], /) -> NDArray[np.float64]:
+        """Return (..., 3) places, model centimetres, in the coordinates and the unit of the face's own file."""
+        return self.placement.undo(np.asarray(places, np.float64))
+
 
 def load_face(path: Path | str | None = None, /, *, kernel: str = "multiquadric") -> FaceModel:
     """Open a face: the default head, or any mesh with its control points in a PPC file of the same name beside it.
@@ -119,11 +124,15 @@ def load_face(path: Path | str | None = None, /, *, kernel: str = "multiquadric"
     path = DEFAULT_HEAD if path is None else Path(path)
     mesh = load_mesh(path)
     points = read_ppc(path.with_suffix(".ppc"))
-    if path.resolve() != DEFAULT_HEAD.resolve():
-        return make_face(*_to_model_units(path, mesh, points), Deformer(kernel))
-    shapes = load_shapes(path.with_name("shapes.npz"), len(mesh.vertices))
-    rig = load_rig(path.with_name("rig.json"), mesh, points, shapes)
-    return make_face(mesh, points, Deformer(kernel), rig=rig, shapes=shapes)
+    if path.resolve() == DEFAULT_HEAD.resolve():
+        shapes = load_shapes(path.with_name("shapes.npz"), len(mesh.vertices))
+        rig = load_rig(path.with_name("rig.json"), mesh, points, shapes)
+        return make_face(mesh, points, Deformer(kernel), rig=rig, shapes=shapes)
+    try:
+        own = settle(mesh, points)
+    except ValueError as error:
+        raise FileFormatError(path.with_suffix(".ppc"), None, f"expected the points of this face: {error}") from error
+    return replace(make_face(own.mesh, own.points, Deformer(kernel), rig=own.rig), placement=own.placement)
 
 
 def make_face(
@@ -146,8 +155,9 @@ def make_face(
     known = None if rig is None else rig.anchors
     anchors = choose_anchors(mesh.vertices, points, eye_distance=ES0_CM, known=known)
     learned = b"" if shapes is None else shapes.offsets
+    rigid = b"" if rig is None else rig.rigid
     jaw = b"" if rig is None or rig.jaw is None else rig.jaw.arms
-    key = cache_key(_CACHE_VERSION, mesh.vertices, mesh.triangles, points, anchors, jaw, learned, deformer)
+    key = cache_key(_CACHE_VERSION, mesh.vertices, mesh.triangles, points, anchors, rigid, jaw, learned, deformer)
     shape = (len(mesh.vertices), len(points))
     operator = cached_operator(key, shape, lambda: _operator(mesh, points, deformer, anchors, rig, shapes))
     return FaceModel(mesh, points, Fapu.measure(points), operator.matrix, operator.smoothing, rig)
@@ -186,22 +196,3 @@ def _operator(
     if rig is not None:
         matrix[rig.rigid] = 0.0
     return Operator(matrix, operator.smoothing)
-
-
-def _to_model_units(path: Path, mesh: Mesh, points: NDArray[np.float64]) -> tuple[Mesh, NDArray[np.float64]]:
-    """Bring a face of any unit to 6.4 cm between its pupils, its eyes where the default head has them.
-
-    A face that lies on its back or stands on its head is turned upright; one that is about upright stays as it is.
-    """
-    pupils = points[PUPILS]
-    eye_distance = np.linalg.norm(pupils[0] - pupils[1])
-    if not eye_distance > 0:
-        raise FileFormatError(path.with_suffix(".ppc"), None, "expected the two pupils in different places")
-    turn = fit_similarity(points, read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))).rotation
-    upright = np.trace(turn) >= 1 + 2 * np.cos(UPRIGHT)
-    scaled = (np.eye(3) if upright else turn) * (ES0_CM / eye_distance)
-    shift = _EYE_MIDDLE - pupils.mean(axis=0) @ scaled.T
-    return replace(mesh, vertices=mesh.vertices @ scaled.T + shift), points @ scaled.T + shift
-
-
-UPRIGHT = np.radians(20)  # a face that is turned less was meant so

@@ -1,5 +1,6 @@
 """Parts of meshes, and meshes put together better than their files have them."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -36,3 +37,12 @@ def part_of(mesh: Mesh, kept: NDArray[np.bool_], /) -> Mesh:
         render_triangles=rows.reshape(-1, 3).astype(np.int32),
         groups={name: members for name, members in groups.items() if len(members)},
     )
+
+
+def with_parts(mesh: Mesh, parts: Mapping[str, NDArray[np.int64]], /) -> Mesh:
+    """Return the mesh with some triangles, (k,) by their new group, taken out of the groups they were in."""
+    if not parts:
+        return mesh
+    taken = np.concatenate(list(parts.values()))
+    left = {name: members[~np.isin(members, taken)] for name, members in mesh.groups.items() if name not in parts}
+    return replace(mesh, groups={name: members for name, members in left.items() if len(members)} | dict(parts))

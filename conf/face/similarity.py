@@ -33,6 +33,9 @@ class Similarity:
         return Similarity(other.rotation @ self.rotation, other.scale * self.scale, other.apply(self.shift))
 
 
+UNMOVED = Similarity(np.eye(3), 1.0, np.zeros(3))
+
+
 def fit_similarity(
     source: NDArray[np.float64], target: NDArray[np.float64], weights: NDArray[np.float64] | None = None, /
 ) -> Similarity:

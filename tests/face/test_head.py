@@ -165,7 +165,9 @@ def test_what_is_missing_is_named(tmp_path: Path, face: SheetFace) -> None:
     points = face.points.copy()
     points[PUPILS] = 0.0
     write_ppc(path.with_suffix(".ppc"), points)
-    with pytest.raises(FileFormatError, match=r"own\.ppc: expected the two pupils in different places"):
+    with pytest.raises(
+        FileFormatError, match=r"own\.ppc: expected the points of this face: pupils, nose, lids and lips"
+    ):
         load_face(path)
 
 
@@ -190,3 +192,9 @@ def test_a_face_that_lies_or_stands_on_its_head_is_turned_upright(turn: list[flo
     write_ppc(tmp_path / "face.ppc", upright.control_points @ rotation.T * 10)
     face = load_face(tmp_path / "face.obj")
     np.testing.assert_allclose(face.control_points, upright.control_points, atol=0.02)
+
+
+def test_deformed_vertices_go_back_to_the_files_unit(tmp_path: Path, face: SheetFace) -> None:
+    model = load_face(write_face(tmp_path, face, 10.0))
+    np.testing.assert_allclose(model.to_file(model.neutral), face.mesh.vertices * 10, atol=1e-3)
+    assert load_face().to_file(load_face().neutral) == pytest.approx(load_face().neutral)

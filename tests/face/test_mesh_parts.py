@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from conf.face.mesh import build_mesh
-from conf.face.mesh_parts import part_of, welded
+from conf.face.mesh_parts import part_of, welded, with_parts
 from conf.face.obj import RawMesh
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 0, 0], [1, 1, 0], [0, 1, 0]])
@@ -30,3 +30,16 @@ def test_a_part_keeps_its_places_groups_and_texture_coordinates() -> None:
     np.testing.assert_array_equal(part.uvs[part.render_triangles], uvs[None, 3:])
     np.testing.assert_array_equal(part.render_vertices[part.render_triangles], part.triangles)
     assert {name: members.tolist() for name, members in part.groups.items()} == {"b": [0]}
+
+
+def test_what_is_named_anew_leaves_its_old_group() -> None:
+    corners = np.stack([np.arange(6).reshape(2, 3), np.full((2, 3), -1)], axis=2)
+    groups = {"all": np.arange(2), "tongue": np.array([1]), "second": np.array([1])}
+    mesh = build_mesh(RawMesh(SQUARE, np.empty((0, 2)), corners, groups, None))
+    named = with_parts(mesh, {"tongue": np.array([0])})
+    assert {name: members.tolist() for name, members in named.groups.items()} == {
+        "all": [1],
+        "second": [1],
+        "tongue": [0],
+    }
+    assert with_parts(mesh, {}) is mesh

@@ -1,0 +1,27 @@
+"""The shipped head: where its files are, and what other faces are compared with."""
+
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.face.ppc import read_ppc
+from conf.face.rig_file import read_joints
+from conf.face.rigging import Joints
+
+DEFAULT_HEAD = Path(str(files("conf"))) / "assets" / "head" / "head.obj"
+EYE_MIDDLE = np.array([0.0, 2.845, 3.8])  # between its pupils, model centimetres
+
+
+@cache
+def default_points() -> NDArray[np.float64]:
+    """Return its (n, 3) control points, model centimetres."""
+    return read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
+
+
+@cache
+def default_joints() -> Joints:
+    """Return what its parts turn about, model centimetres."""
+    return read_joints(DEFAULT_HEAD.with_name("rig.json"))
