@@ -1,12 +1,12 @@
 """One end of a real call, watched: what `conf send` and `conf receive` do, with a note of every frame and picture.
 
     python tools/call_probe.py receive 127.0.0.1:0 CODE SECONDS
-    python tools/call_probe.py send 127.0.0.1:5005 CODE SECONDS CLIP
+    python tools/call_probe.py send 127.0.0.1:5005 CODE SECONDS CLIP [--portrait]
 
-It prints JSON, one object a line. The receiver: where it listens, then each second its figures and the pictures it has
-shown; the sender: each second its memory and the frames it has taken. All times are of the machine's monotonic clock,
-which both processes share. The face is drawn but not recorded. tools/soak.py, bench_latency.py and bench_flood.py
-read it.
+It prints JSON, one object a line. The receiver: where it listens, then each second its figures, the pictures it has
+shown and when each caller's portrait was first drawn; the sender: each second its memory, when it began to call and the
+frames it has taken. All times are of the machine's monotonic clock, which both processes share. The face is drawn but
+not recorded. tools/soak.py, bench_latency.py, bench_flood.py and bench_portrait_start.py read it.
 """
 
 import argparse
@@ -15,7 +15,8 @@ import os
 import subprocess
 import sys
 import time
-from dataclasses import asdict
+from collections.abc import Callable
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import IO, Any
 
@@ -29,8 +30,9 @@ from conf.protocol.host import Host
 from conf.protocol.session.server import ReceiverSessions
 from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.pipeline import ReceivingLoop
+from conf.receiver.stage import Window
 from conf.receiver.udp import ReceiverSocket
-from conf.sender.pipeline import SendingLoop
+from conf.sender.pipeline import SenderStatus, SendingLoop
 
 EVERY_S = 1.0
 
@@ -50,11 +52,13 @@ class WatchedWindow(OffscreenWindow):
     """A window that notes when each picture was finished and what it showed.
 
     pictures : (finished at, playhead on the stream's clock, seconds the playhead is past the newest frame)
+    portraits : when each caller's was first drawn
     """
 
     def __init__(self, host: Host) -> None:
         super().__init__(*SIZE)
         self.pictures: list[tuple[float, float, float]] = []
+        self.portraits: dict[int, float] = {}
         self._host = host
         self._due = 0.0
 
@@ -70,7 +74,7 @@ class WatchedWindow(OffscreenWindow):
         if now >= self._due:
             self._due = now + EVERY_S
             missed = sum(inbound.missed_references for inbound in self._host.inbounds.values())
-            counts = {"callers": len(self._host.inbounds), "missed_references": missed}
+            counts = {"callers": len(self._host.inbounds), "missed_references": missed, "portraits": self.portraits}
             tell(at=now, memory_kb=memory_kb(), **counts, **asdict(self._host.snapshot(now)), pictures=self.pictures)
             self.pictures = []
 
@@ -81,11 +85,30 @@ def newest_frame(inbound: Any) -> float | None:
     return float(frames[-1].timestamp) if frames else None
 
 
+class WatchedReceivingLoop(ReceivingLoop):
+    """A loop that notes when each caller's portrait was first drawn."""
+
+    def _draw(self, now: float, on_picture: Callable[[Window, float], None] | None) -> None:
+        super()._draw(now, on_picture)
+        assert isinstance(self._window, WatchedWindow)
+        for caller, portrait in self._stage._portraits.items():
+            if portrait.renderer.ready and self._shown.get(caller):
+                self._window.portraits.setdefault(caller, time.monotonic())
+
+
 class WatchedSendingLoop(SendingLoop):
-    """A loop that notes when each frame was taken."""
+    """A loop that notes when the call began and when each frame was taken."""
 
     frames: list[tuple[float, float]]
+    began = 0.0
     due = 0.0
+
+    def run(
+        self, *, seconds: float | None = None, on_status: Callable[[SenderStatus], None] | None = None
+    ) -> SenderStatus:
+        """Note the time and send."""
+        self.began = time.monotonic()
+        return super().run(seconds=seconds, on_status=on_status)
 
     def _send(self, timestamp: float) -> None:
         now = time.monotonic()
@@ -94,7 +117,7 @@ class WatchedSendingLoop(SendingLoop):
         if now >= self.due:
             self.due = now + EVERY_S
             status = asdict(self.status())
-            tell(at=now, memory_kb=memory_kb(), frames=self.frames, **status)
+            tell(at=now, began=self.began, memory_kb=memory_kb(), frames=self.frames, **status)
             self.frames = []
 
 
@@ -104,15 +127,15 @@ def receive(address: tuple[str, int], code: str, seconds: float) -> None:
     window = WatchedWindow(callers)
     with ReceiverSocket(*address) as link, window:
         tell(listening="{}:{}".format(*link.address))
-        loop = ReceivingLoop(window, load_face(None), callers, link)
+        loop = WatchedReceivingLoop(window, load_face(None), callers, link)
         final = loop.run(fps=HEADLESS_FPS, seconds=seconds)
         tell(at=time.monotonic(), memory_kb=memory_kb(), **asdict(final), pictures=window.pictures)
 
 
-def send(receiver: tuple[str, int], code: str, seconds: float, clip: Path) -> None:
+def send(receiver: tuple[str, int], code: str, what: sending.Sending) -> None:
     """Send a looped clip as `conf send` does."""
     sending.SendingLoop = WatchedSendingLoop  # type: ignore[attr-defined]
-    sending.send(receiver, code, sending.Sending(file=clip, loop=True, seconds=seconds))
+    sending.send(receiver, code, what)
 
 
 def start(*arguments: object) -> subprocess.Popen[str]:
@@ -149,12 +172,14 @@ def main() -> None:
     parser.add_argument("code")
     parser.add_argument("seconds", type=float)
     parser.add_argument("clip", type=Path, nargs="?")
+    parser.add_argument("--portrait", action="store_true", help="let pictures of the person be sent")
     options = parser.parse_args()
     if options.side == "receive":
         receive(options.address, options.code, options.seconds)
         return
+    what = sending.Sending(file=options.clip, loop=True, seconds=options.seconds)
     try:
-        send(options.address, options.code, options.seconds, options.clip)
+        send(options.address, options.code, replace(what, portrait_kbps=4.0) if options.portrait else what)
     except NetworkError as error:
         sys.exit(str(error))
 

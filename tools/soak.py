@@ -29,11 +29,11 @@ START_S = 3.0  # a call's first seconds: handshake, calibration, memory that is 
 Lines = list[dict[str, Any]]
 
 
-def call(clip: Path, seconds: float, faults: Faults) -> tuple[Lines, Lines]:
+def call(clip: Path, seconds: float, faults: Faults, *, seed: int = 1, portrait: bool = False) -> tuple[Lines, Lines]:
     """Make a call through a relay; return what sender and receiver told."""
     receiver, address = start_receiver(CODE, seconds + STARTING_S)
-    relay = Relay(("127.0.0.1", 0), split_address(address), faults)
-    sender = start("send", "{}:{}".format(*relay.address), CODE, seconds, clip)
+    relay = Relay(("127.0.0.1", 0), split_address(address), faults, seed=seed)
+    sender = start("send", "{}:{}".format(*relay.address), CODE, seconds, clip, *(["--portrait"] if portrait else []))
     sent: Lines = []
     received: Lines = []
     over = threading.Event()

@@ -24,6 +24,7 @@ from conf.protocol.feedback import RoundTrip
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.outbound import Outbound, Outgoing
 from conf.protocol.portrait import PortraitOutbox
+from conf.protocol.portrait.outbox import WIRE_PIECE_BYTES
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import BodyReceived, Connected, Event
 from conf.protocol.session.limits import Address
@@ -33,7 +34,11 @@ AUTOMATIC = "auto"
 SEALED_BYTES = 19  # what framing and seal add at the most
 AUTOMATIC_TOP = 1  # live: who wants thirty frames a second says so
 RIDING_BYTES = 2  # what joining two bodies costs
-WAIT_FOR_RIDE_S = 0.2  # a piece that rides with motion costs no headers: without motion for so long it goes alone
+PIECE_ROOM = HEADER_BYTES + SEALED_BYTES + WIRE_PIECE_BYTES  # what a piece costs at the most
+# A piece that rides with motion costs no headers: without motion for so long it goes alone. At the start a
+# frame's time must do, or a still face, which sends no motion, would keep its picture waiting.
+WAIT_FOR_RIDE_S = 0.2
+START_WAIT_FOR_RIDE_S = 0.06
 TELL_ROUND_TRIP_S = 10.0
 RUNG_KBPS = (11.0, 5.8, 4.0, 2.4)  # what each rung of the ladder needs
 
@@ -186,18 +191,18 @@ class Caller:
         return [Outgoing(encode_body(RoundTripNotice(round(trip * 1000))))]
 
     def _with_portrait(self, outgoing: list[Outgoing], now: float) -> list[Outgoing]:
-        """Add one piece of the picture at the most, in the last motion's datagram where there is one.
-
-        A link as narrow as a modem has no room for a picture.
-        """
-        if self._portrait is None or not self._may_send(now) or self.outbound.profile == NARROW:
+        """Add one piece of the picture at the most, in the last motion's datagram where there is one."""
+        if self._portrait is None or not self._has_room_for_portrait(now):
             return outgoing
         rides = bool(outgoing) and outgoing[-1].motion is not None and len(outgoing[-1].body) < 256
-        if rides:
-            self._rode_at = now
-        elif now < self._rode_at + WAIT_FOR_RIDE_S:
+        patience = START_WAIT_FOR_RIDE_S if self._portrait.starting else WAIT_FOR_RIDE_S
+        if not rides and now < self._rode_at + patience:
             return outgoing
-        piece = self._portrait.next_piece(now, overhead=RIDING_BYTES if rides else HEADER_BYTES + SEALED_BYTES)
+        # At the start a piece alone spends the headers that the motion of a still face has left over.
+        free = rides or (self._portrait.starting and not self.outbound.bundling)
+        piece = self._portrait.next_piece(now, overhead=RIDING_BYTES if free else HEADER_BYTES + SEALED_BYTES)
+        if rides or piece is not None:
+            self._rode_at = now
         if piece is None:
             return outgoing
         if not rides:
@@ -205,6 +210,17 @@ class Caller:
         *before, last = outgoing
         assert last.motion is not None
         return [*before, replace(last, body=encode_body(Together(last.motion, PortraitPiece(piece))))]
+
+    def _has_room_for_portrait(self, now: float) -> bool:
+        """Whether a piece would keep no motion waiting: not behind a queue, not under a cap that motion nearly fills.
+
+        A modem has no room; but heavy loss alone also leads to `narrow`.
+        """
+        if not self._may_send(now) or self._congestion.crowded(self._round_trip):
+            return False
+        if self.outbound.profile == NARROW and not self._automatic:
+            return False
+        return self._cap is None or self._cap.spares(PIECE_ROOM, now)
 
     def _may_send(self, now: float) -> bool:
         return self._session.session is not None and not self._breaker.broken(now)

@@ -28,6 +28,7 @@ LADDER = (Rung("rich"), Rung("live"), Rung("live", 2), Rung("narrow"))
 MAX_LOSS = 0.05
 CALM_LOSS = 0.02
 MAX_QUEUEING_S = 0.2
+CROWDED = 0.75  # of that limit
 LOSS_WINDOW_S = 10.0
 MIN_EXPECTED = 20  # fewer datagrams than this say nothing about five per cent
 SETTLE_S = 3.0
@@ -107,7 +108,7 @@ class CongestionControl:
         self.loss.reported(report, now)
         if now < self._changed + SETTLE_S:
             return
-        queueing, queueing_limit = round_trip.queueing_s, max(MAX_QUEUEING_S, (round_trip.floor_s or 0.0) / 2)
+        queueing, queueing_limit = round_trip.queueing_s, _queueing_limit(round_trip)
         if self.loss.heavy or queueing > queueing_limit:
             self._calm_since = now
             self._step_down(now)
@@ -115,6 +116,10 @@ class CongestionControl:
             self._calm_since = now
         elif now >= self._calm_since + self._recover_s:
             self._step_up(now)
+
+    def crowded(self, round_trip: RoundTrip) -> bool:
+        """Whether queues are near the limit: what can wait should, before the motion has to go a step down."""
+        return round_trip.queueing_s > CROWDED * _queueing_limit(round_trip)
 
     def _step_down(self, now: float) -> None:
         if self._climbed is not None:
@@ -133,6 +138,10 @@ class CongestionControl:
             self._index = index
             self._changed = self._calm_since = now
             self.loss.restart()
+
+
+def _queueing_limit(round_trip: RoundTrip) -> float:
+    return max(MAX_QUEUEING_S, (round_trip.floor_s or 0.0) / 2)
 
 
 BREAK_AFTER_S = 10.0
@@ -188,6 +197,10 @@ class RateCap:
     def take(self, wire_bytes: int, now: float) -> bool:
         """Return whether a datagram of `wire_bytes`, headers included, may go now; if so it is counted."""
         return self._bucket.take(wire_bytes, now)
+
+    def spares(self, wire_bytes: int, now: float) -> bool:
+        """Whether so many bytes could go and still leave half of what may go at once."""
+        return self._bucket.wait(wire_bytes + self.largest / 2, now) == 0
 
     def wait(self, wire_bytes: int, now: float) -> float:
         """Return the seconds until it may."""

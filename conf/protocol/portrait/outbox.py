@@ -17,7 +17,11 @@ from conf.protocol.token_bucket import TokenBucket
 PIECE_BYTES = 80  # with header, seal and the motion beside it, what a link of 16 kbit/s carries in one frame's time
 RETRY_S = 0.8  # without an answer: answers come twice a second
 REORDERED_S = 0.15  # a piece that is missing while one sent so much later has arrived is lost
-START_RETRY_S = 0.35  # the same before a first object has arrived: the link has nothing better to carry
+# A call should not begin without a face: its first pieces, a draft and a photograph, may cost more a second than those
+# that follow, and what is not heard of is sent again soon: the link has nothing better to carry.
+START_BYTES = 10_000
+START_FACTOR = 2.25  # beside a talking face's motion just below 16 kbit/s
+START_RETRY_S = 0.35
 BURST_BYTES = 200  # after a rest, beside a piece
 NUMBERS = 1 << 16
 
@@ -57,27 +61,25 @@ class _Outgoing:
 class PortraitOutbox:
     """Sends objects; `next_piece` is asked as often as there is room on the link."""
 
-    def __init__(self, *, kbps: float = 4.0, start_kbps: float = 10.0, piece_bytes: int = PIECE_BYTES) -> None:
+    def __init__(self, *, kbps: float = 4.0, piece_bytes: int = PIECE_BYTES) -> None:
         """Make an empty outbox.
 
-        kbps : what the pieces may cost, headers included, once a first object has arrived
-        start_kbps : the same until then: a call should not begin without a face
+        kbps : what the pieces may cost, headers included, in the long run; the first START_BYTES go START_FACTOR faster
         Raises ValueError if piece_bytes is no multiple of 4 that cuts the largest object into at most 255 pieces.
         """
         sound = piece_bytes % GRAIN == 0 and 0 < piece_bytes // GRAIN < 256
         if not sound or piece_count(MAX_OBJECT, piece_bytes) > MAX_PIECES:
             raise ValueError(f"piece_bytes must be a multiple of {GRAIN} from 52 to 1020, got {piece_bytes}")
         self.kbps = kbps
-        self.start_kbps = start_kbps
         self.retry = RETRY_S  # seconds; at least a round trip and the time between two answers
         self.bytes_sent = 0
+        self._start_bytes = START_BYTES  # what is left of them
         self._piece_bytes = piece_bytes
-        self._bucket = TokenBucket(start_kbps * 125, BURST_BYTES + piece_bytes)
+        self._bucket = TokenBucket(kbps * 125, BURST_BYTES + piece_bytes)
         self._outgoing: dict[int, _Outgoing] = {}  # by slot
         self._delivered: dict[int, _Outgoing] = {}  # by slot: kept for a receiver that begins anew
         self._next_number = 0
         self._token: int | None = None
-        self._started = False  # whether the receiver has had anything yet
 
     def put(self, slot: int, data: bytes, *, urgency: int) -> None:
         """Send an object in place of what its slot held.
@@ -101,6 +103,11 @@ class PortraitOutbox:
         return slot in self._delivered
 
     @property
+    def starting(self) -> bool:
+        """Whether the first pieces are still on their way."""
+        return self._start_bytes > 0
+
+    @property
     def waiting_bytes(self) -> int:
         """Return how much has not been answered for."""
         return sum(len(o.data) - len(o.arrived) * o.size for o in self._outgoing.values())
@@ -110,9 +117,8 @@ class PortraitOutbox:
 
         overhead : bytes that the datagram costs beside the body, if it is sent for this piece alone
         """
-        started = self._started
-        retry = self.retry if started else min(self.retry, START_RETRY_S)
-        self._bucket.rate = (self.kbps if started else max(self.kbps, self.start_kbps)) * 125
+        retry = min(self.retry, START_RETRY_S) if self.starting else self.retry
+        self._bucket.rate = self.kbps * 125 * (START_FACTOR if self.starting else 1)
         for outgoing in sorted(self._outgoing.values(), key=lambda o: (o.urgency, o.number)):
             index = outgoing.due(now, retry)
             if index is None:
@@ -122,6 +128,7 @@ class PortraitOutbox:
                 return None
             outgoing.sent[index] = now
             self.bytes_sent += len(body) + overhead
+            self._start_bytes -= len(body) + overhead
             return body
         return None
 
@@ -135,14 +142,13 @@ class PortraitOutbox:
         for slot, outgoing in list(self._outgoing.items()):
             if outgoing.number in finished:
                 self._delivered[slot] = self._outgoing.pop(slot)
-                self._started = True
         partly = dict(answer.unfinished)
         for outgoing in self._outgoing.values():
             outgoing.note(partly.get(outgoing.number, frozenset()))
 
     def restart(self) -> None:
         """Send everything again: the receiver has begun anew."""
-        self._started = False
+        self._start_bytes = START_BYTES
         again = self._delivered | self._outgoing
         self._outgoing, self._delivered = {}, {}
         for slot, outgoing in sorted(again.items(), key=lambda item: item[1].number):

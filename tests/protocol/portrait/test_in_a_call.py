@@ -39,12 +39,35 @@ def test_a_modem_is_left_to_the_motion() -> None:
 
 def test_after_the_start_the_budget_holds() -> None:
     outbox = outbox_with_a_picture(kbps=2.0)
-    rehearsal = call(6.0, "live", outbox)
-    before = rehearsal.wire_bytes
     for slot in range(1, 20):
         outbox.put(slot, PICTURE, urgency=1)
+    rehearsal = call(25.0, "live", outbox)
+    assert not outbox.starting
+    before = rehearsal.wire_bytes
     for count in range(300):
-        stamp = 6.0 + count * FRAME_S
+        stamp = 25.0 + count * FRAME_S
         rehearsal.send_frame(MotionFrame(stamp, np.zeros((50, 3), np.float32), np.zeros(6)), stamp)
     kbps = (rehearsal.wire_bytes - before) * 8 / (300 * FRAME_S) / 1000
     assert 1.5 < kbps < 2.9  # a still face beside it costs a keep-alive a second
+
+
+def test_a_still_face_does_not_keep_its_picture_waiting() -> None:
+    outbox = outbox_with_a_picture()
+    rehearsal = Rehearsal(PARAMETERS, 0.0, portrait=outbox)
+    for count in range(90):
+        stamp = count * FRAME_S
+        rehearsal.send_frame(MotionFrame(stamp, np.zeros((50, 3), np.float32), np.zeros(6)), stamp)
+    assert list(rehearsal.inbound.portrait) == [PICTURE]
+    assert rehearsal.wire_bytes * 8 / (90 * FRAME_S) < 16_000
+
+
+def test_under_a_cap_the_picture_takes_only_what_the_motion_leaves() -> None:
+    frames = [frame(count * FRAME_S) for count in range(450)]
+    received = []
+    for portrait in (None, outbox_with_a_picture()):
+        rehearsal = Rehearsal(PARAMETERS, 0.0, link=LinkOptions("live", kbps=7.0), portrait=portrait)
+        for moment in frames:
+            rehearsal.send_frame(moment, moment.timestamp)
+        assert rehearsal.wire_bytes * 8 / 30 < 7_000
+        received.append(rehearsal.inbound.frames.count)
+    assert received[1] >= received[0] - 1

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
 from conf.protocol.portrait import PortraitInbox, PortraitOutbox
+from conf.protocol.portrait.outbox import START_BYTES, START_FACTOR
 
 FPS = 15
 
@@ -41,30 +42,42 @@ def test_everything_arrives_once_and_whole_whatever_is_lost(seed: int, loss: flo
     assert outbox.waiting_bytes == 0 and inbox.held_bytes == 0 and inbox.refused == 0
 
 
-def test_a_portrait_is_there_in_six_seconds_over_16_kbit_s_with_5_percent_loss() -> None:
+def test_a_draft_is_there_in_four_seconds_over_16_kbit_s_with_5_percent_loss() -> None:
     """What the motion leaves of 16 kbit/s, 10.5, carries one piece of 80 bytes a frame."""
     for seed in range(30):
         rng = random.Random(seed)
         outbox, inbox = PortraitOutbox(), PortraitInbox()
-        outbox.put(0, bytes(5400), urgency=0)
+        outbox.put(0, bytes(3300), urgency=0)
         arrived = converse(outbox, inbox, seconds=8, lost=lambda rng=rng: rng.random() < 0.05)
-        assert arrived and arrived[0][0] < 5.6  # and 0.4 s to choose the photograph
+        assert arrived and arrived[0][0] < 4.0
 
 
 @given(st.floats(0.5, 20), st.floats(2, 12))
 def test_the_budget_holds(kbps: float, seconds: float) -> None:
-    outbox = PortraitOutbox(kbps=kbps, start_kbps=kbps)
+    outbox = PortraitOutbox(kbps=kbps)
     for slot in range(40):
         outbox.put(slot, bytes(1000), urgency=1)
     sent = 0
     for step in range(round(seconds * 100)):
         piece = outbox.next_piece(step / 100, overhead=42)
         sent += len(piece) + 42 if piece else 0
-    assert sent == outbox.bytes_sent <= kbps * 125 * seconds + 300
+    start = min(START_BYTES + 128, START_FACTOR * kbps * 125 * seconds)
+    assert sent == outbox.bytes_sent <= start + kbps * 125 * seconds + 300
+
+
+def test_the_start_is_faster_but_bounded_though_nobody_answers() -> None:
+    outbox = PortraitOutbox(kbps=4)
+    outbox.put(0, bytes(12_000), urgency=0)
+    spent = {}
+    for step in range(6000):
+        outbox.next_piece(step / 100, overhead=2)
+        spent[step // 1000] = outbox.bytes_sent
+    assert spent[0] > START_BYTES
+    assert spent[5] - spent[1] <= 4 * 125 * 40 + 100
 
 
 def test_the_most_urgent_goes_first_and_a_newer_object_takes_the_slot() -> None:
-    outbox, inbox = PortraitOutbox(kbps=1000, start_kbps=1000), PortraitInbox()
+    outbox, inbox = PortraitOutbox(kbps=1000), PortraitInbox()
     outbox.put(5, b"patch", urgency=2)
     outbox.put(0, b"old photograph", urgency=0)
     outbox.put(0, b"new photograph", urgency=0)

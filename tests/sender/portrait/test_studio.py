@@ -18,7 +18,7 @@ class Sitting:
     """A studio whose outbox is emptied without loss."""
 
     def __init__(self) -> None:
-        self.outbox = PortraitOutbox(kbps=200, start_kbps=200)
+        self.outbox = PortraitOutbox(kbps=200)
         self.inbox = PortraitInbox()
         self.studio = PortraitStudio(canonical(), self.outbox)
         self.things: list[object] = []
