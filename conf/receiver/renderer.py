@@ -18,6 +18,7 @@ from conf.face.head import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.face.mesh import Mesh
 from conf.receiver.canvas import Canvas
+from conf.receiver.drawing_order import in_drawing_order
 from conf.receiver.lighting import STUDIO, Lighting
 from conf.receiver.marks import ControlPointMarks
 from conf.receiver.materials import EYE, MOUTH, SKIN, material_of
@@ -37,7 +38,7 @@ class FaceRenderer:
     """Draws one face again and again."""
 
     def __init__(self, ctx: moderngl.Context, face: FaceModel, *, lighting: Lighting = STUDIO) -> None:
-        mesh = facing_outwards(face.mesh)
+        mesh = in_drawing_order(facing_outwards(face.mesh))
         self.background = "wall"  # a name from canvas.py
         self._ctx = ctx
         self._lighting = lighting
