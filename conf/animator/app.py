@@ -26,7 +26,7 @@ from conf.face.head_pose import HeadPose
 from conf.face.idle import IdleMotion
 from conf.receiver.overlay import Overlay
 from conf.receiver.recorder import ClipRecorder, free_name
-from conf.receiver.window import GlfwWindow
+from conf.receiver.stage import Window
 
 FPS = 60.0
 CLIP_FPS = 30.0
@@ -36,7 +36,7 @@ STEADY = 0.05  # share of the newest frame in the frame rate that is shown
 class Animator:
     """One window. Run it until its user goes."""
 
-    def __init__(self, window: GlfwWindow, subject: Subject, folder: Path | None = None) -> None:
+    def __init__(self, window: Window, subject: Subject, folder: Path | None = None) -> None:
         """folder : where pictures and clips of the keys S and R go; None takes the current one"""
         window.keys_close = False
         self._window = window
@@ -82,8 +82,7 @@ class Animator:
         director.actor.follow(director.desk.deformer, director.desk.muscling)
         director.desk = replace(director.desk, expressing=director.desk.expressing.settled(now))
         self._interface.prepare(director)
-        window.begin()
-        window.framebuffer.clear(*BACKDROP)
+        window.begin(BACKDROP)
         self._draw_face(layout, now)
         self._record(layout, now)
         with self._overlay.frame(window.framebuffer, window.size, window.pixel_ratio, scale=scale), themed(scale):

@@ -16,6 +16,8 @@ NO_OPENGL = (
     "`sudo apt install libegl1 libgl1 libgl1-mesa-dri` and try again"
 )
 
+Colour = tuple[float, float, float, float]  # sRGB and cover, 0 to 1
+BLACK: Colour = (0.0, 0.0, 0.0, 0.0)
 EGL: dict[str, Any] = {"backend": "egl"}
 
 
@@ -47,6 +49,7 @@ class OffscreenWindow:
         self.size = (width, height)
         self.pixel_ratio = 1.0
         self.should_close = False
+        self.keys_close = True  # as the real window has it: there are no keys here
         self._colour = self.ctx.renderbuffer(self.size, 4)
         self._depth = self.ctx.depth_renderbuffer(self.size)
         self.framebuffer = self.ctx.framebuffer(self._colour, self._depth)
@@ -55,11 +58,11 @@ class OffscreenWindow:
         """Return no events: nobody sits before it."""
         return []
 
-    def begin(self) -> None:
-        """Start a frame: black, and drawn into from now on. Other windows' contexts step back."""
+    def begin(self, colour: Colour = BLACK) -> None:
+        """Start a frame: of one colour, and drawn into from now on. Other windows' contexts step back."""
         self.ctx.__enter__()  # type: ignore[no-untyped-call]
         self.framebuffer.use()
-        self.framebuffer.clear()
+        self.framebuffer.clear(*colour)
 
     def end(self) -> None:
         """Finish the frame. There is nothing to present."""

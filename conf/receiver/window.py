@@ -25,7 +25,7 @@ from conf.receiver.events import (
     Scrolled,
     Typed,
 )
-from conf.receiver.offscreen import read_pixels
+from conf.receiver.offscreen import BLACK, Colour, read_pixels
 
 NO_DISPLAY = (
     "no window can be opened: there is no display (DISPLAY is {display}); "
@@ -129,13 +129,13 @@ class GlfwWindow:
         events, self._events = self._events, []
         return events
 
-    def begin(self) -> None:
-        """Start a frame: black, as large as the window is now, and drawn into from now on."""
+    def begin(self, colour: Colour = BLACK) -> None:
+        """Start a frame: of one colour, as large as the window is now, and drawn into from now on."""
         glfw.make_context_current(self._window)
         self.size = self._measure()
         self.framebuffer.viewport = (0, 0, *self.size)
         self.framebuffer.use()
-        self.framebuffer.clear()
+        self.framebuffer.clear(*colour)
 
     def end(self) -> None:
         """Present the frame; waits for the display's next refresh where there is one."""
