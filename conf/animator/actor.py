@@ -15,9 +15,10 @@ from conf.animator.picture import FacePicture
 from conf.animator.subject import Subject
 from conf.animator.worker import LatestOnly
 from conf.face.control_points import CONTROL_POINT_COUNT
+from conf.face.default_head import DEFAULT_HEAD
 from conf.face.face_muscles import MuscleFace
 from conf.face.fapu import Fapu
-from conf.face.head import DEFAULT_HEAD, Deformer, FaceModel
+from conf.face.head import Deformer, FaceModel
 from conf.face.ppc import read_ppc
 
 
@@ -96,7 +97,7 @@ def unplaced(subject: Subject) -> FaceModel:
     """Return a face that can be drawn and that nothing moves: its control points are not known."""
     points = read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
     operator = np.zeros((len(subject.mesh.vertices), CONTROL_POINT_COUNT), np.float32)
-    return FaceModel(subject.mesh, points, Fapu.measure(points), operator)
+    return FaceModel(subject.mesh, points, Fapu.measure(points), operator, placement=subject.placement)
 
 
 def _build(builder: FaceBuilder, deformer: Deformer) -> Built:

@@ -59,7 +59,9 @@ class FaceBuilder:
             matrix = refine_operator(matrix, *self._sculpted, regions=regions)
         if subject.rig is not None:
             matrix[subject.rig.rigid] = 0.0
-        return FaceModel(subject.mesh, points, Fapu.measure(points), matrix, operator.smoothing, subject.rig)
+        return FaceModel(
+            subject.mesh, points, Fapu.measure(points), matrix, operator.smoothing, subject.rig, subject.placement
+        )
 
     @cached_property
     def _surface(self) -> Surface:

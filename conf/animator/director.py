@@ -202,7 +202,6 @@ class Director:
             parse_size(fields.size),
             parse_fps(fields.fps),
             look=replace(self.desk.look, view=replace(self.desk.look.view, help=False)),
-            to_file=self.actor.subject.to_file,
         )
         check_output(wish.output)
         if fields.source == SHOWN:
@@ -234,10 +233,10 @@ class Director:
             finally:
                 camera.release()
         elif suffix == ".obj":
-            write_obj(wish.output, self.actor.face.mesh, self.actor.subject.to_file(vertices))
+            write_obj(wish.output, self.actor.face.mesh, self.actor.face.to_file(vertices))
         elif suffix == ".ppc":
             points = self.actor.face.deformed_points(moment.displacements)
-            write_ppc(wish.output, self.actor.subject.to_file(points))
+            write_ppc(wish.output, self.actor.face.to_file(points))
         else:
             kinds = "clips" if suffix in CLIPS else "motion files"
             raise ConfError(f"{kinds} need a motion: choose a recording or an emotion as the source")

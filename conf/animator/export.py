@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
 
 import moderngl
 import numpy as np
@@ -35,13 +34,6 @@ SIDES = (16, 4096)  # least and most pixels of a picture's side
 RATES = (1.0, 120.0)
 
 
-class ToFile(Protocol):
-    """The way from this frame to that of the mesh's file."""
-
-    def __call__(self, places: NDArray[np.floating], /) -> NDArray[np.float64]:
-        """Return (..., 3) places in the file's frame."""
-
-
 @dataclass(frozen=True)
 class Export:
     """What is to be written.
@@ -50,7 +42,6 @@ class Export:
     fps : of clips and motion files; None keeps the motion's
     at : seconds into the motion, for a single picture or mesh
     look : style, view, light
-    to_file : the frame meshes and control points are written in
     """
 
     output: Path
@@ -58,7 +49,6 @@ class Export:
     fps: float | None = None
     at: float = 0.0
     look: Look = field(default_factory=Look)
-    to_file: ToFile | None = None
 
 
 def check_output(output: Path, /) -> None:
@@ -175,13 +165,13 @@ def _write_clip(face: FaceModel, motion: Motion, wish: Export, ctx: moderngl.Con
 
 def _write_mesh(face: FaceModel, motion: Motion, wish: Export, _ctx: moderngl.Context | None) -> Iterator[float]:
     vertices, _ = moved(face, motion, wish.at, wish.look)
-    write_obj(wish.output, face.mesh, wish.to_file(vertices) if wish.to_file else vertices)
+    write_obj(wish.output, face.mesh, face.to_file(vertices))
     yield from ()
 
 
 def _write_points(face: FaceModel, motion: Motion, wish: Export, _ctx: moderngl.Context | None) -> Iterator[float]:
     points = face.deformed_points(displacements_at(motion, wish.at))
-    write_ppc(wish.output, wish.to_file(points) if wish.to_file else points)
+    write_ppc(wish.output, face.to_file(points))
     yield from ()
 
 

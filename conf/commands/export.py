@@ -69,11 +69,8 @@ def export_file(wish: ExportWish, on_progress: Callable[[float], None] = lambda 
     at = strongest if wish.at is None else wish.at
     if not 0 <= at <= duration_of(motion):
         raise ConfError(f"the motion lasts {duration_of(motion):.2f} seconds: there is nothing at {at:g}")
-    if fps is not None:
-        motion_fps = fps
-    else:
-        motion_fps = motion.fps
-    order = Export(wish.output, size, fps, at, to_file=subject.to_file)
+    motion_fps = motion.fps if fps is None else fps
+    order = Export(wish.output, size, fps, at)
     with ExitStack() as stack:
         ctx = stack.enter_context(OffscreenWindow(1, 1)).ctx if needs_drawing(wish.output) else None
         for share in export(face, motion, order, ctx):

@@ -58,7 +58,7 @@ def facts(animator: Animator, window: GlfwWindow) -> dict[str, Any]:
         "mouth_cm": float(np.abs(moment.displacements).max()) if moment else 0.0,
         "placing": None if desk.placing is None else [desk.placing.selected, desk.placing.missing],
         "points": None if director.actor.subject.points is None else director.actor.subject.points.tolist(),
-        "scale": [director.actor.subject.scale, director.actor.subject.shift.tolist()],
+        "scale": [director.actor.subject.placement.scale, director.actor.subject.placement.shift.tolist()],
         "clip": clip.tolist(),
         "rect": [layout.face.x, layout.face.y, layout.face.width, layout.face.height],
         "player": None if player is None else [player.clock.position(now), player.clock.is_playing(now),

@@ -1,5 +1,7 @@
+from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -16,6 +18,22 @@ def test_a_written_mesh_is_read_as_it_was(tmp_path: Path, subject: Subject) -> N
     np.testing.assert_array_equal(mesh.triangles, subject.mesh.triangles)
     for name, triangles in subject.mesh.groups.items():
         np.testing.assert_array_equal(mesh.groups[name], triangles)
+    assert mesh.texture == tmp_path / "a-texture.png", "WebP is made what every program reads"
+    shade, again = (cv2.imread(str(m.texture), cv2.IMREAD_UNCHANGED) for m in (subject.mesh, mesh))
+    assert shade is not None and np.array_equal(shade, again)
+    text, library = ((tmp_path / name).read_text() for name in ("a.obj", "a.mtl"))
+    assert text.index("usemtl face") < text.index("g hair\nusemtl hair") and "map_d a-texture.png" in library
+
+
+def test_a_picture_of_a_common_kind_is_copied_and_a_bare_mesh_has_none(tmp_path: Path, subject: Subject) -> None:
+    cv2.imwrite(str(tmp_path / "skin.jpg"), np.zeros((4, 4, 3), np.uint8))
+    painted = replace(subject.mesh, texture=tmp_path / "skin.jpg")
+    write_obj(tmp_path / "b.obj", painted, painted.vertices)
+    assert (tmp_path / "b-texture.jpg").read_bytes() == (tmp_path / "skin.jpg").read_bytes()
+    write_obj(tmp_path / "b.obj", load_mesh(tmp_path / "b.obj"), painted.vertices)
+    assert load_mesh(tmp_path / "b.obj").texture == tmp_path / "b-texture.jpg", "written over itself"
+    write_obj(tmp_path / "c.obj", replace(subject.mesh, texture=None), subject.mesh.vertices)
+    assert not (tmp_path / "c.mtl").exists() and "usemtl" not in (tmp_path / "c.obj").read_text()
 
 
 def test_a_folder_that_is_not_there_is_named(tmp_path: Path, subject: Subject) -> None:
