@@ -1,8 +1,8 @@
 """Measure what `conf fit` knows beforehand: `python tools/train_fit.py [--wheels FOLDER]`.
 
-Heads are mixed at random from the base figure's targets, drawn and tracked as `conf fit` does it, and what the tracker
-says is set against the vertices that bear the control points. Writes conf/assets/face_prior.npz. None of these heads is
-among those that bench_fit measures on.
+Heads are mixed at random from the base figure's targets, drawn and tracked as `conf fit` does it (twenty minutes), and
+what the tracker says and the surface shows is set against the vertices that bear the control points. Writes
+conf/assets/face_prior.npz. None of these heads is among those that bench_fit measures on.
 """
 
 import argparse
@@ -15,18 +15,17 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import numpy as np
-from numpy.typing import NDArray
 
 from conf.commands.sitting import observe
 from conf.face.casting import nearest_normals
-from conf.face.face_prior import PRIOR_FILE, SEEN_LANDMARKS, FacePrior, learn_prior
+from conf.face.face_prior import PRIOR_FILE, RELIEF_PLACES, SEEN_LANDMARKS, FacePrior, KnownHead, learn_prior
 from conf.face.head import DEFAULT_HEAD
 from conf.face.mesh import load_mesh
 from conf.face.ppc import read_ppc
 from tools.fit_heads import Recipe, random_recipe, write_head
 from tools.head.source import Source, fetch_wheel
 
-HEADS = 160
+HEADS = 400
 RIDGE = 0.3  # cm^2
 SEED = 11
 
@@ -40,15 +39,14 @@ def main() -> None:
     source = Source(fetch_wheel(options.wheels))
     rng = np.random.default_rng(SEED)
     recipes = [random_recipe(f"{i:02}", source, rng) for i in range(HEADS)]
-    observed, truth, normals = (np.array(rows) for rows in zip(*(look(r, source) for r in recipes), strict=True))
-    prior = learn_prior(observed, truth, normals, ridge=RIDGE)
+    prior = learn_prior([look(recipe, source) for recipe in recipes], ridge=RIDGE)
     arrays = {name: getattr(prior, name).astype(np.float16) for name in FacePrior.__dataclass_fields__}
     np.savez_compressed(PRIOR_FILE, **arrays)
     print(f"{PRIOR_FILE}: {PRIOR_FILE.stat().st_size:,} B")
 
 
-def look(recipe: Recipe, source: Source) -> tuple[NDArray[np.float64], ...]:
-    """Return what the tracker sees of one head, what is true, and the normals there: three times (n, 3)."""
+def look(recipe: Recipe, source: Source) -> KnownHead:
+    """Return what the tracker sees of one head and what is true."""
     with tempfile.TemporaryDirectory() as folder:
         head = write_head(recipe, source, Path(folder))
         mesh = load_mesh(head.path)
@@ -58,14 +56,15 @@ def look(recipe: Recipe, source: Source) -> tuple[NDArray[np.float64], ...]:
     truth = sitting.frame.apply(head.truth)
     normals = nearest_normals(truth, sitting.mesh.vertices, sitting.mesh.triangles)
     print(recipe.name, flush=True)
-    return sitting.observed, truth, normals
+    return KnownHead(sitting.observed, truth, normals, sitting.mesh.vertices, sitting.mesh.triangles)
 
 
 def starting_prior() -> FacePrior:
     """Return what is known before anything is measured: the default head."""
     points = read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
     seen = np.concatenate([points, np.tile(points.mean(axis=0), (len(SEEN_LANDMARKS) - len(points), 1))])
-    return FacePrior(seen, points, np.zeros((seen.size, points.size)), np.zeros_like(points))
+    depths = np.zeros(len(RELIEF_PLACES))
+    return FacePrior(seen, points, depths, np.zeros((seen.size + len(depths), points.size)), np.zeros_like(points))
 
 
 if __name__ == "__main__":

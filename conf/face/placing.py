@@ -48,8 +48,8 @@ class Placement:
 def place_points(
     observed: NDArray[np.float64], vertices: NDArray[np.float64], triangles: NDArray[np.int32], prior: FacePrior
 ) -> Placement:
-    """Find the (n, 3) control points of a mesh (V, 3), (F, 3) from where the tracker saw them, (n, 3)."""
-    shape = prior.likely_points(observed)
+    """Find the (n, 3) control points of a mesh (V, 3), (F, 3) from where the tracker saw them, (m, 3)."""
+    shape = prior.likely_points(observed, vertices, triangles)
     triangles = _facing_viewer(shape, vertices, triangles)
     shells = Shells(vertices, triangles, _shell_of_triangles(len(vertices), triangles))
     points = nearest_points(shape, prior.normals, vertices, triangles, reach=_REACH)
