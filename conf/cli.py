@@ -97,7 +97,9 @@ def build_parser() -> argparse.ArgumentParser:
 
     animate = command("animate", _animate, "a window to move a face by hand, by emotions, muscles or recordings")
     animate.add_argument("face", type=Path, nargs="?", metavar="FACE.obj", help="default: the head that comes along")
-    animate.add_argument("--ppc", type=Path, help="its control points (default: the PPC file beside it)")
+    animate.add_argument("--ppc", type=Path, help="its control points (default: the PPC file beside it, or found)")
+    animate.add_argument("--up", choices=AXES, help="the mesh's axis towards the crown, while it has no points")
+    animate.add_argument("--front", choices=AXES, help="the mesh's axis towards the nose")
     animate.add_argument("--dpc", type=Path, help="play this recording")
     animate.add_argument("--emotion", metavar="NAME", help="show an emotion: joy, surprise, doubt, ... or an EPC file")
 
@@ -243,9 +245,10 @@ def _extract(options: argparse.Namespace) -> None:
 
 
 def _animate(options: argparse.Namespace) -> None:
-    from conf.commands.animate import animate
+    from conf.commands.animate import Sitter, animate
 
-    animate(options.face, ppc=options.ppc, dpc=options.dpc, emotion=options.emotion)
+    sitter = Sitter(options.face, options.ppc, options.up, options.front)
+    animate(sitter, dpc=options.dpc, emotion=options.emotion)
 
 
 def _export(options: argparse.Namespace) -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from conf.animator.actor import Actor
 from conf.animator.desk import Facts
 from conf.animator.director import Director
+from conf.animator.fitting import Fit
 from conf.animator.hands import Hands, dropped_files
 from conf.animator.interface import Interface
 from conf.animator.layout import Layout, scale_of
@@ -36,13 +37,16 @@ STEADY = 0.05  # share of the newest frame in the frame rate that is shown
 class Animator:
     """One window. Run it until its user goes."""
 
-    def __init__(self, window: Window, subject: Subject, folder: Path | None = None) -> None:
-        """folder : where pictures and clips of the keys S and R go; None takes the current one"""
+    def __init__(self, window: Window, subject: Subject, folder: Path | None = None, *, fit: Fit | None = None) -> None:
+        """Begin with a subject; one without control points is searched for them if `fit` is given.
+
+        folder : where pictures and clips of the keys S and R go; None takes the current one
+        """
         window.keys_close = False
         self._window = window
         self._overlay = Overlay(window.ctx)
         self._interface = Interface(self._overlay)
-        self.director = Director(window.ctx, Actor(window.ctx, subject, Deformer()))
+        self.director = Director(window.ctx, Actor(window.ctx, subject, Deformer()), fit)
         self._touch = Touch(self.director)
         self._hands = Hands()
         self._idle = IdleMotion(np.random.default_rng())
@@ -51,8 +55,7 @@ class Animator:
         self._last, self._period = 0.0, 1 / FPS
         self._clip: ClipRecorder | None = None
         self._clip_began = 0.0
-        if subject.points is None:
-            self.director.notice = "This face has no control points yet: place them by hand, or load a PPC file."
+        self.director.find_missing_points()
 
     def run(self) -> None:
         """Draw until the window is closed."""
@@ -116,6 +119,8 @@ class Animator:
             build_ms=actor.built.milliseconds,
             busy=actor.busy,
             taking=director.take is not None,
+            fits=director.fitting.possible,
+            fitting=director.fitting.progress,
             progress=director.progress,
             fps=1 / max(self._period, 1e-3),
             vertices=len(actor.face.mesh.vertices),

@@ -51,6 +51,7 @@ class Facts:
     smoothing : the lambda that operator B took; build_ms : the time it took; busy : whether another is being built
     emotions : every expression that can be played
     taking : whether a take is being recorded
+    fits : whether control points can be looked for; fitting : how far that is, None if it is not under way
     progress : of an export under way, 0 to 1
     """
 
@@ -62,6 +63,8 @@ class Facts:
     build_ms: float = 0.0
     busy: bool = False
     taking: bool = False
+    fits: bool = False
+    fitting: str | None = None
     progress: float | None = None
     fps: float = 0.0
     vertices: int = 0

@@ -14,11 +14,12 @@ from conf.animator.actor import Actor
 from conf.animator.desk import RECORDING, SHOWN, Desk
 from conf.animator.export import Camera, Export, check_output, export, parse_fps, parse_size
 from conf.animator.film import emotion_motion, peak
+from conf.animator.fitting import Fit, Fitting
 from conf.animator.obj_file import write_obj
 from conf.animator.placing import Placing, left_points, reflected
 from conf.animator.player import Player, Recording, open_recording
 from conf.animator.puppet import Moment
-from conf.animator.subject import open_subject, place_points, save_points
+from conf.animator.subject import USUAL, open_subject, place_points, save_points, stood
 from conf.animator.take import Take
 from conf.errors import ConfError
 from conf.face.action_units import load_emotions
@@ -31,13 +32,16 @@ from conf.receiver.recorder import CLIPS, PICTURES, free_name, save_picture
 
 MESHES = (".obj", ".ply", ".glb", ".stl")
 SEED = 2007  # of the idle life beside an exported emotion
+FOUND = "the control points are found: Place points corrects them, Save PPC keeps them"
 CANCELLED = "the export was ended; a clip holds what was drawn so far"
 
 
 class Director:
     """Holds what is no plain data: the actor, the player, exports under way."""
 
-    def __init__(self, ctx: moderngl.Context, actor: Actor) -> None:
+    def __init__(self, ctx: moderngl.Context, actor: Actor, fit: Fit | None = None) -> None:
+        """fit : what finds control points by itself"""
+        self.fitting = Fitting(fit)
         self.desk = Desk()
         self.actor = actor
         self.player: Player | None = None
@@ -52,6 +56,8 @@ class Director:
             ask.Open: self._open,
             ask.SavePoints: self._save_points,
             ask.PlacePoints: self._place_points,
+            ask.FitPoints: self._fit_points,
+            ask.Stand: self._stand,
             ask.MirrorPoints: self._mirror_points,
             ask.AcceptPoints: self._accept_points,
             ask.LeavePlacing: lambda _request, _now: self._change(placing=None),
@@ -77,7 +83,8 @@ class Director:
             self.notice = str(error)
 
     def go_on(self) -> None:
-        """Write the next picture of an export that is under way."""
+        """Take the points that were found, write the next picture of an export that is under way."""
+        self._take_fitted()
         if self._exporting is None:
             return
         try:
@@ -102,6 +109,7 @@ class Director:
     def release(self) -> None:
         """End what is under way, free the actor."""
         self._end_export("")
+        self.fitting.close()
         self.actor.release()
 
     def _change(self, **parts: Any) -> None:
@@ -117,6 +125,7 @@ class Director:
         if suffix in MESHES:
             self._show(Actor(self.ctx, open_subject(path), self.desk.deformer))
             self.notice = f"opened {path.name}"
+            self.find_missing_points()
         elif suffix == ".ppc":
             self._show(Actor(self.ctx, place_points(self.actor.subject, read_ppc(path)), self.desk.deformer))
             self.notice = f"loaded {path.name}"
@@ -149,6 +158,31 @@ class Director:
         placing = Placing() if points is None else Placing(points.copy())
         look = replace(self.desk.look, style="rendered")
         self._change(placing=placing, look=look, expressing=replace(self.desk.expressing, units={}))
+
+    def find_missing_points(self) -> None:
+        """Look for the control points of a face that has none, if anything can."""
+        if self.actor.subject.points is None and self.fitting.possible:
+            self.carry_out(ask.FitPoints(), 0.0)
+
+    def _fit_points(self, _request: ask.FitPoints, _now: float) -> None:
+        subject = self.actor.subject
+        self.fitting.begin(subject.path, (None, None) if subject.axes == USUAL else subject.axes)
+
+    def _take_fitted(self) -> None:
+        """Build the face on points that were found, unless the user has opened another or places them by hand."""
+        try:
+            found = self.fitting.take()
+        except ConfError as error:
+            self.notice = str(error)
+            return
+        subject = self.actor.subject
+        if found is None or found[0] != subject.path or self.desk.placing is not None:
+            return
+        self._show(Actor(self.ctx, place_points(subject, found[1].points), self.desk.deformer))
+        self.notice = ". ".join((FOUND, *found[1].remarks))
+
+    def _stand(self, request: ask.Stand, _now: float) -> None:
+        self._show(Actor(self.ctx, stood(self.actor.subject, request.up, request.front), self.desk.deformer))
 
     def _mirror_points(self, _request: ask.MirrorPoints, _now: float) -> None:
         placing = self.desk.placing

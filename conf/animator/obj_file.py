@@ -18,7 +18,7 @@ MATERIALS = f"newmtl {SOLID}\nmap_Kd {{picture}}\n\nnewmtl {CLEAR}\nmap_Kd {{pic
 
 
 def write_obj(path: Path, mesh: Mesh, vertices: NDArray[np.floating], /) -> None:
-    """Write the mesh with its (V, 3) vertices somewhere else; its picture goes beside it, with an MTL file that names it.
+    """Write the mesh with its (V, 3) vertices somewhere else; its picture goes beside it, an MTL file names it.
 
     Raises ConfError if a file cannot be written.
     """
@@ -40,6 +40,8 @@ def _write_picture(path: Path, texture: Path) -> Path:
     copy = path.with_name(f"{path.stem}-texture{texture.suffix if common else '.png'}")
     if not common:
         pixels = cv2.imread(str(texture), cv2.IMREAD_UNCHANGED)
+        if pixels is None:
+            raise ConfError(f"{texture}: expected a picture; take it out of the mesh's MTL file")
         copy.write_bytes(cv2.imencode(".png", pixels)[1].tobytes())
     elif copy.resolve() != texture.resolve():
         shutil.copyfile(texture, copy)

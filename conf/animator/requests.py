@@ -24,6 +24,19 @@ class PlacePoints:
 
 
 @dataclass(frozen=True)
+class FitPoints:
+    """Look for the control points in the background."""
+
+
+@dataclass(frozen=True)
+class Stand:
+    """Stand a face without control points upright: its file's axes towards crown and nose."""
+
+    up: str
+    front: str
+
+
+@dataclass(frozen=True)
 class MirrorPoints:
     """Take every placed point of the left side over to the right."""
 
@@ -112,6 +125,8 @@ Request = (
     Open
     | SavePoints
     | PlacePoints
+    | FitPoints
+    | Stand
     | MirrorPoints
     | AcceptPoints
     | LeavePlacing

@@ -11,7 +11,7 @@ from conf.face.default_head import DEFAULT_HEAD
 from conf.face.fapu import Fapu
 from conf.face.mesh import Mesh, load_mesh
 from conf.face.mesh_parts import welded
-from conf.face.orientation import turn_upright
+from conf.face.orientation import ORIENTATIONS, turn_upright
 from conf.face.own_face import settle
 from conf.face.ppc import read_ppc, write_ppc
 from conf.face.rig import Rig
@@ -20,7 +20,7 @@ from conf.face.shapes import Shapes, load_shapes
 from conf.face.similarity import UNMOVED, Similarity
 
 HEIGHT_CM = 26.0  # a mesh whose eyes are not known yet is taken for a head of this height
-USUAL = ("y", "z")  # towards the crown and towards the nose, in most files
+USUAL = ORIENTATIONS[0]
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def open_subject(
     if subject.is_default:
         shapes = load_shapes(path.with_name("shapes.npz"), len(mesh.vertices))
         return place_points(replace(subject, shapes=shapes), read_ppc(ppc or path.with_suffix(".ppc")))
-    return stood(subject, up or USUAL[0], front or USUAL[1]) if ppc is None else place_points(subject, read_ppc(ppc))
+    return stood(subject, up, front) if ppc is None else place_points(subject, read_ppc(ppc))
 
 
 def place_points(subject: Subject, in_file: NDArray[np.float64], /) -> Subject:
@@ -89,22 +89,22 @@ def place_points(subject: Subject, in_file: NDArray[np.float64], /) -> Subject:
     return replace(subject, mesh=own.mesh, points=own.points, placement=own.placement, rig=own.rig)
 
 
-def stood(subject: Subject, up: str, front: str, /) -> Subject:
+def stood(subject: Subject, up: str | None, front: str | None, /) -> Subject:
     """Return a subject without control points, upright, at the size of a head, in the middle.
 
-    up, front : the file's axes towards the crown and towards the nose
+    up, front : the file's axes towards the crown and towards the nose, None for what is usual
     Raises ConfError if both lie on one line.
     """
-    try:
-        turn = turn_upright(up, front)
-    except ValueError as error:
-        raise ConfError(f"up {up} and front {front} name one line: name two, such as y and z") from error
+    axes = next(((u, f) for u, f in ORIENTATIONS if up in (None, u) and front in (None, f)), None)
+    if axes is None:
+        raise ConfError(f"up {up} and front {front} name one line: name two, such as y and z")
+    turn = turn_upright(*axes)
     turned = subject.source.vertices @ turn.T
     low, high = turned.min(axis=0), turned.max(axis=0)
     scale = HEIGHT_CM / float(max(high[1] - low[1], (high - low).max() / 2, 1e-9))
     placement = Similarity(turn, scale, -(low + high) / 2 * scale)
     mesh = welded(replace(subject.source, vertices=placement.apply(subject.source.vertices)))
-    return replace(subject, mesh=mesh, points=None, rig=None, placement=placement, axes=(up, front))
+    return replace(subject, mesh=mesh, points=None, rig=None, placement=placement, axes=axes)
 
 
 def save_points(path: Path, subject: Subject, /) -> None:

@@ -1,32 +1,49 @@
 """`conf animate`: the animator's window."""
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from conf.animator.app import Animator
+from conf.animator.fitting import Fitted
 from conf.animator.requests import Open, Play
 from conf.animator.subject import open_subject
+from conf.commands.fit import fit
 from conf.errors import ConfError
 from conf.face.action_units import load_emotions
 from conf.face.epc import read_epc
+from conf.face.ppc import read_ppc
 from conf.receiver.window import GlfwWindow
 
 SIZE = (1280, 800)
 
 
-def animate(
-    face: Path | None = None, *, ppc: Path | None = None, dpc: Path | None = None, emotion: str | None = None
-) -> None:
+@dataclass(frozen=True)
+class Sitter:
+    """Who is animated.
+
+    face : mesh, None for the shipped head; ppc : its control points, None for those beside it or to find them
+    up, front : the mesh's axes towards the crown and towards the nose, such as "z" and "-y"
+    """
+
+    face: Path | None = None
+    ppc: Path | None = None
+    up: str | None = None
+    front: str | None = None
+
+
+def animate(sitter: Sitter, *, dpc: Path | None = None, emotion: str | None = None) -> None:
     """Open the window and stay until it is closed.
 
-    face : mesh, None for the shipped head; ppc : its control points; dpc : a recording to play at once
+    dpc : a recording to play at once
     emotion : one of the six by name, or an EPC file whose first expression plays
     Raises GraphicsError, FileFormatError, ConfError.
     """
-    subject = open_subject(face, ppc)
+    subject = open_subject(sitter.face, sitter.ppc, up=sitter.up, front=sitter.front)
     name = _emotion_name(emotion)
     with GlfwWindow(*SIZE, "conf animate") as window:
-        animator = Animator(window, subject)
+        animator = Animator(window, subject, fit=find_points)
         try:
             if dpc is not None:
                 animator.request(Open(dpc))
@@ -39,6 +56,14 @@ def animate(
             animator.run()
         finally:
             animator.close()
+
+
+def find_points(path: Path, axes: tuple[str | None, str | None], on_progress: Callable[[str], None], /) -> Fitted:
+    """Let `conf fit` find the control points of a mesh file. Raises ConfError if there is no face in it."""
+    with TemporaryDirectory(prefix="conf-fit-") as folder:
+        output = Path(folder) / "found.ppc"
+        report = fit(path, output, up=axes[0], front=axes[1], on_progress=on_progress)
+        return Fitted(read_ppc(output), report.remarks)
 
 
 def _emotion_name(emotion: str | None) -> str | None:

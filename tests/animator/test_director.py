@@ -1,4 +1,4 @@
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,15 +7,16 @@ import pytest
 
 from conf.animator.actor import Actor
 from conf.animator.director import Director
+from conf.animator.fitting import Fitted
 from conf.animator.player import REST_POSE
 from conf.animator.puppet import Moment
-from conf.animator.requests import Open, PlacePoints, Play, RecordTake, SavePoints, WriteFile
+from conf.animator.requests import Open, PlacePoints, Play, RecordTake, SavePoints, Stand, WriteFile
 from conf.animator.subject import Subject
 from conf.face.action_units import load_emotions
 from conf.face.epc import Expressions, write_epc
 from conf.face.head import Deformer
 from conf.face.mesh import load_mesh
-from tests.animator.conftest import Stage
+from tests.animator.conftest import TO_FILE, Stage
 
 
 @pytest.fixture
@@ -47,6 +48,33 @@ def test_another_face_takes_the_stage_with_no_points(director: Director, strange
     assert director.actor.subject.points is None
     director.carry_out(PlacePoints(), 0.0)
     assert director.desk.placing is not None and director.desk.placing.missing == 50
+
+
+def test_missing_points_are_found_unless_they_are_placed_by_hand_meanwhile(
+    stage: Stage, subject: Subject, stranger: Path
+) -> None:
+    scale, shift = TO_FILE
+    assert subject.points is not None
+    truth = subject.points * scale + shift
+
+    def fit(path: Path, axes: tuple[str | None, str | None], on_progress: Callable[[str], None]) -> Fitted:
+        return Fitted(truth, ("check the lids",))
+
+    def settled(director: Director) -> None:
+        while director.fitting.progress is not None:
+            director.go_on()
+
+    director = Director(stage.window.ctx, Actor(stage.window.ctx, subject, Deformer()), fit)
+    director.carry_out(Open(stranger), 0.0)
+    director.carry_out(PlacePoints(), 0.0)
+    settled(director)
+    assert director.actor.subject.points is None and director.desk.placing is not None
+    director.carry_out(Stand("y", "z"), 0.0)
+    director.find_missing_points()
+    settled(director)
+    np.testing.assert_allclose(director.actor.subject.points, subject.points, atol=2e-3)
+    assert director.notice.endswith("Save PPC keeps them. check the lids")
+    director.release()
 
 
 def test_a_take_becomes_the_recording(director: Director) -> None:

@@ -69,6 +69,7 @@ def test_a_mesh_is_stood_upright_by_its_axes_and_goes_back_to_them(
     opened = open_subject(lying, up="z", front="-y")
     upright = opened.mesh.vertices / opened.placement.scale
     np.testing.assert_allclose(upright - upright[0], subject.mesh.vertices - subject.mesh.vertices[0], atol=1e-4)
+    assert open_subject(lying, up="z").axes == opened.axes and open_subject(lying).axes == ("y", "z")
     assert np.ptp(open_subject(lying).mesh.vertices[:, 2]) > np.ptp(opened.mesh.vertices[:, 2]), "it lay on its back"
     assert subject.points is not None
     placed = place_points(opened, subject.points @ back)

@@ -9,15 +9,18 @@ from conf.animator.desk import Desk, Facts
 from conf.animator.placing import Placing, exchanged
 from conf.animator.requests import (
     AcceptPoints,
+    FitPoints,
     LeavePlacing,
     MirrorPoints,
     Open,
     PlacePoints,
     Request,
     SavePoints,
+    Stand,
 )
-from conf.animator.widgets import buttons, check, heading, path_field, quiet, warning
+from conf.animator.widgets import buttons, check, choice, heading, path_field, quiet, warning
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINTS
+from conf.face.orientation import AXES
 
 
 def draw_face(desk: Desk, facts: Facts) -> tuple[Desk, list[Request]]:
@@ -35,9 +38,14 @@ def draw_face(desk: Desk, facts: Facts) -> tuple[Desk, list[Request]]:
         requests.append(Open(Path(face)))
     heading("control points")
     if facts.subject.points is None:
-        warning("This face has no control points yet. Place them by hand, load a PPC file, or run `conf fit`.")
+        warning("This face has no control points yet: let them be found, place them by hand, or load a PPC file.")
+        requests += _draw_axes(facts.subject.axes)
     else:
         quiet(f"{CONTROL_POINT_COUNT} points move this face.")
+    if facts.fitting is not None:
+        quiet(f"Finding the points: {facts.fitting} ...")
+    elif facts.fits and not facts.subject.is_default and imgui.button("Find points", imgui.ImVec2(-1, 0)):
+        requests.append(FitPoints())
     if imgui.button("Place points ...", imgui.ImVec2(-1, 0)):
         requests.append(PlacePoints())
     points, go = path_field("PPC file", fields.points, "Load")
@@ -47,6 +55,13 @@ def draw_face(desk: Desk, facts: Facts) -> tuple[Desk, list[Request]]:
         requests.append(SavePoints(Path(points.strip() or facts.subject.path.with_suffix(".ppc").name)))
     quiet("Files can also be dropped onto the window.")
     return replace(desk, fields=replace(fields, face=face, points=points)), requests
+
+
+def _draw_axes(axes: tuple[str, str]) -> list[Request]:
+    """Let the user say how the mesh stands in its file."""
+    up = choice("crown towards", axes[0], list(AXES))
+    front = choice("nose towards", axes[1], [axis for axis in AXES if axis[-1] != up[-1]])
+    return [Stand(up, front)] if (up, front) != axes else []
 
 
 def _draw_placing(desk: Desk, placing: Placing) -> tuple[Desk, list[Request]]:
