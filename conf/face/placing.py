@@ -21,6 +21,7 @@ _LIP_PAIRS = [(f"inner_lip_upper_{side}", f"inner_lip_lower_{side}") for side in
 _LIDS = [(f"eyelid_{lid}_{side}", f"pupil_{side}") for lid in ("upper", "lower") for side in "lr"]
 _EYE_SIZE = (1.6, 4.5)  # cm across an eyeball
 _EYE_STRAY = 0.8  # cm from the likely pupil that an eyeball's axis may lie
+_PUPIL_HEIGHT = 0.62  # of the way from the lower lid to the upper, as on the default head
 _LIP_SNAP = 0.4  # cm that a lip point may move to a vertex of its own lip
 _LIP_RANGE = 4.0  # cm along the skin that is looked at around a lip
 _LONG_WAY = 1.0  # cm
@@ -54,12 +55,14 @@ def place_points(
     shells = Shells(vertices, triangles, _shell_of_triangles(len(vertices), triangles))
     points = nearest_points(shape, prior.normals, vertices, triangles, reach=_REACH)
     points = np.where(np.isnan(points), shape, points)
-    eyeballs = _place_pupils(points, shape, shells)
+    balls = _place_pupils(points, shape, shells)
     lines = _place_lips(points, shells)
     edges = _place_lids(points, shells)
+    for pupil in balls:
+        _look_out(points, pupil, shells)
     surface = Surface(vertices, triangles)
     _keep_lips_apart(points, vertices, surface)
-    return Placement(points, lines, edges, eyeballs, _is_cut_between_lips(points, surface))
+    return Placement(points, lines, edges, len(balls), _is_cut_between_lips(points, surface))
 
 
 def _facing_viewer(
@@ -78,9 +81,9 @@ def _shell_of_triangles(count: int, triangles: NDArray[np.int32]) -> NDArray[np.
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int32)[triangles[:, 0]]
 
 
-def _place_pupils(points: NDArray[np.float64], shape: NDArray[np.float64], shells: Shells) -> int:
-    """Put pupils on the fronts of the eyeballs, or where they would be if there are none."""
-    found = 0
+def _place_pupils(points: NDArray[np.float64], shape: NDArray[np.float64], shells: Shells) -> list[str]:
+    """Put pupils on the fronts of the eyeballs, or where they would be if there are none; return those on eyeballs."""
+    found = []
     for name in ("pupil_l", "pupil_r"):
         pupil = shape[INDEX[name]]
         points[INDEX[name]] = pupil
@@ -94,8 +97,17 @@ def _place_pupils(points: NDArray[np.float64], shape: NDArray[np.float64], shell
         if (across > _EYE_SIZE[0]).all() and (across < _EYE_SIZE[1]).all():
             if np.linalg.norm((front - pupil)[:2]) < _EYE_STRAY:
                 points[INDEX[name]] = front
-                found += 1
+                found.append(name)
     return found
+
+
+def _look_out(points: NDArray[np.float64], pupil: str, shells: Shells) -> None:
+    """Move a pupil up or down its eyeball to where an eye at rest has it between its lids: the head may be held high."""
+    upper, lower = (points[INDEX[f"eyelid_{lid}_{pupil[-1]}"], 1] for lid in ("upper", "lower"))
+    place = np.array([[points[INDEX[pupil], 0], lower + _PUPIL_HEIGHT * (upper - lower)]])
+    seen = front_hits(place, shells.vertices, shells.triangles).points[0]
+    if upper > lower and abs(seen[2] - points[INDEX[pupil], 2]) < _EYE_STRAY:  # nan is not
+        points[INDEX[pupil]] = seen
 
 
 def _place_lips(points: NDArray[np.float64], shells: Shells) -> int:

@@ -74,3 +74,13 @@ def test_a_mesh_turned_inside_out_gives_the_same_points() -> None:
     flipped = np.ascontiguousarray(mesh.triangles[:, ::-1])
     found = place_points(observed, mesh.vertices, flipped, prior).points
     np.testing.assert_allclose(found, placed()[0].points, atol=1e-9)
+
+
+def test_pupils_lie_between_the_lids_on_their_eyeballs() -> None:
+    mesh, truth, _ = head()
+    points = placed()[0].points
+    for side in "lr":
+        pupil, upper, lower = (points[INDEX[f"{name}_{side}"]] for name in ("pupil", "eyelid_upper", "eyelid_lower"))
+        assert (pupil[1] - lower[1]) / (upper[1] - lower[1]) == pytest.approx(0.62, abs=1e-6)
+        assert np.linalg.norm(pupil - truth[INDEX[f"pupil_{side}"]]) < 0.25
+        assert np.linalg.norm(mesh.vertices - pupil, axis=1).min() < 0.15
