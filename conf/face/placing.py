@@ -102,7 +102,7 @@ def _place_pupils(points: NDArray[np.float64], shape: NDArray[np.float64], shell
 
 
 def _look_out(points: NDArray[np.float64], pupil: str, shells: Shells) -> None:
-    """Move a pupil up or down its eyeball to where an eye at rest has it between its lids: the head may be held high."""
+    """Move a pupil along its eyeball to where an eye at rest has it between its lids: the head may be held high."""
     upper, lower = (points[INDEX[f"eyelid_{lid}_{pupil[-1]}"], 1] for lid in ("upper", "lower"))
     place = np.array([[points[INDEX[pupil], 0], lower + _PUPIL_HEIGHT * (upper - lower)]])
     seen = front_hits(place, shells.vertices, shells.triangles).points[0]
