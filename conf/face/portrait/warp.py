@@ -20,6 +20,7 @@ from conf.face.portrait.fields import split_fields
 from conf.face.portrait.follow import head_share
 from conf.face.portrait.mesh import PhotoMesh, build_mesh
 from conf.face.portrait.parting import part_lips_and_lids
+from conf.face.portrait.settle import settle
 from conf.face.portrait.shape import FaceShape
 from conf.face.portrait.unfold import unfold
 from conf.face.rbf import build_operator
@@ -112,7 +113,8 @@ class PortraitWarp:
         target[:outlines] = part_lips_and_lids(target[:outlines], float(np.exp(eased.log_scale)))
         for eyeball in self.mesh.eyeballs:
             eyeball.follow(target)
-        return unfold(target, still, self.mesh)
+        calm = settle(target, self.mesh.places, self.on_face, self._scale)
+        return unfold(calm, still, self.mesh)
 
     def _show(self, solid: NDArray[np.float64], pose: HeadPose) -> NDArray[np.float64]:
         flat = solid @ pose.matrix()[:2].T * np.exp(pose.log_scale) + pose.position

@@ -17,8 +17,9 @@ from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.portrait.patch import Patch
 from conf.protocol.portrait.photograph import NeutralUpdate, Photograph
 from conf.protocol.portrait.things import decode_thing
-from conf.receiver.portrait.backdrop import fill_behind, person_share
+from conf.receiver.portrait.backdrop import person_share
 from conf.receiver.portrait.decoding import decode_picture
+from conf.receiver.portrait.matte import Cutout, cut_out
 
 MAX_EARLY = 15
 
@@ -27,13 +28,12 @@ MAX_EARLY = 15
 class Sitter:
     """A photograph that is ready to be moved.
 
-    pixels : (H, W, 3) uint8 BGR; person : (H, W) uint8; backdrop : (H, W, 3) uint8 BGR, without the person
+    pixels : (H, W, 3) uint8 BGR, as they came
     """
 
     number: int
     pixels: NDArray[np.uint8]
-    person: NDArray[np.uint8]
-    backdrop: NDArray[np.uint8]
+    cutout: Cutout
     warp: PortraitWarp
 
 
@@ -91,7 +91,7 @@ class Album:
             warp = PortraitWarp(shape)
         except (ValueError, QhullError) as error:  # points that all coincide, or lie where no mesh can be
             raise ProtocolError(f"a face that cannot be moved: {error}") from error
-        self.sitter = Sitter(photo.number, pixels, person, fill_behind(pixels, person), warp)
+        self.sitter = Sitter(photo.number, pixels, cut_out(pixels, person), warp)
         self.stickers.clear()
         early, self._early = self._early, []
         for thing in early:

@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 FEATHER = 0.006  # picture heights over which the person's edge fades
-FRINGE = 0.025  # picture heights around the person whose colours are mixed with his: not used for the background
+FRINGE = 0.03  # picture heights about the person that may hold some of him: not used for the background
 
 
 def person_share(outline: NDArray[np.float64], size: tuple[int, int], /) -> NDArray[np.uint8]:
@@ -23,32 +23,44 @@ def person_share(outline: NDArray[np.float64], size: tuple[int, int], /) -> NDAr
     return np.asarray(cv2.GaussianBlur(share, (0, 0), max(FEATHER * height, 0.5)), dtype=np.uint8)
 
 
+def beyond_fringe(person: NDArray[np.uint8], /) -> NDArray[np.bool_]:
+    """Return (H, W): where there is surely none of the person. person : (H, W) uint8, as `person_share`."""
+    reach = max(1, round(FRINGE * len(person)))
+    around = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
+    return np.asarray(cv2.dilate((person > 127).astype(np.uint8), around) == 0)
+
+
 def fill_behind(pixels: NDArray[np.uint8], person: NDArray[np.uint8], /) -> NDArray[np.uint8]:
     """Return the picture (H, W, 3) with the person gone: colours flow in from around, softer the farther in.
 
     person : (H, W) uint8, as `person_share`
-    Source: Gortler et al. 1996 (push and pull).
     """
-    reach = max(1, round(FRINGE * len(pixels)))
-    hidden = cv2.dilate((person > 8).astype(np.uint8), np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
-    known = (1 - hidden).astype(np.float32)
+    known = beyond_fringe(person)
     if not known.any():
         return pixels
-    filled = _push_pull(pixels.astype(np.float32), known)
-    share = known[..., None]
-    return np.asarray(np.clip(pixels * share + filled * (1 - share), 0, 255), dtype=np.uint8)
+    return np.asarray(np.clip(flow_in(pixels.astype(np.float32), known), 0, 255), dtype=np.uint8)
 
 
-def _push_pull(colour: NDArray[np.float32], weight: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the colours where they are known, and a smooth guess where not."""
-    height, width = weight.shape
-    mine = colour * weight[..., None]
+def flow_in(values: NDArray[np.float32], known: NDArray[np.bool_], /) -> NDArray[np.float32]:
+    """Return the values (H, W, k) where they are known, (H, W), and a smooth guess from around where they are not.
+
+    Source: Gortler et al. 1996 (push and pull).
+    """
+    height, width = known.shape
+    weight = known.astype(np.float32)
+    mine = values * weight[..., None]
     if min(height, width) <= 2:
         mean = mine.sum(axis=(0, 1)) / max(float(weight.sum()), 1e-6)
-        return np.asarray(np.where(weight[..., None] > 0, colour, mean), dtype=np.float32)
+        return np.asarray(np.where(known[..., None], values, mean), dtype=np.float32)
     half = (max(1, width // 2), max(1, height // 2))
     small_weight = cv2.resize(weight, half, interpolation=cv2.INTER_AREA)
-    small = cv2.resize(mine, half, interpolation=cv2.INTER_AREA) / np.maximum(small_weight, 1e-6)[..., None]
-    below = _push_pull(np.asarray(small, np.float32), (small_weight > 1e-3).astype(np.float32))
-    guess = cv2.resize(below, (width, height), interpolation=cv2.INTER_LINEAR)
-    return np.asarray(np.where(weight[..., None] > 0, colour, guess), dtype=np.float32)
+    small = _resize(mine, half, cv2.INTER_AREA) / np.maximum(small_weight, 1e-6)[..., None]
+    below = flow_in(np.asarray(small, np.float32), np.asarray(small_weight > 1e-3))
+    guess = _resize(below, (width, height), cv2.INTER_LINEAR)
+    return np.asarray(np.where(known[..., None], values, guess), dtype=np.float32)
+
+
+def _resize(values: NDArray[np.float32], size: tuple[int, int], how: int) -> NDArray[np.float32]:
+    """Return values (H, W, k) in another size, width and height: OpenCV drops the last axis where k is 1."""
+    sized = np.asarray(cv2.resize(values, size, interpolation=how), np.float32)
+    return sized if sized.ndim == 3 else sized[..., None]

@@ -96,7 +96,7 @@ class _Set:
         half = np.array([warp.shape.aspect / 2, 0.5])
         uvs = np.column_stack([mesh.places[:, 0] / half[0], -mesh.places[:, 1] / half[1]]) / 2 + 0.5
         whole = np.ones(len(uvs))
-        person = load_texture(ctx, sitter.pixels, sitter.person)
+        person = load_texture(ctx, sitter.cutout.colours, sitter.cutout.share)
         self._person = Layer(
             ctx, photo_program, self._places, uvs=uvs, shares=whole, triangles=mesh.triangles, texture=person
         )
@@ -112,7 +112,7 @@ class _Set:
             uvs=corners * (0.5, -0.5) + 0.5,
             shares=np.ones(4),
             triangles=np.array([[0, 1, 2], [0, 2, 3]]),
-            texture=load_texture(ctx, sitter.backdrop),
+            texture=load_texture(ctx, sitter.cutout.backdrop),
         )
         self._maps = [FeatureMap(feature, warp.flat, warp.fields) for feature in FEATURES]
         self._stickers: dict[tuple[int, int], tuple[Sticker, Layer]] = {}
