@@ -48,7 +48,7 @@ class Interface:
         requests: list[Request] = []
         if desk.placing is not None:
             clip = clip_matrix(REST_POSE, desk.look.view, aspect=layout.face.width / layout.face.height)
-            touch.marks = draw_marks(self._overlay, layout.face, desk.placing, clip)
+            touch.marks = draw_marks(self._overlay, layout.face, desk.placing, director.actor.picture, clip)
             with column("left", layout.left, imgui.WindowFlags_.no_scrollbar):
                 desk, requests = draw_face(desk, facts)
                 desk = self._draw_reference(desk, layout)

@@ -27,6 +27,7 @@ class FacePicture:
         self._tinted: TintedFace | None = None
         self._canvas: Canvas | None = None
         self._coloured: tuple[int, int | None] | None = None
+        self._drawn: Canvas | None = None  # the canvas of the regions, if these were drawn last
 
     def take(self, face: FaceModel) -> None:
         """Go on with another operator on the same mesh and control points."""
@@ -41,13 +42,19 @@ class FacePicture:
             self._set_light(look)
             view = replace(look.view, wireframe=look.style == "wireframe")
             self._renderer.draw(vertices, pose, view, framebuffer)
+            self._drawn = None
             return
         _, _, width, height = framebuffer.viewport
-        canvas = self._canvas_of((width, height), look.background)
+        self._drawn = canvas = self._canvas_of((width, height), look.background)
         tinted = self._tinted_face(look.influence)
         canvas.begin()
         tinted.draw(vertices, pose, look.view, canvas)
         canvas.show(framebuffer)
+
+    def seen(self, places: NDArray[np.floating], clip: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Tell which of (k, 3) places of the face are not hidden in the picture drawn last, under its clip matrix."""
+        canvas = self._renderer.canvas if self._drawn is None else self._drawn
+        return np.ones(len(places), np.bool_) if canvas is None else canvas.seen(places, clip)
 
     def release(self) -> None:
         """Free everything on the card."""

@@ -18,6 +18,7 @@ PLAIN = {"white": (255, 255, 255), "black": (0, 0, 0), "green": (0, 177, 64), "b
 # fails the depth test costs nothing, while both sides of a branch are always paid for.
 PASSES = ("compose", "smooth")
 DEPTH_FUNCS = ("1", ">")  # always; where something nearer was marked
+SUNK = 0.0035  # of the depth range, 4 mm: what lies so little under the surface still counts as seen
 VIGNETTE = 0.38  # how much darker the corners are
 
 
@@ -80,6 +81,17 @@ class Canvas:
             self._ctx.depth_func = depth_func
             triangle.render(moderngl.TRIANGLES, vertices=3)
         self._ctx.depth_func = "<"
+
+    def seen(self, places: NDArray[np.floating], clip: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Tell which of (k, 3) places nothing hides that was drawn under a (4, 4) clip matrix; none outside is seen."""
+        homogeneous = places @ clip[:, :3].T + clip[:, 3]
+        at = homogeneous[:, :3] / homogeneous[:, 3:] * 0.5 + 0.5
+        width, height = self.size
+        depths = np.frombuffer(self.depth.read(), np.float32).reshape(height, width)
+        column, row = (at[:, :2] * self.size).astype(int).T
+        inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
+        surface = depths[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)]
+        return np.asarray(inside & (at[:, 2] <= surface + SUNK))
 
     def release(self) -> None:
         """Free everything on the card."""

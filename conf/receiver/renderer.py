@@ -58,6 +58,7 @@ class FaceRenderer:
         self._shadow = Shadow(ctx, mesh, self._moving)
         self._marks = ControlPointMarks(ctx, face.control_points, mesh.vertices)
         self._rows = np.empty((0, 6), np.float32)
+        self.canvas: Canvas | None = None  # what was drawn on last
         self._places = face.control_points.astype(np.float32)
 
     def draw(
@@ -84,7 +85,7 @@ class FaceRenderer:
     def show(self, pose: HeadPose, view: View, framebuffer: moderngl.Framebuffer) -> None:
         """Third part of `draw`: draw what was uploaded last."""
         _, _, width, height = framebuffer.viewport
-        canvas = self._canvas_of((width, height))
+        self.canvas = canvas = self._canvas_of((width, height))
         clip = columns(clip_matrix(pose, view, aspect=width / height))
         turn = columns(rotation(pose, view))
         if view.wireframe:
@@ -122,6 +123,7 @@ class FaceRenderer:
         for canvas in self._canvases.values():
             canvas.release()
         self._canvases.clear()
+        self.canvas = None
 
 
 class Part:
