@@ -53,6 +53,9 @@ class Performance(Protocol):
     def motion(self) -> MotionFrame | None:
         """Return the motion of this moment, None if there is no face."""
 
+    def afterwards(self) -> None:
+        """Do what can wait until the motion of this moment has left."""
+
 
 class TrackedPerformance:
     """A face before a camera or in a clip."""
@@ -77,6 +80,7 @@ class TrackedPerformance:
         self._tracker = tracker
         self._extractor = extractor
         self._frame: Frame | None = None
+        self._seen: tuple[Tracking, MotionFrame] | None = None
         self._times_ms: deque[float] = deque(maxlen=1000)
 
     @property
@@ -120,11 +124,17 @@ class TrackedPerformance:
         if tracking is None:
             return None
         motion = self._extractor.update(tracking, self._frame.timestamp)
-        if self._studio:
-            extractor = self._extractor
-            shot = Shot(self._frame.pixels, tracking.landmarks, extractor.neutral_points, extractor.fapu)
-            self._studio.watch(shot, motion, tracking.presence, time.monotonic())
+        self._seen = (tracking, motion)
         return motion
+
+    def afterwards(self) -> None:
+        """Let the studio look at the frame: some of what it does takes most of the time until the next."""
+        seen, self._seen = self._seen, None
+        if self._studio is None or self._frame is None or seen is None:
+            return
+        tracking, motion = seen
+        shot = Shot(self._frame.pixels, tracking.landmarks, self._extractor.neutral_points, self._extractor.fapu)
+        self._studio.watch(shot, motion, tracking.presence, time.monotonic())
 
 
 class RecordedPerformance:
@@ -155,6 +165,9 @@ class RecordedPerformance:
         poses = self._motion.poses
         pose = NEUTRAL_POSE.to_vector() if poses is None else poses[index]
         return MotionFrame(self._count / self.fps, self._motion.displacements[index].astype(np.float32), pose)
+
+    def afterwards(self) -> None:
+        """Do nothing: a recording has no picture."""
 
 
 def open_recording(path: Path, *, loop: bool) -> RecordedPerformance:

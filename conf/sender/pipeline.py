@@ -75,6 +75,7 @@ class SendingLoop:
                 if wait is not None:
                     self._exchange_until(now + wait)
                     self._send(timestamp)
+                    self._performance.afterwards()
         finally:
             self._link.send(self._caller.hang_up(time.monotonic()))
         return self.status()

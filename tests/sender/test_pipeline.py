@@ -62,6 +62,7 @@ class FakePerformance:
     sees: Callable[[int], bool]
     given: int = 0
     performed: list[float] = field(default_factory=list)
+    rested: list[float] = field(default_factory=list)
     calibrated: bool = True
     tracker_ms: float = 4.0
     fapu_lengths: tuple[float, ...] = FAPU
@@ -79,6 +80,9 @@ class FakePerformance:
         turn = 0.5 * np.sin(self._timestamp * 6)
         pose = np.array([0.0, turn, 0.0, 0.0, 0.0, -3.5])
         return MotionFrame(self._timestamp, np.zeros((50, 3), np.float32), pose)
+
+    def afterwards(self) -> None:
+        self.rested.append(self._timestamp)
 
     @property
     def _timestamp(self) -> float:
@@ -119,6 +123,7 @@ def test_a_clip_is_sent_at_its_own_speed_at_the_profiles_pace(make: Make) -> Non
     assert 20 < status.frames_sent <= status.frames_tracked  # a head that stands still costs nothing
     assert sender.link.now == pytest.approx(2.0, abs=0.5)
     np.testing.assert_allclose(np.diff(sender.performance.performed), 1 / 15, atol=1e-6)
+    assert sender.performance.rested == sender.performance.performed
     inbound = sender.link.host.snapshot(sender.link.now)
     assert inbound.frames_received == status.frames_sent and inbound.frames_lost == 0
 

@@ -1,4 +1,4 @@
-"""How good a portrait a frame would make: neutral, sharp, eyes open, facing the camera."""
+"""How good a portrait a frame would make: neutral, sharp, eyes open, upright, facing the camera, uncovered."""
 
 from dataclasses import dataclass
 
@@ -8,14 +8,15 @@ from numpy.typing import NDArray
 
 from conf.face.control_points import INDEX
 from conf.face.fapu import UNITS_PER_DISTANCE
-from conf.face.head_pose import HeadPose
 from conf.protocol.messages import MotionFrame
+from conf.sender.portrait.cover import roughness
 
-FRONTAL = np.radians(15)  # a turn this large costs a whole mark
+FRONTAL = np.radians(15)  # a turn or tilt this large costs a whole mark
 STIR = 350.0  # FAPU units of mean displacement that cost a whole mark
 WIDE = 0.5  # of the eye's opening, either way, that costs a whole mark
 GAPE = 600.0  # FAPU units between the lips that cost a whole mark
-BLUR = 0.5  # sharpness below this share of the best seen costs a whole mark
+COVERED = 0.12  # of roughness (conf.sender.portrait.cover) that costs a whole mark
+SHARPNESS_WEIGHT = 0.2  # marks for each factor of e in sharpness
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class Qualities:
 def judge(motion: MotionFrame, /) -> Qualities:
     """Judge a frame by its motion."""
     d = motion.displacements
-    turn = float(np.arccos(np.clip(HeadPose.from_vector(motion.pose).matrix()[2, 2], -1, 1)))
+    turn = float(np.linalg.norm(motion.pose[:3]))
     lids = [float(d[INDEX[f"eyelid_upper_{s}"], 1] - d[INDEX[f"eyelid_lower_{s}"], 1]) for s in "lr"]
     gap = float(d[INDEX["inner_lip_upper_mid"], 1] - d[INDEX["inner_lip_lower_mid"], 1])
     return Qualities(
@@ -45,6 +46,14 @@ def judge(motion: MotionFrame, /) -> Qualities:
         lids=max(abs(lid) for lid in lids) / UNITS_PER_DISTANCE / WIDE,
         mouth=max(0.0, gap) / GAPE,
     )
+
+
+def judge_picture(pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /) -> float:
+    """Return the marks of a frame's pixels, lower is better; compare frames of one person and camera only.
+
+    pixels : (H, W, 3) uint8 BGR; landmarks : (478, 3) px
+    """
+    return roughness(pixels, landmarks) / COVERED - SHARPNESS_WEIGHT * float(np.log1p(sharpness(pixels, landmarks)))
 
 
 def sharpness(pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /) -> float:

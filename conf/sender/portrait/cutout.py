@@ -3,6 +3,7 @@
 Source: Rother, Kolmogorov, Blake 2004 (GrabCut); the thesis's set-up had a plain blue background.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -12,14 +13,14 @@ from numpy.typing import NDArray
 from conf.face.portrait import contours
 
 MAX_CORNERS = 64
-WORK_HEIGHT = 160  # px: cutting is done on a small copy
+WORK_HEIGHT = 120  # px: cutting is done on a small copy
 PLAIN_SHARE = 0.75  # of the border that must have the wall's colour
 LOWEST_HUE, HIGHEST_HUE = 35, 130  # OpenCV's, 0 to 180: from green to blue
 WALL_SATURATION = 20
 HUE_SPREAD = 12  # a plain wall is darker here and there, but of one hue
 KEY_DISTANCE = 22.0  # in Lab's colour plane, from the wall's colour
 
-ITERATIONS = 4
+STEPS, ROUNDS = 4, 2  # of GrabCut: so many times so many rounds
 
 Mask = NDArray[np.uint8]
 
@@ -29,14 +30,27 @@ def outline_person(pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /
 
     pixels : (H, W, 3) uint8 BGR; landmarks : (478, 3) px
     """
+    *_, outline = trace_person(pixels, landmarks)
+    assert outline is not None, "the last step has the outline"
+    return outline
+
+
+def trace_person(pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /) -> Iterator[NDArray[np.float64] | None]:
+    """Find the outline of `outline_person` in steps of at most a frame's time each: yield None until it is there."""
     scale = WORK_HEIGHT / len(pixels)
     small = np.asarray(cv2.resize(pixels, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), np.uint8)
     figure = Figure.of(landmarks[list(contours.OVAL), :2] * scale)
     mask = _by_colour(small, figure)
-    if mask is None:
-        mask = _by_grabcut(small, figure)
+    if mask is not None:
+        mask &= figure.paint(small.shape, KEYED)
+    else:
+        grown = _Grown(small, figure)
+        for _ in range(STEPS - 1):
+            grown.grow()
+            yield None
+        mask = grown.grow()
     mask[figure.paint(small.shape, SURELY) > 0] = 1
-    return _outline(_smooth(mask, figure.oval))
+    yield _outline(_smooth(mask, figure.oval))
 
 
 SKULL = 0.75  # below 1 an ellipse is fuller
@@ -54,17 +68,22 @@ def _ellipse(across: float, up: float, rise: float) -> Corners:
 
 # Corners in face widths and heights: of a head from the face's middle, y towards the chin; of a body from the chin.
 SURELY = {
-    "head": _ellipse(0.46, 0.64, 0.12),
-    "body": [(-0.3, -0.1), (0.3, -0.1), (0.36, 0.3), (0.8, 0.55), (1.0, 0.8), (1.05, 4.0),
-             (-1.05, 4.0), (-1.0, 0.8), (-0.8, 0.55), (-0.36, 0.3)],
+    "head": _ellipse(0.46, 0.66, 0.12),
+    "body": [(-0.25, -0.1), (0.25, -0.1), (0.27, 0.28), (0.45, 0.36), (0.8, 0.48), (1.0, 0.75), (1.05, 4.0),
+             (-1.05, 4.0), (-1.0, 0.75), (-0.8, 0.48), (-0.45, 0.36), (-0.27, 0.28)],
 }  # fmt: skip
 LIKELY = {
-    "head": _ellipse(0.62, 0.72, 0.12),
-    "body": [(-1.1, 0.5), (-0.35, 0.0), (0.35, 0.0), (1.1, 0.5), (1.4, 4.0), (-1.4, 4.0)],
-}
+    "head": _ellipse(0.5, 0.7, 0.14),
+    "body": [(-1.1, 0.5), (-0.6, 0.36), (-0.3, 0.22), (-0.28, 0.0), (0.28, 0.0), (0.3, 0.22), (0.6, 0.36), (1.1, 0.5),
+             (1.4, 4.0), (-1.4, 4.0)],
+}  # fmt: skip
 POSSIBLY = {
     "head": _ellipse(0.95, 1.0, 0.15),
-    "body": [(-1.6, 0.4), (-0.55, 0.0), (0.55, 0.0), (1.6, 0.4), (2.2, 4.0), (-2.2, 4.0)],
+    "body": [(-2.2, 0.3), (-0.6, -0.1), (0.6, -0.1), (2.2, 0.3), (3.2, 1.5), (3.2, 4.0), (-3.2, 4.0), (-3.2, 1.5)],
+}
+KEYED = {  # before a plain wall colour tells hair from what stands about: only what is far away is not the person's
+    "head": _ellipse(1.7, 1.4, 0.15),
+    "body": [(-1.7, -0.2), (1.7, -0.2), (3.2, 1.0), (3.2, 4.0), (-3.2, 4.0), (-3.2, 1.0)],
 }
 
 
@@ -127,14 +146,23 @@ def _by_colour(small: NDArray[np.uint8], figure: Figure) -> Mask | None:
     return np.asarray(distance > min(KEY_DISTANCE, far / 2), dtype=np.uint8)
 
 
-def _by_grabcut(small: NDArray[np.uint8], figure: Figure) -> Mask:
-    mask = np.full(small.shape[:2], cv2.GC_BGD, np.uint8)
-    for parts, label in ((POSSIBLY, cv2.GC_PR_BGD), (LIKELY, cv2.GC_PR_FGD), (SURELY, cv2.GC_FGD)):
-        mask[figure.paint(small.shape, parts) > 0] = label
-    cv2.setRNGSeed(1)  # GrabCut's mixtures start at random: the same picture, the same cut
-    models = np.zeros((2, 1, 65))
-    cv2.grabCut(small, mask, (0, 0, 1, 1), models[0], models[1], ITERATIONS, cv2.GC_INIT_WITH_MASK)
-    return np.isin(mask, (cv2.GC_FGD, cv2.GC_PR_FGD)).astype(np.uint8)
+class _Grown:
+    """GrabCut, a few rounds at a time."""
+
+    def __init__(self, small: NDArray[np.uint8], figure: Figure) -> None:
+        self._small = small
+        self._labels = np.full(small.shape[:2], cv2.GC_BGD, np.uint8)
+        for parts, label in ((POSSIBLY, cv2.GC_PR_BGD), (LIKELY, cv2.GC_PR_FGD), (SURELY, cv2.GC_FGD)):
+            self._labels[figure.paint(small.shape, parts) > 0] = label
+        self._models = np.zeros((2, 1, 65))
+        self._mode = cv2.GC_INIT_WITH_MASK
+
+    def grow(self) -> Mask:
+        """Go some rounds on and return (H, W) uint8, 1 where the person is."""
+        cv2.setRNGSeed(1)  # GrabCut's mixtures start at random: the same picture, the same cut
+        cv2.grabCut(self._small, self._labels, (0, 0, 1, 1), self._models[0], self._models[1], ROUNDS, self._mode)
+        self._mode = cv2.GC_EVAL
+        return np.isin(self._labels, (cv2.GC_FGD, cv2.GC_PR_FGD)).astype(np.uint8)
 
 
 def _smooth(mask: Mask, oval: NDArray[np.int32]) -> Mask:

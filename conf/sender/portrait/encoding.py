@@ -9,7 +9,7 @@ from PIL import Image
 
 from conf.protocol.portrait.vp8 import strip
 
-_TRIES = 6  # of halving the range of qualities: to within two
+_TRIES = 5  # of halving the range of qualities: to within three; each takes 5 ms
 
 
 def encode_picture(pixels: NDArray[np.uint8], /, *, budget: int, best: int = 92) -> bytes:
@@ -19,7 +19,7 @@ def encode_picture(pixels: NDArray[np.uint8], /, *, budget: int, best: int = 92)
     """
     image = Image.fromarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB))
     low, high = 0, best
-    found = _encode(image, low)
+    found: bytes | None = None
     for _ in range(_TRIES):
         quality = (low + high + 1) // 2
         frame = _encode(image, quality)
@@ -29,7 +29,7 @@ def encode_picture(pixels: NDArray[np.uint8], /, *, budget: int, best: int = 92)
             high = quality - 1
         if low >= high:
             break
-    return found
+    return _encode(image, 0) if found is None else found
 
 
 def _encode(image: Image.Image, quality: int) -> bytes:

@@ -17,6 +17,7 @@ from conf.protocol.portrait.photograph import Photograph
 from conf.sender.portrait.agreement import Agreement
 from conf.sender.portrait.patchwork import cut_patch, match_light
 from conf.sender.portrait.photographer import Shot
+from conf.sender.portrait.view import View
 
 PATCHABLE_TURN = np.radians(22)  # a patch from a head turned farther against the photograph would not fit
 # By feature: how the skin around it must correlate with the photograph's. With a hand at the mouth it is below 0.77,
@@ -35,6 +36,7 @@ class Hanging:
     shot: Shot
     warp: PortraitWarp
     agreement: Agreement
+    view: View
     marks: float
     taken_at: float
 
@@ -51,7 +53,7 @@ class Hanging:
             (photo.outline - 0.5) * (aspect, -1.0),
         )
         warp = PortraitWarp(shape)
-        return cls(photo, shot, warp, Agreement(warp, shot.pixels), marks, now)
+        return cls(photo, shot, warp, Agreement(warp, shot.pixels), View(warp, shot.pixels), marks, now)
 
     def fits(self, shot: Shot, motion: MotionFrame, region: int) -> bool:
         """Whether a frame's feature can be laid over the photograph: seen from about there, and nothing before it."""

@@ -11,11 +11,12 @@ from conf.face.fapu import Fapu
 from conf.face.portrait import contours
 from conf.protocol.portrait.photograph import Photograph
 from conf.sender.canonical_face import CanonicalFace
-from conf.sender.portrait.cutout import outline_person
+from conf.sender.portrait.cutout import trace_person
 from conf.sender.portrait.encoding import encode_picture
 from conf.sender.pose import remove_head_pose
 
 PICTURE_BYTES = 4700
+DRAFT_BYTES = 2200  # the picture of the first photograph, that a call may begin with a face
 MAX_HEIGHT = 240  # px: more does not fit into the bytes
 BEHIND_BLUR = 1.2  # px: the background is not what people look at, and a soft one takes few bytes
 BODY_BLUR = 0.8
@@ -38,21 +39,23 @@ class Shot:
 
 def take_photograph(shot: Shot, canonical: CanonicalFace, number: int, /) -> Photograph:
     """Return the photograph of a shot, its picture at most PICTURE_BYTES."""
-    for photo in develop(shot, canonical, number):
+    for photo in develop(shot, canonical, number, picture_bytes=PICTURE_BYTES):
         if photo is not None:
             return photo
     raise AssertionError("a photograph is developed in a few steps")
 
 
-def develop(shot: Shot, canonical: CanonicalFace, number: int, /) -> Iterator[Photograph | None]:
+def develop(shot: Shot, canonical: CanonicalFace, number: int, /, *, picture_bytes: int) -> Iterator[Photograph | None]:
     """Make the photograph of a shot in steps of at most a frame's time each: yield None until it is there."""
     height, width = shot.pixels.shape[:2]
-    outline = outline_person(shot.pixels, shot.landmarks)
-    yield None
+    outline = None
+    for outline in trace_person(shot.pixels, shot.landmarks):  # noqa: B007 -- the last one counts
+        yield None
+    assert outline is not None, "a person is traced in a few steps"
     scale = min(1.0, MAX_HEIGHT / height)
     small = cv2.resize(shot.pixels, (round(width * scale), round(height * scale)), interpolation=cv2.INTER_AREA)
     softened = soften(np.asarray(small, np.uint8), outline, shot.landmarks[:, :2] * scale)
-    frame = encode_picture(softened, budget=PICTURE_BYTES)
+    frame = encode_picture(softened, budget=picture_bytes)
     yield None
     aligned, pose = remove_head_pose(shot.landmarks, canonical, (width, height))
     points, fapu = aligned[contours.ALL], astuple(shot.fapu)

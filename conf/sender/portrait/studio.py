@@ -1,8 +1,9 @@
 """The sender's side of a portrait, frame by frame: when to take a photograph, when to add a patch, what to tell.
 
-Strategy: a call should not begin without a face, so the best frame of the first moments is taken, whatever it is. A
-better one replaces it, the sooner the better it is, never often: a photograph costs as much as a minute of patches.
-Patches fill the budget that the photograph leaves.
+Strategy: a call should not begin without a face, so the best frame of the first moments is taken, whatever it is, and
+sent as a draft of few bytes. When it is there the best frame since takes its place in full. A better one replaces that,
+the sooner the better it is, never often: a photograph costs as much as a minute of patches. When light or place have
+changed for good, a new one is due though it be no better. Patches fill the budget that the photograph leaves.
 """
 
 from collections.abc import Iterator
@@ -19,21 +20,25 @@ from conf.protocol.portrait.photograph import NeutralUpdate, Photograph
 from conf.protocol.portrait.things import encode_thing
 from conf.protocol.token_bucket import TokenBucket
 from conf.sender.canonical_face import CanonicalFace
-from conf.sender.portrait.choice import judge, sharpness
+from conf.sender.portrait.choice import judge, judge_picture
 from conf.sender.portrait.hanging import Hanging, cut_for
 from conf.sender.portrait.patchwork import PatchBudget, Patchwork, make_patch
-from conf.sender.portrait.photographer import Shot, develop
+from conf.sender.portrait.photographer import DRAFT_BYTES, PICTURE_BYTES, Shot, develop
 
 FIRST_LOOK_S = 0.4  # how long the first photograph is looked for
 GOOD = 0.5  # marks: a frame this good is taken at once
+DECENT = 1.5  # marks: worse than this the photograph after the draft should not be
+DRAFT_LASTS_S = 10.0  # but by then it is taken
 BETWEEN_S = 45.0  # between photographs, for one mark of improvement; for two, half of it
+BETWEEN_VIEWS_S = 15.0  # between photographs of other light or place: all of the usual budget
+LOOK_S = 1.5  # how long a photograph of other light or place is looked for
+PATIENCE = 0.2  # marks a second: by so much worse the photograph may be that takes a draft's or an old view's place
 NEUTRAL_DRIFT_CM = 0.06  # the neutral pose is told again when a point has moved so far
 NEUTRAL_EVERY_S = 1.0
 WAITING_BYTES = 700  # no new patch while more than this is on its way
 PATCH_BYTES_A_SECOND = 130  # in the long run, however much the face does
 PATCH_BYTES_AT_ONCE = 2000
 PRESENT = 0.8  # the tracker must be this sure
-SHARPNESS_WEIGHT = 0.1  # marks for each factor of e in sharpness
 
 BUDGETS = {MOUTH.name: PatchBudget(260, 14, 8.0), EYES.name: PatchBudget(330, 12, 8.0)}
 PHOTO_SLOT, NEUTRAL_SLOT, PATCH_SLOTS = 0, 1, 2  # of the outbox
@@ -47,6 +52,13 @@ class _Candidate:
     marks: float
 
 
+@dataclass(frozen=True)
+class _Developing:
+    candidate: _Candidate
+    steps: Iterator[Photograph | None]
+    draft: bool
+
+
 class PortraitStudio:
     """Watches the frames of one person and fills an outbox."""
 
@@ -55,8 +67,10 @@ class PortraitStudio:
         self._outbox = outbox
         self._began: float | None = None
         self._best: _Candidate | None = None
-        self._developing: tuple[_Candidate, Iterator[Photograph | None]] | None = None
+        self._developing: _Developing | None = None
         self._hanging: Hanging | None = None
+        self._is_draft = False
+        self._changed_at: float | None = None  # when light or place were found to have changed
         self._works: list[Patchwork] = []
         self._told: tuple[NDArray[np.float64], float] = (np.zeros((0, 3)), float("-inf"))
         self._number = 0
@@ -72,39 +86,59 @@ class PortraitStudio:
             self._develop(now)
         if presence < PRESENT:
             return
+        if self._hanging is not None:
+            self._look(self._hanging, shot, motion, now)
         self._judge(shot, motion, now)
         if self._hanging is not None:
             self._tell_neutral(self._hanging, shot, now)
             self._patch(self._hanging, shot, motion, now)
 
+    def _look(self, hanging: Hanging, shot: Shot, motion: MotionFrame, now: float) -> None:
+        """Notice that the camera sees another view than the photograph shows."""
+        hanging.view.look(shot.pixels, motion, now)
+        if not hanging.view.changed:
+            self._changed_at = None
+        elif self._changed_at is None:
+            self._changed_at, self._best = now, None
+
     def _judge(self, shot: Shot, motion: MotionFrame, now: float) -> None:
         """Keep the best frame since the last photograph, and have it developed when it is time."""
         if self._began is None:
             self._began = now
-        marks = judge(motion).marks - SHARPNESS_WEIGHT * float(np.log1p(sharpness(shot.pixels, shot.landmarks)))
+        marks = judge(motion).marks + judge_picture(shot.pixels, shot.landmarks)
         if self._best is None or marks < self._best.marks:
             kept = Shot(shot.pixels.copy(), shot.landmarks, shot.neutral, shot.fapu)
             self._best = _Candidate(kept, motion, marks)
         if self._developing is None and self._due(self._best, now, now - self._began):
-            self._developing = (self._best, develop(self._best.shot, self._canonical, self._number))
+            draft = self._hanging is None
+            size = DRAFT_BYTES if draft else PICTURE_BYTES
+            steps = develop(self._best.shot, self._canonical, self._number, picture_bytes=size)
+            self._developing = _Developing(self._best, steps, draft)
             self._number = (self._number + 1) % 256
             self._best = None
 
     def _due(self, best: _Candidate, now: float, elapsed: float) -> bool:
         """Whether it is time to send the best frame seen as a photograph."""
-        if self._hanging is None:
+        hanging = self._hanging
+        if hanging is None:
             return best.marks < GOOD or elapsed >= FIRST_LOOK_S
-        better = self._hanging.marks - best.marks
-        return better >= 1 and (now - self._hanging.taken_at) * better >= BETWEEN_S
+        if not self._outbox.delivered(PHOTO_SLOT):
+            return False
+        better, age = hanging.marks - best.marks, now - hanging.taken_at
+        if self._is_draft:
+            return better >= -PATIENCE * age and (best.marks < DECENT or age >= DRAFT_LASTS_S)
+        if self._changed_at is not None:
+            looked = now - self._changed_at
+            return age >= BETWEEN_VIEWS_S and looked >= LOOK_S and better >= -PATIENCE * looked
+        return better >= 1 and age * better >= BETWEEN_S
 
     def _develop(self, now: float) -> None:
         """Go one step on with the photograph; when it is done, it takes the place of the one before it."""
         assert self._developing is not None
-        candidate, steps = self._developing
-        photo = next(steps)
+        candidate, photo = self._developing.candidate, next(self._developing.steps)
         if photo is None:
             return
-        self._developing = None
+        self._is_draft, self._developing, self._changed_at = self._developing.draft, None, None
         self._hanging = Hanging.of(photo, candidate.shot, candidate.marks, now)
         self._works = [Patchwork(f, BUDGETS[f.name], f.key(candidate.motion.displacements)) for f in FEATURES]
         for slot in range(len(FEATURES) * MAX_SLOTS):

@@ -2,7 +2,7 @@ import numpy as np
 
 from conf.protocol.portrait import decode_thing, encode_thing
 from conf.protocol.portrait.vp8 import size_of
-from conf.sender.portrait.photographer import PICTURE_BYTES, develop, soften, take_photograph
+from conf.sender.portrait.photographer import DRAFT_BYTES, PICTURE_BYTES, develop, soften, take_photograph
 from tests.face.portrait.synthetic import POSE, face_points
 from tests.receiver.portrait.people import draw_person
 from tests.sender.portrait.subjects import canonical, landmarks, shot
@@ -17,8 +17,10 @@ def test_a_photograph_knows_pose_and_points_of_the_face() -> None:
 
 
 def test_it_is_developed_in_a_few_steps() -> None:
-    steps = list(develop(shot(), canonical(), 0))
-    assert [step is None for step in steps] == [True, True, False]
+    steps = list(develop(shot(), canonical(), 0, picture_bytes=DRAFT_BYTES))
+    *before, photo = steps
+    assert photo is not None and len(photo.frame) <= DRAFT_BYTES
+    assert 2 <= len(before) <= 6 and all(step is None for step in before)
 
 
 def test_a_large_picture_is_made_smaller() -> None:

@@ -5,7 +5,8 @@ from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
 from conf.protocol.portrait import NeutralUpdate, Patch, Photograph, PortraitInbox, PortraitOutbox, decode_thing
-from conf.sender.portrait.studio import FIRST_LOOK_S, PortraitStudio
+from conf.sender.portrait.photographer import DRAFT_BYTES
+from conf.sender.portrait.studio import BETWEEN_VIEWS_S, DRAFT_LASTS_S, FIRST_LOOK_S, PortraitStudio
 from tests.sender.portrait.subjects import canonical, motion, shot
 from tests.sender.portrait.test_agreement import shaded
 
@@ -25,10 +26,16 @@ class Sitting:
         self.now = 0.0
 
     def sit(
-        self, seconds: float, displacements: NDArray[np.float64] = STILL, *, presence: float = 1.0, drift: float = 0.0
+        self,
+        seconds: float,
+        displacements: NDArray[np.float64] = STILL,
+        *,
+        presence: float = 1.0,
+        drift: float = 0.0,
+        light: float = 1.0,
     ) -> None:
         """Let frames go by, and take what comes out."""
-        seen = shot(shaded())
+        seen = shot(np.clip(shaded() * light, 0, 255).astype(np.uint8))
         seen = replace(seen, neutral=seen.neutral + drift)
         for _ in range(round(seconds * 15)):
             self.now += 1 / 15
@@ -43,17 +50,46 @@ class Sitting:
         return sum(isinstance(thing, kind) for thing in self.things)
 
 
-def test_a_photograph_goes_out_soon_and_once() -> None:
+def test_a_draft_goes_out_soon_and_then_one_photograph_in_full() -> None:
     sitting = Sitting()
-    sitting.sit(FIRST_LOOK_S + 1.0)
+    sitting.sit(FIRST_LOOK_S + 0.8)
+    (draft,) = sitting.things
+    assert isinstance(draft, Photograph) and len(draft.frame) <= DRAFT_BYTES
+    sitting.sit(60.0)
+    assert [type(thing) for thing in sitting.things] == [Photograph, Photograph]
+
+
+def test_after_a_draft_a_decent_frame_is_waited_for_but_not_for_ever() -> None:
+    shut = STILL.copy()
+    shut[[INDEX["eyelid_upper_l"], INDEX["eyelid_upper_r"]], 1] = -1024
+    sitting = Sitting()
+    sitting.sit(DRAFT_LASTS_S - 1, shut)
     assert sitting.count(Photograph) == 1
-    sitting.sit(3.0)
-    assert len(sitting.things) == 1
+    sitting.sit(3.0, shut)
+    assert sitting.count(Photograph) == 2
+
+
+def test_light_that_changes_for_good_brings_a_new_photograph() -> None:
+    sitting = Sitting()
+    sitting.sit(BETWEEN_VIEWS_S)
+    sitting.sit(10.0, light=0.6)
+    assert sitting.count(Photograph) == 3
+    sitting.sit(30.0, light=0.6)
+    assert sitting.count(Photograph) == 3
+
+
+def test_light_that_flickers_brings_none() -> None:
+    sitting = Sitting()
+    sitting.sit(BETWEEN_VIEWS_S)
+    for _ in range(20):
+        sitting.sit(1.0, light=0.6)
+        sitting.sit(1.0)
+    assert sitting.count(Photograph) == 2
 
 
 def test_a_new_mouth_shape_gets_one_patch() -> None:
     sitting = Sitting()
-    sitting.sit(1.5)
+    sitting.sit(3.0)
     sitting.sit(2.0, OPEN)
     sitting.sit(1.0)
     sitting.sit(1.0, OPEN)
@@ -63,18 +99,18 @@ def test_a_new_mouth_shape_gets_one_patch() -> None:
 
 def test_a_neutral_pose_that_drifts_is_told() -> None:
     sitting = Sitting()
-    sitting.sit(1.5)
+    sitting.sit(3.0)
     sitting.sit(2.5, drift=0.1)
     assert sitting.count(NeutralUpdate) == 1
 
 
 def test_a_poor_photograph_is_replaced_by_a_good_one_after_a_while() -> None:
     sitting = Sitting()
-    wild = STILL.copy()
-    wild[[INDEX["eyelid_upper_l"], INDEX["eyelid_upper_r"]], 1] = -1024
-    sitting.sit(1.5, wild)
+    shut = STILL.copy()
+    shut[[INDEX["eyelid_upper_l"], INDEX["eyelid_upper_r"]], 1] = -1024
+    sitting.sit(DRAFT_LASTS_S + 2, shut)
     sitting.sit(40.0)
-    assert [thing.number for thing in sitting.things if isinstance(thing, Photograph)] == [0, 1]
+    assert [thing.number for thing in sitting.things if isinstance(thing, Photograph)] == [0, 1, 2]
 
 
 def test_an_unsure_tracker_gives_no_picture() -> None:
