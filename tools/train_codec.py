@@ -5,7 +5,7 @@
 Strategy. Four things are learned from facial motion tracks, each as simply as it can be, because three minutes of
 faces are all there is and what is learned must hold for a stranger.
 
-1. The learned space. Displacements are weighted by what an error costs the viewer (LIP_WORTH, LID_WORTH, DEPTH) and
+1. The learned space. Displacements are weighted by what an error costs the viewer (LIP_WORTH, UPRIGHT_WORTH, DEPTH) and
    turned into principal directions. A step in any direction then does the same harm, so one step size serves all of
    them, which is what rate-distortion theory asks for (reverse water-filling); directions in which faces hardly move
    cost next to nothing. The pose gets steps that move the points of a mean face as far as a step of a component does.
@@ -64,7 +64,8 @@ COMPONENTS = 24  # enough for lids to have their own; more lower the error less 
 AGES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 40)  # ticks from reference to frame that get weights of their own
 FINE = ("inner_lip", "outer_lip", "cupids_bow", "eyelid")  # a viewer reads lips and lids
 LIP_WORTH = 1.25  # how many times their errors count
-LID_WORTH = 3.0  # up and down only: a blink is a short way, and without this its size was right to a third
+# Up and down only: how wide a mouth stands open, a blink, a raised brow are short ways, and their size is what is read.
+UPRIGHT_WORTH = {"inner_lip": 2.0, "eyelid": 3.0, "brow": 1.5}
 DEPTH = 0.3  # depth shows when the head is turned and in the shading
 CORRECTION_STEP = 0.01  # of the eye distance
 STAGGERED = 10  # components that are hardly ever still
@@ -101,7 +102,8 @@ def learn_space(tracks: Sequence[Track], /) -> Arrays:
     eye_distance = float(np.linalg.norm(eyes[0] - eyes[1]))
     worth = np.ones((CONTROL_POINT_COUNT, 3))
     worth[indices(*FINE)] = LIP_WORTH
-    worth[indices("eyelid"), 1] = LID_WORTH
+    for name, upright in UPRIGHT_WORTH.items():
+        worth[indices(name), 1] = upright
     worth /= np.sqrt(np.mean(worth**2))
     weight = lengths / eye_distance * worth * [1, 1, DEPTH] / np.sqrt(CONTROL_POINT_COUNT)
     motion = np.concatenate([[frame.displacements for frame in track.frames] for track in tracks])

@@ -70,4 +70,4 @@ def test_under_a_cap_the_picture_takes_only_what_the_motion_leaves() -> None:
             rehearsal.send_frame(moment, moment.timestamp)
         assert rehearsal.wire_bytes * 8 / 30 < 7_000
         received.append(rehearsal.inbound.frames.count)
-    assert received[1] >= received[0] - 1
+    assert received[1] >= 0.99 * received[0]
