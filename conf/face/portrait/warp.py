@@ -107,14 +107,12 @@ class PortraitWarp:
         """
         moved = _ease(self.control_points(displacements) - self.shape.points[:CONTROL_POINT_COUNT], _LIMITS)
         eased = ease_turn(pose, self.shape.pose)
-        still = self._show(self._solid, eased)
         target = self._show(self._solid + self._operator @ moved.astype(np.float32), eased)
         outlines = len(contours.ALL)
         target[:outlines] = part_lips_and_lids(target[:outlines], float(np.exp(eased.log_scale)))
         for eyeball in self.mesh.eyeballs:
             eyeball.follow(target)
-        calm = settle(target, self.mesh.places, self.on_face, self._scale)
-        return unfold(calm, still, self.mesh)
+        return unfold(settle(target, self.mesh.places, self.on_face, self._scale), self.mesh)
 
     def _show(self, solid: NDArray[np.float64], pose: HeadPose) -> NDArray[np.float64]:
         flat = solid @ pose.matrix()[:2].T * np.exp(pose.log_scale) + pose.position
