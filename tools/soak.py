@@ -3,8 +3,9 @@
     python tools/soak.py [--minutes 60] [--loss 0.05] [--clip CLIP] [--json]
 
 Sender and receiver are two processes (tools/call_probe.py). Each row is a share of the call: memory of both ends,
-frames received, lost and late, playout delay, the median time from a frame's capture to the picture that shows it, and
-the longest stall: how long the playhead was past the newest frame. In a call of any length no column may grow.
+frames received, lost and late, playout delay, the median time from a frame's capture to the picture that shows it, the
+longest time between two captures, and the longest stall: how long the playhead was past the newest frame. In a call of
+any length no column may grow; a stall beside a capture gap as long is the machine's, which stood still for both.
 """
 
 import argparse
@@ -12,6 +13,7 @@ import json
 import sys
 import threading
 from bisect import bisect_right
+from itertools import pairwise
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -80,7 +82,7 @@ def figures(sent: Lines, received: Lines) -> dict[str, Any]:
         "frames_lost": last["frames_lost"],
         "frames_late": last["frames_late"],
         "rejected": last["rejected"],
-        "longest_stall_s": max(row["longest_stall_s"] for row in rows),
+        **{name: max(row[name] for row in rows) for name in ("longest_capture_gap_s", "longest_stall_s")},
         "latency_drift_ms": round(steady[-1]["latency_ms"] - steady[0]["latency_ms"], 1),
         "receiver_growth_kb": steady[-1]["receiver_kb"] - steady[0]["receiver_kb"],
         "sender_growth_kb": steady[-1]["sender_kb"] - steady[0]["sender_kb"],
@@ -92,6 +94,7 @@ def _row(sent: Lines, received: Lines, captures: list[list[float]], begin: float
     ours = [line for line in received if begin <= line["at"] <= begin + length]
     theirs = [line for line in sent if begin <= line["at"] <= begin + length]
     pictures = [p for line in received for p in line["pictures"] if begin <= p[0] <= begin + length]
+    stamps = [at for at, _ in captures if begin <= at <= begin + length]
     counted = ("frames_received", "frames_lost", "frames_late")
     counts = {name: ours[-1][name] - ours[0][name] if ours else 0 for name in counted}
     return {
@@ -101,6 +104,7 @@ def _row(sent: Lines, received: Lines, captures: list[list[float]], begin: float
         **counts,
         "playout_delay_ms": round(median([line["playout_delay_ms"] for line in ours] or [0]), 1),
         "latency_ms": round(latency(captures, pictures) * 1000, 1),
+        "longest_capture_gap_s": round(max((b - a for a, b in pairwise(stamps)), default=0.0), 3),
         "longest_stall_s": round(max((p[2] for p in pictures), default=0.0), 3),
     }
 
