@@ -99,6 +99,8 @@ KEYS = {
     "s": ("picture", "save a picture (JPG)"),
     "r": ("record", "record a clip (AVI), stop recording"),
     "d": ("record motion", "record the motion (DPC), stop recording"),
+    "1": ("emotion", "an emotion over the live motion"),
+    **dict.fromkeys("23456", ("emotion", "")),
     "f": ("full screen", "full screen"),
     "h": ("help", "this help"),
     "home": ("reset", "look straight again"),

@@ -112,14 +112,16 @@ class ReceivingLoop:
         if not self._viewer.paused:
             playouts = {caller: inbound.play(now) for caller, inbound in self._host.inbounds.items()}
             self._shown = {caller: playout.frame if playout else None for caller, playout in playouts.items()}
-        first = next((frame for frame in self._shown.values() if frame), None)
+        feelings = self._viewer.feelings
+        acted = {caller: frame and feelings.over(frame, now) for caller, frame in self._shown.items()}
+        first = next((frame for frame in acted.values() if frame), None)
         if first:
             self._viewer.motion_shown(first, now)
         self._window.begin()
         for caller, inbound in self._host.inbounds.items():
             if inbound.portrait:  # one part a picture: the first one takes as long as several pictures
                 self._stage.hang(caller, inbound.portrait.popleft())
-        self._cells = self._stage.draw(self._shown, self._viewer.view, now)
+        self._cells = self._stage.draw(acted, self._viewer.view, now)
         self._draw_panels(now)
         self._viewer.picture_drawn(now)
         if on_picture:

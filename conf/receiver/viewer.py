@@ -5,7 +5,8 @@ from pathlib import Path
 
 from conf.errors import ConfError
 from conf.protocol.messages import MotionFrame
-from conf.receiver.events import action_of, apply
+from conf.receiver.events import KeyPressed, action_of, apply
+from conf.receiver.feelings import Feelings
 from conf.receiver.motion_recorder import MotionRecorder
 from conf.receiver.recorder import ClipRecorder, free_name, save_picture
 from conf.receiver.scene import View
@@ -23,6 +24,7 @@ class Viewer:
         self.view = View()
         self.paused = False
         self.wants_to_go = False
+        self.feelings = Feelings()
         self._window = window
         self._folder = folder or Path()
         self._notice = ("", 0.0)
@@ -45,6 +47,8 @@ class Viewer:
             act = self._actions.get(action_of(event) or "")
             if act:
                 act(now)
+            if isinstance(event, KeyPressed) and action_of(event) == "emotion":
+                self.say(self.feelings.play(int(event.key), now), now)
 
     def say(self, text: str, now: float) -> None:
         """Show a line at the bottom for a moment."""

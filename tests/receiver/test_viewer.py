@@ -37,6 +37,14 @@ def test_keys_and_mouse_do_what_the_help_says(
     assert viewer.wants_to_go
 
 
+def test_a_number_lays_an_emotion_over_the_motion(monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow) -> None:
+    viewer = Viewer(window)
+    press(monkeypatch, viewer, window, "2")
+    frame = MotionFrame(0.0, np.zeros((50, 3), np.float32), np.zeros(6))
+    assert np.abs(viewer.feelings.over(frame, 1.0).displacements).max() > 100
+    assert viewer.notice(0.0) == "surprise"
+
+
 def test_a_notice_goes_by_itself(window: OffscreenWindow) -> None:
     viewer = Viewer(window)
     assert viewer.notice(0.0) == ""

@@ -1,0 +1,29 @@
+"""Emotions that the viewer lays over whoever is shown: the motion of a call goes on under them."""
+
+from dataclasses import replace
+
+from conf.face.action_units import load_emotions
+from conf.face.performance import Performance, lay_over
+from conf.protocol.messages import MotionFrame
+
+
+class Feelings:
+    """What has been asked for and has not gone yet."""
+
+    def __init__(self) -> None:
+        self._played: tuple[Performance, ...] = ()
+
+    def play(self, number: int, now: float) -> str:
+        """Begin an emotion, by its number from 1; what is under way fades. Returns its name."""
+        emotions = load_emotions()
+        fading = tuple(performance.released(now) for performance in self._played)
+        self._played = (*fading, Performance(emotions.displacements[number - 1], now))
+        return emotions.names[number - 1]
+
+    def over(self, frame: MotionFrame, now: float) -> MotionFrame:
+        """Return a caller's motion with the emotions laid over it."""
+        self._played = tuple(performance for performance in self._played if not performance.is_over(now))
+        if not self._played:
+            return frame
+        layers = [performance.at(now) for performance in self._played]
+        return replace(frame, displacements=lay_over(frame.displacements, *layers))
