@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from conf.face.control_points import INDEX
 from conf.face.portrait import contours
+from conf.face.portrait.outline import OVERLAP
 from conf.face.portrait.shape import FaceShape
 
 SHOULDERS = 0.35  # of the head's motion
@@ -31,6 +32,8 @@ def head_share(flat: NDArray[np.float64], places: NDArray[np.float64], shape: Fa
     aside = np.abs(upright[:, 0] - middle[0]) / half_width
     loose = np.maximum(_rise(below / NECK_CM), _rise((aside - WIDE[0]) / (WIDE[1] - WIDE[0])))
     above_bottom = places[:, 1] + 0.5
+    # With the chin near the border the neck has no room to give: what goes on beyond the border rests, not the border.
+    above_bottom += np.clip(BORDER / 0.9 - above_bottom[INDEX["chin_bottom"]], 0, OVERLAP)
     room = float(np.clip(0.9 * above_bottom[INDEX["chin_bottom"]], 1e-3, BORDER))
     loose = np.maximum(loose, 1 - _rise(above_bottom / room))
     to_border = np.minimum(above_bottom, shape.aspect / 2 - np.abs(places[:, 0]))

@@ -79,7 +79,7 @@ def _grid(points: NDArray[np.float64], centimetre: float, aspect: float) -> NDAr
     radius = np.linalg.norm(oval - middle, axis=1).max()
     half = np.array([aspect / 2 + OVERLAP, 0.5 + OVERLAP])
     step = {name: spacing * centimetre for name, spacing in SPACING_CM.items()}
-    kept = np.concatenate([points, _border(half, step["rest"])])
+    kept = np.concatenate([points, _border(half, step["rest"]), _border(half - OVERLAP, step["rest"])])
     for name, reach in (("feature", 2 * step["feature"]), ("face", FACE_REACH * radius), ("rest", np.inf)):
         candidates = _hexagons(half, max(step[name], 0.01))
         if name == "feature":

@@ -16,6 +16,7 @@ from conf.face.fapu import UNITS_PER_DISTANCE
 from conf.face.head_pose import HeadPose
 from conf.face.kernels import KERNELS
 from conf.face.portrait import contours
+from conf.face.portrait.beyond import presence
 from conf.face.portrait.fields import split_fields
 from conf.face.portrait.follow import head_share
 from conf.face.portrait.mesh import PhotoMesh, build_mesh
@@ -70,6 +71,7 @@ class PortraitWarp:
             depth[CONTROL_POINT_COUNT:] = (self.mesh.around @ depth)[CONTROL_POINT_COUNT:]
         self._solid = np.column_stack([flat, depth]) @ self._turn  # (V, 3) cm, face axes
         self._share = head_share(flat, self.mesh.places, shape)[:, None]
+        self.presence = presence(flat, self.mesh.places, shape)  # (V,) of the person, 0 to 1
         self.fields = split_fields(flat)
         self.on_face = _within(flat, flat[_OVAL])  # (V,) bool
         self._operator = _operator(flat, self.fields)

@@ -98,7 +98,7 @@ class _Set:
         whole = np.ones(len(uvs))
         person = load_texture(ctx, sitter.cutout.colours, sitter.cutout.share)
         self._person = Layer(
-            ctx, photo_program, self._places, uvs=uvs, shares=whole, triangles=mesh.triangles, texture=person
+            ctx, photo_program, self._places, uvs=uvs, shares=warp.presence, triangles=mesh.triangles, texture=person
         )
         inside = mesh.triangles[mesh.in_mouth]
         plain = load_texture(ctx, np.zeros((1, 1, 3), np.uint8))
