@@ -27,6 +27,7 @@ WHOLE_CM = 24.0  # to what a mesh of unknown size is brought at first
 SLICES = (1.0, 0.5, 0.25, 0.14)
 LEAST_LIKENESS = 0.9  # of what is seen to an upright face: 0.98 for faces, 0 for one that lies on its side
 FAMILIAR_CM = 0.85  # faces were seen 0.14 to 0.53 from the mean; what passes for one in a head on its crown 1.2 to 3.3
+FLATTEST = 1e-3  # height over the largest extent
 HEAD_CM = 25.0  # what lies farther from the eyes is not looked at
 
 
@@ -97,7 +98,10 @@ class _Photographer:
         """Return roughly what carries a mesh, turned, into the prior's frame, from a drawing of it or of its top."""
         upright = mesh.vertices @ turn.T
         low, high = upright.min(axis=0), upright.max(axis=0)
-        scale = WHOLE_CM / max(float((high - low)[1]), 1e-300)
+        extent = high - low
+        if not extent[1] > FLATTEST * extent.max():  # seen edge on there is nothing
+            return None
+        scale = float(WHOLE_CM / extent[1])
         whole = Similarity(turn, scale, -scale * (low + high) / 2)
         standing = replace(mesh, vertices=whole.apply(mesh.vertices))
         with Studio(self.window, self.tracker, standing, self.prior.mean) as studio:

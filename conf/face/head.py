@@ -123,6 +123,8 @@ def load_face(path: Path | str | None = None, /, *, kernel: str = "multiquadric"
     """
     path = DEFAULT_HEAD if path is None else Path(path)
     mesh = load_mesh(path)
+    if not path.with_suffix(".ppc").exists():
+        raise FileFormatError(path.with_suffix(".ppc"), None, f"expected a file; `conf fit {path}` makes it")
     points = read_ppc(path.with_suffix(".ppc"))
     if path.resolve() == DEFAULT_HEAD.resolve():
         shapes = load_shapes(path.with_name("shapes.npz"), len(mesh.vertices))

@@ -5,6 +5,7 @@ drops the `g` names. Here the order of the `v` lines is the vertex order of ever
 and the groups say which part is an eye or a tooth, so both must survive.
 """
 
+from array import array
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -75,10 +76,12 @@ class _ObjText:
     """What has been read of one OBJ file so far."""
 
     path: Path
-    positions: list[list[float]] = field(default_factory=list)
-    uvs: list[list[float]] = field(default_factory=list)
-    corners: list[list[tuple[int, int]]] = field(default_factory=list)
-    groups: dict[str, list[int]] = field(default_factory=dict)
+    positions: "array[float]" = field(default_factory=lambda: array("d"))  # three a vertex, and so on: lists of lists
+    uvs: "array[float]" = field(default_factory=lambda: array("d"))  # would take ten times the memory
+    corners: "array[int]" = field(
+        default_factory=lambda: array("q")
+    )  # three times position and texture index a triangle
+    groups: dict[str, "array[int]"] = field(default_factory=dict)
     current: list[str] = field(default_factory=lambda: [DEFAULT_GROUP])
     library: str | None = None
 
@@ -92,33 +95,34 @@ class _ObjText:
     def read_position(self, words: list[bytes], number: int) -> None:
         if len(words) not in (3, 4, 6, 7):  # with a weight, or with a colour, as some scanners write
             raise FileFormatError(self.path, number, "expected `v x y z`")
-        self.positions.append(parse_floats(words[:3], self.path, number, "expected `v x y z`"))
-        if len(self.positions) > MAX_VERTICES:
+        self.positions.extend(parse_floats(words[:3], self.path, number, "expected `v x y z`"))
+        if len(self.positions) > 3 * MAX_VERTICES:
             raise FileFormatError(self.path, number, f"expected at most {MAX_VERTICES} vertices")
 
     def read_uv(self, words: list[bytes], number: int) -> None:
         if not 1 <= len(words) <= 3:
             raise FileFormatError(self.path, number, "expected `vt u v`")
-        self.uvs.append([*parse_floats(words, self.path, number, "expected `vt u v`"), 0.0][:2])
-        if len(self.uvs) > 4 * MAX_VERTICES:
+        self.uvs.extend([*parse_floats(words, self.path, number, "expected `vt u v`"), 0.0][:2])
+        if len(self.uvs) > 2 * 4 * MAX_VERTICES:
             raise FileFormatError(self.path, number, f"expected at most {4 * MAX_VERTICES} texture coordinates")
 
     def read_face(self, words: list[bytes], number: int) -> None:
         if len(words) < 3:
             raise FileFormatError(self.path, number, "expected `f` with at least three corners")
         polygon = [self._corner(word, number) for word in words]
-        first = len(self.corners)
-        self.corners.extend([polygon[0], polygon[i], polygon[i + 1]] for i in range(1, len(polygon) - 1))
-        if len(self.corners) > MAX_TRIANGLES:
+        first, count = len(self.corners) // 6, len(polygon) - 2
+        if first + count > MAX_TRIANGLES:
             raise FileFormatError(self.path, number, f"expected at most {MAX_TRIANGLES} triangles")
+        for i in range(1, count + 1):
+            self.corners.extend((*polygon[0], *polygon[i], *polygon[i + 1]))
         for name in self.current:
-            self.groups.setdefault(name, []).extend(range(first, len(self.corners)))
+            self.groups.setdefault(name, array("q")).extend(range(first, first + count))
 
     def _corner(self, word: bytes, number: int) -> tuple[int, int]:
         parts = word.split(b"/")
         try:
-            position = _absolute(int(parts[0]), len(self.positions))
-            uv = _absolute(int(parts[1]), len(self.uvs)) if len(parts) > 1 and parts[1] else -1
+            position = _absolute(int(parts[0]), len(self.positions) // 3)
+            uv = _absolute(int(parts[1]), len(self.uvs) // 2) if len(parts) > 1 and parts[1] else -1
         except ValueError as error:
             message = "expected corners `v`, `v/vt`, `v//vn` or `v/vt/vn` that name lines above"
             raise FileFormatError(self.path, number, message) from error
@@ -135,9 +139,9 @@ class _ObjText:
         if not self.positions or not self.corners:
             raise FileFormatError(self.path, None, "expected an OBJ mesh with vertices (`v`) and faces (`f`)")
         return RawMesh(
-            positions=np.array(self.positions),
+            positions=np.array(self.positions).reshape(-1, 3),
             uvs=np.array(self.uvs).reshape(-1, 2),
-            corners=np.array(self.corners, dtype=np.int64),
+            corners=np.array(self.corners, dtype=np.int64).reshape(-1, 3, 2),
             groups={name: np.array(triangles, dtype=np.int64) for name, triangles in self.groups.items()},
             texture=_find_texture(self.path, self.library) if self.library else None,
         )

@@ -94,6 +94,13 @@ def test_what_shows_no_face_is_refused_in_one_sentence(tmp_path: Path) -> None:
     assert not (tmp_path / "ball.ppc").exists()
 
 
+def test_a_mesh_without_any_depth_is_refused_too(tmp_path: Path) -> None:
+    path = tmp_path / "flat.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    with pytest.raises(ConfError, match="no face is seen from any side"):
+        fit(path, tmp_path / "flat.ppc")
+
+
 def test_files_that_cannot_be_read_or_written_are_named(tmp_path: Path, canonical: CanonicalFace) -> None:
     with pytest.raises(FileFormatError, match=r"nobody\.obj"):
         fit(tmp_path / "nobody.obj", tmp_path / "nobody.ppc")

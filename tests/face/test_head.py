@@ -160,7 +160,7 @@ def test_a_face_in_any_unit_comes_to_model_units(tmp_path: Path, face: SheetFace
 def test_what_is_missing_is_named(tmp_path: Path, face: SheetFace) -> None:
     path = write_face(tmp_path, face, 1.0)
     os.remove(path.with_suffix(".ppc"))
-    with pytest.raises(FileFormatError, match=r"own\.ppc: expected a file; check the name"):
+    with pytest.raises(FileFormatError, match=r"own\.ppc: expected a file; `conf fit .*own\.obj` makes it"):
         load_face(path)
     points = face.points.copy()
     points[PUPILS] = 0.0
