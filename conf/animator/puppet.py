@@ -10,7 +10,7 @@ from conf.animator.look import Look, with_eye_contact
 from conf.animator.player import REST_POSE, Player
 from conf.face.head_pose import HeadPose
 from conf.face.idle import IdleMotion
-from conf.face.performance import lay_over
+from conf.face.performance import lay_over, top_up
 
 
 @dataclass(frozen=True)
@@ -23,16 +23,14 @@ class Moment:
 
 def moment(player: Player | None, expressing: Expressing, idle: IdleMotion, look: Look, now: float, /) -> Moment:
     """Return what the face does at a time in seconds."""
-    layers = [expressing.at(now)]
-    pose = REST_POSE
+    displacements, pose = expressing.at(now), REST_POSE
     if player is not None:
         recorded, pose = player.at(now)
-        layers.append(recorded)
-    if expressing.idle and player is None:
+        displacements = top_up(recorded, displacements)
+    elif expressing.idle:
         life = idle.at(now)
-        layers.append(life.displacements)
+        displacements = lay_over(displacements, life.displacements)
         pose = HeadPose.from_vector(pose.to_vector() + life.pose)
-    displacements = lay_over(*layers)
     if look.eye_contact:
         displacements = with_eye_contact(displacements, pose, look.view)
     return Moment(displacements, pose)

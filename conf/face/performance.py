@@ -9,11 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import INDEX
+from conf.face.control_points import INDEX, indices
 from conf.face.symmetry import one_side
 
 SIDE_LAG = 0.03  # seconds
 LIDS_SHUT = -1400.0  # upper minus lower lid, FAPU units: the sculpted blink comes to -1384 on its way round the eyeball
+# What shows an expression together: a person who smiles already has the mouth of joy, but not its eyes.
+PARTS = [indices("inner_lip", "outer_lip", "cupids", "chin"), indices("eye", "pupil"), indices("brow"),
+         indices("cheek", "nose", "nostril")]  # fmt: skip
 LIDS = [(INDEX[f"eyelid_upper_{side}"], INDEX[f"eyelid_lower_{side}"]) for side in "lr"]
 
 
@@ -89,6 +92,19 @@ def ease(elapsed: float, length: float, /) -> float:
         return float(elapsed >= 0)
     t = min(max(elapsed / length, 0.0), 1.0)
     return t * t * (3 - 2 * t)
+
+
+def top_up(motion: NDArray[np.floating], expression: NDArray[np.floating], /) -> NDArray[np.float32]:
+    """Lay an expression over motion, (n, 3) each in FAPU units; what of it the face shows already is not added again.
+
+    A smile over a smile is as broad as the broader of the two, not as both. Returns (n, 3) float32.
+    """
+    added = np.array(expression, np.float32)
+    for part in PARTS:
+        wanted = float((added[part] ** 2).sum())
+        shown = float((motion[part] * added[part]).sum()) / wanted if wanted else 0.0
+        added[part] *= 1.0 - min(max(shown, 0.0), 1.0)
+    return lay_over(motion, added)
 
 
 def lay_over(*motions: NDArray[np.floating]) -> NDArray[np.float32]:

@@ -2,8 +2,10 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from conf.face.action_units import load_emotions
-from conf.face.performance import Performance, lay_over
+from conf.face.performance import Performance, top_up
 from conf.protocol.messages import MotionFrame
 
 
@@ -25,5 +27,5 @@ class Feelings:
         self._played = tuple(performance for performance in self._played if not performance.is_over(now))
         if not self._played:
             return frame
-        layers = [performance.at(now) for performance in self._played]
-        return replace(frame, displacements=lay_over(frame.displacements, *layers))
+        emotion = np.sum([performance.at(now) for performance in self._played], axis=0)
+        return replace(frame, displacements=top_up(frame.displacements, emotion))

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from conf.face.action_units import load_action_units, load_emotions
 from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
-from conf.face.performance import LIDS, LIDS_SHUT, SIDE_LAG, Envelope, Performance, ease, lay_over
+from conf.face.performance import LIDS, LIDS_SHUT, PARTS, SIDE_LAG, Envelope, Performance, ease, lay_over, top_up
 
 seconds = st.floats(0.05, 3.0)
 envelopes = st.builds(Envelope, seconds, st.floats(0, 3), seconds, st.floats(-1, 1.5))
@@ -72,6 +72,19 @@ def test_motions_add_and_lids_meet_but_do_not_cross() -> None:
     for upper, lower in LIDS:
         assert twice[upper, 1] - twice[lower, 1] == pytest.approx(LIDS_SHUT)
     np.testing.assert_allclose(twice[INDEX["brow_top_l"]], 2 * blink[INDEX["brow_top_l"]], atol=1)
+
+
+def test_an_expression_adds_what_is_not_shown_yet() -> None:
+    joy, brows = load_emotions()["joy"], load_action_units()[1]
+    assert sorted(index for part in PARTS for index in part) == list(range(CONTROL_POINT_COUNT))
+    still = np.zeros_like(joy)
+    np.testing.assert_allclose(top_up(still, joy), joy, atol=1e-3)
+    np.testing.assert_array_equal(top_up(joy, still), joy)
+    np.testing.assert_allclose(top_up(0.6 * joy, joy), joy, atol=1e-3)
+    np.testing.assert_allclose(top_up(joy, 0.3 * joy), joy, atol=1e-3)
+    mouth = INDEX["outer_lip_corner_l"]
+    np.testing.assert_allclose(top_up(brows, joy)[mouth], joy[mouth] + brows[mouth], atol=1e-3)
+    assert top_up(-joy, joy) == pytest.approx(still), "the opposite is overcome"
 
 
 def test_ease_without_length_is_a_step() -> None:
