@@ -20,7 +20,7 @@ REORDERED_S = 0.15  # a piece that is missing while one sent so much later has a
 # A call should not begin without a face: its first pieces, a draft and a photograph, may cost more a second than those
 # that follow, and what is not heard of is sent again soon: the link has nothing better to carry.
 START_BYTES = 10_000
-START_FACTOR = 2.25  # beside a talking face's motion just below 16 kbit/s
+START_FACTOR = 2.35  # beside a talking face's motion just below 16 kbit/s
 START_RETRY_S = 0.35
 BURST_BYTES = 200  # after a rest, beside a piece
 NUMBERS = 1 << 16

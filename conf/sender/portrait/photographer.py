@@ -16,7 +16,7 @@ from conf.sender.portrait.encoding import encode_picture
 from conf.sender.pose import remove_head_pose
 
 PICTURE_BYTES = 4700
-DRAFT_BYTES = 2200  # the picture of the first photograph, that a call may begin with a face
+DRAFT_BYTES = 1900  # the picture of the first photograph, that a call may begin with a face
 MAX_HEIGHT = 240  # px: more does not fit into the bytes
 BEHIND_BLUR = 1.2  # px: the background is not what people look at, and a soft one takes few bytes
 BODY_BLUR = 0.8

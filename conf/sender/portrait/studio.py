@@ -8,6 +8,7 @@ changed for good, a new one is due though it be no better. Patches fill the budg
 
 from collections.abc import Iterator
 from dataclasses import astuple, dataclass
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,7 @@ from conf.sender.portrait.hanging import Hanging, cut_for
 from conf.sender.portrait.patchwork import PatchBudget, Patchwork, make_patch
 from conf.sender.portrait.photographer import DRAFT_BYTES, PICTURE_BYTES, Shot, develop
 
-FIRST_LOOK_S = 0.4  # how long the first photograph is looked for
+FIRST_LOOK_S = 0.3  # how long the first photograph is looked for
 GOOD = 0.5  # marks: a frame this good is taken at once
 DECENT = 1.5  # marks: worse than this the photograph after the draft should not be
 DRAFT_LASTS_S = 10.0  # but by then it is taken
@@ -36,8 +37,8 @@ PATIENCE = 0.2  # marks a second: by so much worse the photograph may be that ta
 NEUTRAL_DRIFT_CM = 0.06  # the neutral pose is told again when a point has moved so far
 NEUTRAL_EVERY_S = 1.0
 WAITING_BYTES = 700  # no new patch while more than this is on its way
-PATCH_BYTES_A_SECOND = 130  # in the long run, however much the face does
-PATCH_BYTES_AT_ONCE = 2000
+PATCH_BYTES_A_SECOND = 115  # in the long run, however much the face does
+PATCH_BYTES_AT_ONCE = 1600
 PRESENT = 0.8  # the tracker must be this sure
 
 BUDGETS = {MOUTH.name: PatchBudget(260, 14, 8.0), EYES.name: PatchBudget(330, 12, 8.0)}
@@ -83,7 +84,7 @@ class PortraitStudio:
         presence : how sure the tracker is; now : seconds
         """
         if self._developing is not None:
-            self._develop(now)
+            self._develop(self._developing, now)
         if presence < PRESENT:
             return
         if self._hanging is not None:
@@ -132,13 +133,14 @@ class PortraitStudio:
             return age >= BETWEEN_VIEWS_S and looked >= LOOK_S and better >= -PATIENCE * looked
         return better >= 1 and age * better >= BETWEEN_S
 
-    def _develop(self, now: float) -> None:
-        """Go one step on with the photograph; when it is done, it takes the place of the one before it."""
-        assert self._developing is not None
-        candidate, photo = self._developing.candidate, next(self._developing.steps)
+    def _develop(self, developing: _Developing, now: float) -> None:
+        """Go a step on with the photograph, with a draft two; when it is done, it takes the place of the one before."""
+        photos = (photo for photo in islice(developing.steps, 2 if developing.draft else 1) if photo is not None)
+        photo = next(photos, None)
         if photo is None:
             return
-        self._is_draft, self._developing, self._changed_at = self._developing.draft, None, None
+        candidate = developing.candidate
+        self._is_draft, self._developing, self._changed_at = developing.draft, None, None
         self._hanging = Hanging.of(photo, candidate.shot, candidate.marks, now)
         self._works = [Patchwork(f, BUDGETS[f.name], f.key(candidate.motion.displacements)) for f in FEATURES]
         for slot in range(len(FEATURES) * MAX_SLOTS):
