@@ -23,9 +23,9 @@ have not seen it. Everything is deterministic: the same tracks give the same fil
 
 How far the figures may be trusted. The tables never saw the tracks they are measured with, but the settings (steps,
 trade, number of components, what is staggered) were chosen by the figures of the folds over all tracks, so HELD_OUT was
-not hidden from that choice. It is also one of the easier parts. Over all 25 tracks in five folds `live` takes 3.97 B a
-frame at 0.86 % and 1.93 % (95th percentile) with acknowledgements two frames old, 8.40 B at 0.88 % and 2.01 % with none
-at all. The fold with pose_s29 and talk_7 is the hardest: 1.02 %, 2.23 % and 10.0 B. A smile or a bent head that lasts
+not hidden from that choice. It is also one of the easier parts. Over all 25 tracks in five folds `live` takes 4.10 B a
+frame at 0.86 % and 1.92 % (95th percentile) with acknowledgements two frames old, 8.54 B at 0.87 % and 1.98 % with none
+at all. The fold with pose_s29 and talk_7 is the hardest: 1.01 %, 2.26 % and 10.1 B. A smile or a bent head that lasts
 costs its bits again in each frame that is predicted from nothing. The folds together are the figure to quote.
 """
 
