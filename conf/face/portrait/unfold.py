@@ -1,8 +1,8 @@
 """Keep a moved mesh from turning triangles over: corners are moved as little as that takes.
 
 Strategy: a triangle that is turned over, or nearly, pushes its corners apart along its own heights until it has a least
-area, and again, since its neighbours may have to give way. Where motion is so wild that this does not end, what
-vertices move besides the whole is evened out among neighbours, ever wider around, which ends in no fold at all.
+area, and again, since its neighbours may have to give way. Where that does not end, what vertices move besides the
+whole is evened out among neighbours, ever wider around; a motion too wild for all this is held back everywhere.
 Source: Mueller et al. 2007 (position based dynamics), with areas for constraints.
 """
 
@@ -13,8 +13,8 @@ from conf.face.portrait.mesh import PhotoMesh, signed_areas
 
 LEAST_SHARE = 0.02  # of its own area that a triangle keeps
 AIM = 0.05  # of its own area that a triangle is brought back to, so that few rounds do
-PUSHES = 20  # rounds of pushing corners apart
-ROUNDS = 12  # of evening out, before what is beside the whole's motion is held back everywhere
+PUSHES = 16  # rounds of pushing corners apart, before motion is evened out around what is still folded
+ROUNDS = 4  # of that, each wider and smoother than the one before; then motion is held back everywhere
 
 
 def unfold(target: NDArray[np.float64], mesh: PhotoMesh, /) -> NDArray[np.float64]:
@@ -23,12 +23,14 @@ def unfold(target: NDArray[np.float64], mesh: PhotoMesh, /) -> NDArray[np.float6
     target : (V, 2) where the vertices should go
     """
     places = target
-    for _ in range(PUSHES):
-        folded = _folded(places, mesh)
-        if not folded.any():
-            return places
-        places = places + _push(places, mesh, folded)
-    return _even_out(places, mesh)
+    for width in range(1, ROUNDS + 1):
+        for _ in range(PUSHES):
+            folded = _folded(places, mesh)
+            if not folded.any():
+                return places
+            places = places + _push(places, mesh, folded)
+        places = _even_out(places, mesh, 2 * width)
+    return _on_the_way(_similar(target, mesh.places), places, mesh)
 
 
 def _push(places: NDArray[np.float64], mesh: PhotoMesh, folded: NDArray[np.bool_]) -> NDArray[np.float64]:
@@ -45,18 +47,17 @@ def _push(places: NDArray[np.float64], mesh: PhotoMesh, folded: NDArray[np.bool_
     return np.asarray(moves / np.maximum(counts, 1))
 
 
-def _even_out(target: NDArray[np.float64], mesh: PhotoMesh) -> NDArray[np.float64]:
-    """Return places near the target that are not folded: around folds, vertices move as their neighbours do."""
-    whole = _similar(target, mesh.places)
-    beside = target - whole
-    rough = np.zeros(len(target), dtype=bool)
-    for _ in range(ROUNDS):
-        rough[mesh.triangles[_folded(whole + beside, mesh)]] = True
-        if not rough.any():
-            break
+def _even_out(places: NDArray[np.float64], mesh: PhotoMesh, width: int) -> NDArray[np.float64]:
+    """Return places (V, 2) whose motion is smooth for `width` vertices around each fold."""
+    whole = _similar(places, mesh.places)
+    beside = places - whole
+    rough = np.zeros(len(places), dtype=bool)
+    rough[mesh.triangles[_folded(places, mesh)]] = True
+    for _ in range(width):
         rough = mesh.around @ rough > 0
+    for _ in range(width):
         beside[rough] = (mesh.around @ beside)[rough]
-    return _on_the_way(whole, whole + beside, mesh)
+    return np.asarray(whole + beside)
 
 
 def _folded(places: NDArray[np.float64], mesh: PhotoMesh) -> NDArray[np.bool_]:

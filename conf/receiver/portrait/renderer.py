@@ -114,7 +114,7 @@ class _Set:
             triangles=np.array([[0, 1, 2], [0, 2, 3]]),
             texture=load_texture(ctx, sitter.cutout.backdrop),
         )
-        self._maps = [FeatureMap(feature, warp.flat, warp.fields) for feature in FEATURES]
+        self._maps = [FeatureMap(feature, warp) for feature in FEATURES]
         self._stickers: dict[tuple[int, int], tuple[Sticker, Layer]] = {}
 
     def refresh(self, album: Album) -> None:
@@ -168,7 +168,7 @@ class _Set:
             self._ctx,
             self._program,
             self._places,
-            uvs=feature_map.place(sticker.points),
+            uvs=feature_map.place(sticker.points, sticker.pixels.shape[1::-1]),
             shares=feature_map.weights,
             triangles=triangles[(feature_map.weights[triangles] > 0).any(axis=1)],
             texture=load_texture(self._ctx, sticker.pixels),
