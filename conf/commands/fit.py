@@ -60,10 +60,10 @@ def fit(
     mesh = load_mesh(face)
     known = points_of_landmark_mesh(mesh, read_canonical_face(fetch_models()))
     if known is not None:
-        placement, axes = Placement(known, 0, 0, 0, False), ("", "")
+        placement, axes = Placement(known, 3, 4, 0, False), ("", "")
     else:
         placement, axes = find_points(mesh, face, (up, front), on_progress)
-    remarks = (OWN_MESH,) if known is not None else _remarks(placement)
+    remarks = ((OWN_MESH,) if known is not None else ()) + _remarks(placement)
     try:
         write_ppc(output, placement.points)
     except OSError as error:
@@ -113,7 +113,8 @@ def points_of_landmark_mesh(mesh: Mesh, canonical: CanonicalFace) -> NDArray[np.
 def _remarks(placement: Placement) -> tuple[str, ...]:
     missing = {
         "no line was found between the lips: check the inner lip points": placement.lip_lines == 0,
-        "the mesh is not cut between the lips: skin will stretch over the open mouth": not placement.mouth_open,
+        "the lips are one surface: they are cut where they meet when the face is opened": not placement.mouth_open,
+        "no eyeballs of their own were found: the eyes cannot turn": placement.eyeballs < 2,
         "the edges of the lids are not sharp: check the lid points": placement.lid_edges < 2,
     }
     return tuple(text for text, holds in missing.items() if holds)

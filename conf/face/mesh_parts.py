@@ -40,9 +40,11 @@ def part_of(mesh: Mesh, kept: NDArray[np.bool_], /) -> Mesh:
 
 
 def with_parts(mesh: Mesh, parts: Mapping[str, NDArray[np.int64]], /) -> Mesh:
-    """Return the mesh with some triangles, (k,) by their new group, taken out of the groups they were in."""
+    """Return the mesh with some triangles, (k,) by their new group, taken out of all other groups."""
     if not parts:
         return mesh
     taken = np.concatenate(list(parts.values()))
-    left = {name: members[~np.isin(members, taken)] for name, members in mesh.groups.items() if name not in parts}
-    return replace(mesh, groups={name: members for name, members in left.items() if len(members)} | dict(parts))
+    groups = {name: members[~np.isin(members, taken)] for name, members in mesh.groups.items()}
+    for name, members in parts.items():
+        groups[name] = np.union1d(groups.get(name, members), members)
+    return replace(mesh, groups={name: members for name, members in groups.items() if len(members)})

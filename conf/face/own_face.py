@@ -14,6 +14,7 @@ from conf.face.geodesics import Surface
 from conf.face.head_pose import ES0_CM
 from conf.face.mesh import Mesh
 from conf.face.mesh_parts import welded, with_parts
+from conf.face.mouth_opening import lips_are_cut, open_lips
 from conf.face.plain_paint import paint_plain
 from conf.face.rig import Rig
 from conf.face.rigging import JAW_GROUPS, Joints, build_rig
@@ -50,7 +51,11 @@ def settle(mesh: Mesh, points: NDArray[np.float64], /) -> OwnFace:
     points = placement.apply(points)
     if np.median(KDTree(mesh.vertices).query(points)[0]) > ASTRAY_CM:
         raise ValueError("most of them do not lie on it; place them again with `conf fit`")
-    anatomy = find_anatomy(mesh, points, Surface(mesh.vertices, mesh.triangles))
+    surface = Surface(mesh.vertices, mesh.triangles)
+    if not lips_are_cut(points, surface):
+        mesh = open_lips(mesh, points, surface)
+        surface = Surface(mesh.vertices, mesh.triangles)
+    anatomy = find_anatomy(mesh, points, surface)
     mesh = with_parts(mesh, anatomy.parts)
     if mesh.texture is None:
         mesh = paint_plain(mesh, points, anatomy.eyes)

@@ -15,6 +15,7 @@ from conf.face.control_points import INDEX, LOWER_LIP, UPPER_LIP
 from conf.face.face_prior import FacePrior
 from conf.face.geodesics import Surface
 from conf.face.margins import Shells, lid_edge, lip_line
+from conf.face.mouth_opening import lips_are_cut
 
 _REACH = 1.5  # cm from the likely shape that the surface is looked for
 _LIP_PAIRS = [(f"inner_lip_upper_{side}", f"inner_lip_lower_{side}") for side in ("mid", "l", "r")]
@@ -24,7 +25,6 @@ _EYE_STRAY = 0.8  # cm from the likely pupil that an eyeball's axis may lie
 _PUPIL_HEIGHT = 0.62  # of the way from the lower lid to the upper, as on the default head
 _LIP_SNAP = 0.4  # cm that a lip point may move to a vertex of its own lip
 _LIP_RANGE = 4.0  # cm along the skin that is looked at around a lip
-_LONG_WAY = 1.0  # cm
 _SNAP = 0.3  # cm that the skin may be farther than another shell
 
 
@@ -62,7 +62,7 @@ def place_points(
         _look_out(points, pupil, shells)
     surface = Surface(vertices, triangles)
     _keep_lips_apart(points, vertices, surface)
-    return Placement(points, lines, edges, len(balls), _is_cut_between_lips(points, surface))
+    return Placement(points, lines, edges, len(balls), lips_are_cut(points, surface))
 
 
 def _facing_viewer(
@@ -143,12 +143,6 @@ def _keep_lips_apart(points: NDArray[np.float64], vertices: NDArray[np.float64],
             away = np.linalg.norm(vertices[side] - points[index], axis=1)
             if len(side) and away.min() < _LIP_SNAP:
                 points[index] = vertices[side[away.argmin()]]
-
-
-def _is_cut_between_lips(points: NDArray[np.float64], surface: Surface) -> bool:
-    """Say whether the way along the skin from one lip to the other is long: round the corner, or through the mouth."""
-    upper, lower = surface.snap(points[[INDEX[name] for name in _LIP_PAIRS[0]]], tolerance=_SNAP)
-    return bool(surface.distances(np.array([upper]), limit=_LIP_RANGE)[lower] > _LONG_WAY)
 
 
 _OUTER = [INDEX[f"outer_lip_{lip}_{side}"] for lip in ("upper", "lower") for side in ("mid", "l", "r")]

@@ -39,7 +39,7 @@ def test_what_is_named_anew_leaves_its_old_group() -> None:
     named = with_parts(mesh, {"tongue": np.array([0])})
     assert {name: members.tolist() for name, members in named.groups.items()} == {
         "all": [1],
+        "tongue": [0, 1],
         "second": [1],
-        "tongue": [0],
     }
     assert with_parts(mesh, {}) is mesh
