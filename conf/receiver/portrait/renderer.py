@@ -4,9 +4,12 @@ The background lies still. Over it goes the person, cut out, through the mesh th
 eyes go the one or two patches that are nearest to what they do now, through the same mesh, fading towards their edges.
 """
 
+from dataclasses import replace
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from conf.face.control_points import INDEX
 from conf.face.head_pose import HeadPose
@@ -16,13 +19,14 @@ from conf.receiver.portrait.album import Album, Sitter, Sticker
 from conf.receiver.portrait.choice import blend_shares, layers
 from conf.receiver.portrait.layer import Layer, load_texture
 from conf.receiver.programs import program
-from conf.receiver.scene import View
+from conf.receiver.scene import View, rotation
 
 SURROUND = (0.13, 0.14, 0.17)  # beside a picture of another shape than the window
 OVER = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE, moderngl.ONE)
 DARK_MOUTH = (0.16, 0.07, 0.07)
 OPEN_CM = (0.15, 0.6)  # beyond the photograph's own: where the mouth's inside begins to be dark, and is
 PATCH_FADE = 0.06
+HAND_TURN = np.radians(20)  # the farthest that the viewer's hand turns a face of which there is one side only
 _LIPS = [INDEX["inner_lip_upper_mid"], INDEX["inner_lip_lower_mid"]]
 
 
@@ -67,7 +71,7 @@ class PortraitRenderer:
         self._ctx.enable_only(moderngl.BLEND)
         # The window's own alpha stays 1, or a desktop would shine through; moderngl's stub knows two numbers only.
         self._ctx.blend_func = OVER  # type: ignore[assignment]
-        self._set.draw(displacements, pose)
+        self._set.draw(displacements, _seen_from(pose, view))
         self._ctx.scissor = None
 
     def release(self) -> None:
@@ -173,6 +177,13 @@ class _Set:
             triangles=triangles[(feature_map.weights[triangles] > 0).any(axis=1)],
             texture=load_texture(self._ctx, sticker.pixels),
         )
+
+
+def _seen_from(pose: HeadPose, view: View) -> HeadPose:
+    """Return the pose as the viewer's hand has turned it, as far as a photograph can be."""
+    yaw, pitch = np.clip((view.yaw, view.pitch), -HAND_TURN, HAND_TURN)
+    within = replace(view, yaw=float(yaw), pitch=float(pitch))
+    return HeadPose(Rotation.from_matrix(rotation(pose, within)).as_rotvec(), pose.position, pose.log_scale)
 
 
 def _fit(

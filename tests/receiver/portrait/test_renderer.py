@@ -18,6 +18,7 @@ from tests.receiver.portrait.glsupport import requires_gl
 from tests.receiver.portrait.people import SIZE, draw_person, patch, photograph, to_pixels
 
 STILL = np.zeros((CONTROL_POINT_COUNT, 3))
+AHEAD = View()
 
 
 class Easel:
@@ -29,9 +30,11 @@ class Easel:
         self.window.begin()
         self.renderer = PortraitRenderer(self.window.ctx, self.album)
 
-    def draw(self, displacements: NDArray[np.float64] = STILL, pose: HeadPose = POSE) -> NDArray[np.uint8]:
+    def draw(
+        self, displacements: NDArray[np.float64] = STILL, pose: HeadPose = POSE, view: View = AHEAD
+    ) -> NDArray[np.uint8]:
         self.window.begin()
-        self.renderer.draw(displacements, pose, View(), self.window.framebuffer)
+        self.renderer.draw(displacements, pose, view, self.window.framebuffer)
         return self.window.read()
 
 
@@ -58,6 +61,14 @@ def test_the_person_moves_and_the_background_stays() -> None:
         assert np.abs(still[:, :40] - moved[:, :40]).max() <= 2
         face = still[70:140, 130:190]
         assert np.abs(face - moved[70 + eye[1] : 140 + eye[1], 130 + eye[0] : 190 + eye[0]]).mean() < 6
+
+
+@requires_gl
+def test_the_hand_turns_the_face_a_little_and_never_farther() -> None:
+    for made in easel():
+        front, turned = made.draw().astype(int), made.draw(view=View(yaw=0.3)).astype(int)
+        assert np.abs(front - turned)[60:150, 120:210].mean() > 2
+        np.testing.assert_array_equal(made.draw(view=View(yaw=1.0)), made.draw(view=View(yaw=40.0)))
 
 
 @requires_gl
