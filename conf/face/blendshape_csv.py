@@ -102,7 +102,11 @@ def timecode(frame: int, fps: float, /) -> str:
 
 
 def _rotations(motion: Motion) -> NDArray[np.float64]:
-    """Return (N, 9): yaw to the subject's left, pitch up and roll to the right of head, left eye and right eye."""
+    """Return (N, 9): yaw to the subject's left, pitch up and roll to the right of head, left eye and right eye.
+
+    The signs are those of programs that feed Live Link from MediaPipe (MeFaMo) and from ARKit, whose axes are ours:
+    x to the subject's left, y up, z out of the face.
+    """
     turns = np.zeros((len(motion.displacements), 3, 3))
     turns[:, 1:, :2] = gaze_angles(motion.displacements)
     if motion.poses is not None:
