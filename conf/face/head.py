@@ -28,7 +28,7 @@ from conf.face.rig_file import load_rig
 from conf.face.shapes import Shapes, load_shapes
 from conf.face.similarity import UNMOVED, Similarity
 
-_CACHE_VERSION = 10  # one more whenever the way from the files to the operator changes
+_CACHE_VERSION = 11  # one more whenever the way from the files to the operator changes
 
 
 @dataclass(frozen=True)

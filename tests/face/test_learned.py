@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from conf.face.learned import jaw_shares, refine_operator, without_jaw
+from conf.face.learned import jaw_shares, refine_operator, shape_weights, without_jaw
 from conf.face.regions import Field, Regions
 from conf.face.rig import CHIN, Jaw
 from conf.face.shapes import Shapes
@@ -33,12 +33,19 @@ def test_what_no_shape_shows_stays_as_it_was() -> None:
 
 def test_it_is_the_least_of_the_cost_it_names() -> None:
     def cost(matrix: np.ndarray) -> float:
-        return float(((matrix @ MOVED[:3] - OFFSETS[:3]) ** 2).sum() + 0.5 * ((matrix - PRIOR) ** 2).sum())
+        misses = ((matrix @ MOVED[:3] - OFFSETS[:3]) ** 2).sum(axis=(1, 2))
+        return float(misses @ shape_weights(MOVED[:3]) ** 2 + 0.5 * ((matrix - PRIOR) ** 2).sum())
 
     best = refine_operator(PRIOR, MOVED[:3], OFFSETS[:3], regions=WHOLE, smoothing=0.5)
     for seed in range(5):
         change = np.random.default_rng(seed).normal(size=(V, N)) * 1e-2
         assert cost(best + change) > cost(best)
+
+
+def test_a_large_shape_does_not_drown_a_small_one() -> None:
+    weights = shape_weights(np.stack([MOVED[0], MOVED[0] * 4, MOVED[0] * 0, MOVED[0] * 1e-9]))
+    assert weights[1] == pytest.approx(weights[0] / 2)
+    assert weights[2] == weights[3] < 3
 
 
 def test_no_field_learns_what_it_leaves_out() -> None:
