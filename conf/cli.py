@@ -19,6 +19,7 @@ from conf.errors import ConfError
 DEFAULT_HOST = "127.0.0.1"
 DEFAULT_PORT = 5005
 HEADLESS_SECONDS = 20.0
+PORTRAIT_KBPS = 3.0  # below this cap the motion alone fills it
 AXES = ("x", "-x", "y", "-y", "z", "-z")
 PROFILES_HELP = "live: 15 frames a second; narrow: for 2,400 bit/s; rich: 30; auto: live, and less when the link asks"
 
@@ -195,6 +196,8 @@ def _send(options: argparse.Namespace) -> None:
 
     code = options.code or _ask_code()
     link = LinkOptions(options.profile, options.kbps)
+    if options.portrait and (options.profile == "narrow" or (options.kbps or PORTRAIT_KBPS) < PORTRAIT_KBPS):
+        _tell("no picture will be sent: --profile narrow and so low a --kbps leave no room for one", options)
     sending = Sending(
         options.camera,
         options.file,

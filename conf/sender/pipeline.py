@@ -148,7 +148,8 @@ def note_of(event: Event) -> str:
         case Connected():
             return "connected"
         case NoAnswer(seconds=seconds):
-            return f"nobody has answered for {seconds:.0f} s: is `conf receive` running there, of the same version? trying on"
+            there = "is `conf receive` running there, of the same version?"
+            return f"nobody has answered for {seconds:.0f} s: {there} trying on"
         case Lost():
             return "the receiver is gone: calling again"
         case _:

@@ -4,7 +4,9 @@ import pytest
 
 from conf.commands.send import Sending, send
 from conf.errors import CameraError, NetworkError
+from conf.protocol.caller import Caller
 from conf.receiver.udp import ReceiverSocket
+from conf.sender.performance import TrackedPerformance
 
 CODE = "amber-canoe-tiger-7"
 
@@ -25,3 +27,21 @@ def test_a_clip_that_is_not_there_is_named() -> None:
 def test_a_receiver_without_an_address_is_named(short_clip: Path) -> None:
     with pytest.raises(NetworkError, match="no address for"):
         send(("no.such.host.invalid", 5005), CODE, Sending(file=short_clip))
+
+
+@pytest.mark.parametrize("portrait_kbps", [None, 4.0])
+def test_only_who_allows_it_has_pictures_taken_and_sent(
+    portrait_kbps: float | None, short_clip: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[tuple[TrackedPerformance, Caller]] = []
+
+    class Loop:
+        def __init__(self, performance: TrackedPerformance, caller: Caller, link: object) -> None:
+            made.append((performance, caller))
+
+        def run(self, **options: object) -> None: ...
+
+    monkeypatch.setattr("conf.commands.send.SendingLoop", Loop)
+    send(("127.0.0.1", 9), CODE, Sending(file=short_clip, portrait_kbps=portrait_kbps))
+    ((performance, caller),) = made
+    assert (performance._studio is not None) == (caller._portrait is not None) == (portrait_kbps is not None)

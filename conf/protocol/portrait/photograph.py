@@ -17,6 +17,7 @@ FAPU_STEP = 1e-3  # cm
 MAX_POINTS = 400
 MAX_OUTLINE = 64
 MAX_CM = 60.0
+LEAST_LOG_SCALE = -4.6  # a hundredth of the picture for a centimetre: a mesh fine enough for a smaller face is huge
 OUTLINE_STEPS = 255  # from one border of the picture to the other
 
 
@@ -119,7 +120,7 @@ def decode_neutral(data: bytes, /) -> NeutralUpdate:
 
 def check_pose(pose: NDArray[np.float64], /) -> NDArray[np.float64]:
     """Return a pose (6,) that can be drawn. Raises ProtocolError."""
-    if np.abs(pose[:3]).max() > 7 or np.abs(pose[3:5]).max() > 4 or not -7 < pose[5] < 1:
+    if np.abs(pose[:3]).max() > 7 or np.abs(pose[3:5]).max() > 4 or not LEAST_LOG_SCALE <= pose[5] < 1:
         raise ProtocolError("a pose that no head has")
     return pose
 

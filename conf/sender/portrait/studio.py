@@ -17,7 +17,7 @@ from conf.face.portrait.features import EYES, FEATURES, MOUTH
 from conf.protocol.messages import MotionFrame
 from conf.protocol.portrait.outbox import PortraitOutbox
 from conf.protocol.portrait.patch import MAX_SLOTS
-from conf.protocol.portrait.photograph import NeutralUpdate, Photograph
+from conf.protocol.portrait.photograph import LEAST_LOG_SCALE, NeutralUpdate, Photograph
 from conf.protocol.portrait.things import encode_thing
 from conf.protocol.token_bucket import TokenBucket
 from conf.sender.canonical_face import CanonicalFace
@@ -40,6 +40,7 @@ WAITING_BYTES = 700  # no new patch while more than this is on its way
 PATCH_BYTES_A_SECOND = 115  # in the long run, however much the face does
 PATCH_BYTES_AT_ONCE = 1600
 PRESENT = 0.8  # the tracker must be this sure
+FARTHEST = LEAST_LOG_SCALE + 0.1  # of the head's logarithmic scale: the picture's own pose is not smoothed as this is
 
 BUDGETS = {MOUTH.name: PatchBudget(260, 14, 8.0), EYES.name: PatchBudget(330, 12, 8.0)}
 PHOTO_SLOT, NEUTRAL_SLOT, PATCH_SLOTS = 0, 1, 2  # of the outbox
@@ -82,10 +83,11 @@ class PortraitStudio:
 
         shot : the frame, its landmarks and the neutral pose in use
         presence : how sure the tracker is; now : seconds
+        A face too far away for a photograph is not looked at.
         """
         if self._developing is not None:
             self._develop(self._developing, now)
-        if presence < PRESENT:
+        if presence < PRESENT or motion.pose[5] < FARTHEST:
             return
         if self._hanging is not None:
             self._look(self._hanging, shot, motion, now)

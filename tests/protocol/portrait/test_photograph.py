@@ -1,3 +1,4 @@
+from contextlib import nullcontext
 from dataclasses import replace
 
 import msgpack
@@ -6,6 +7,7 @@ import pytest
 
 from conf.errors import ProtocolError
 from conf.protocol.portrait.photograph import (
+    LEAST_LOG_SCALE,
     POINT_STEP,
     NeutralUpdate,
     decode_neutral,
@@ -47,6 +49,13 @@ def test_what_could_not_be_drawn_is_refused() -> None:
     for why, photo in wrong.items():
         with pytest.raises(ProtocolError, match=why):
             decode_photograph(encode_photograph(photo))
+
+
+def test_a_face_too_small_for_any_mesh_is_refused() -> None:
+    for log_scale, good in ((LEAST_LOG_SCALE + 0.01, True), (LEAST_LOG_SCALE - 0.01, False)):
+        data = encode_photograph(replace(photograph(), pose=np.array([0, 0, 0, 0, 0, log_scale])))
+        with nullcontext() if good else pytest.raises(ProtocolError, match="a pose that no head has"):
+            decode_photograph(data)
 
 
 def test_lying_counts_are_refused() -> None:

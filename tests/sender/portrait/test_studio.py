@@ -4,9 +4,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
+from conf.face.head_pose import HeadPose
 from conf.protocol.portrait import NeutralUpdate, Patch, Photograph, PortraitInbox, PortraitOutbox, decode_thing
+from conf.protocol.portrait.photograph import LEAST_LOG_SCALE
 from conf.sender.portrait.photographer import DRAFT_BYTES
 from conf.sender.portrait.studio import BETWEEN_VIEWS_S, DRAFT_LASTS_S, FIRST_LOOK_S, PortraitStudio
+from tests.face.portrait.synthetic import POSE
 from tests.sender.portrait.subjects import canonical, motion, shot
 from tests.sender.portrait.test_agreement import shaded
 
@@ -117,3 +120,12 @@ def test_an_unsure_tracker_gives_no_picture() -> None:
     sitting = Sitting()
     sitting.sit(3.0, presence=0.5)
     assert not sitting.things
+
+
+def test_a_face_far_away_gives_no_picture() -> None:
+    sitting = Sitting()
+    far = HeadPose(POSE.rotation, POSE.position, LEAST_LOG_SCALE - 0.1)
+    for _ in range(45):
+        sitting.now += 1 / 15
+        sitting.studio.watch(shot(shaded()), motion(pose=far), 1.0, sitting.now)
+    assert sitting.outbox.waiting_bytes == 0
