@@ -21,7 +21,7 @@ from conf.face.portrait.fields import split_fields
 from conf.face.portrait.follow import head_share
 from conf.face.portrait.mesh import PhotoMesh, build_mesh
 from conf.face.portrait.parting import part_lips_and_lids
-from conf.face.portrait.settle import settle
+from conf.face.portrait.settle import settle, settle_points
 from conf.face.portrait.shape import FaceShape
 from conf.face.portrait.unfold import unfold
 from conf.face.rbf import build_operator
@@ -107,7 +107,8 @@ class PortraitWarp:
 
         displacements : (n, 3) FAPU units
         """
-        moved = _ease(self.control_points(displacements) - self.shape.points[:CONTROL_POINT_COUNT], _LIMITS)
+        moved = settle_points(self.control_points(displacements) - self.shape.points[:CONTROL_POINT_COUNT])
+        moved = _ease(moved, _LIMITS)
         eased = ease_turn(pose, self.shape.pose)
         target = self._show(self._solid + self._operator @ moved.astype(np.float32), eased)
         outlines = len(contours.ALL)

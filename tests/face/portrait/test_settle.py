@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from conf.face.portrait.settle import OWN_CM, STILL_CM, settle
+from conf.face.portrait.settle import OWN_CM, POINT_CM, STILL_CM, settle, settle_points
 
 CENTIMETRE = 0.03
 X, Y = np.meshgrid(np.linspace(-0.3, 0.3, 9), np.linspace(-0.3, 0.3, 9))
@@ -33,3 +33,10 @@ def test_what_moves_by_itself_in_a_still_face_is_left_alone() -> None:
 def test_a_little_more_motion_is_a_little_more_to_see(cm: float, more: float) -> None:
     near, far = (settled(np.full_like(PHOTO, (d, 0.0)))[0, 0] for d in (cm, cm + more))
     assert -1e-12 <= far - near <= 3 * more + 1e-12
+
+
+def test_a_point_that_trembles_keeps_still_and_one_that_moves_moves() -> None:
+    moved = np.array([(0.2 * POINT_CM, 0.0, 0.0), (0.0, 4 * POINT_CM, 0.0)])
+    settled = settle_points(moved)
+    assert np.linalg.norm(settled[0]) < 0.05 * np.linalg.norm(moved[0])
+    np.testing.assert_allclose(settled[1], moved[1], rtol=1e-6)
