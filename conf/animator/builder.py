@@ -45,7 +45,8 @@ class FaceBuilder:
         if deformer.degree is not None:
             kernel = replace(kernel, degree=deformer.degree)
         regions = self._split if deformer.split else self._whole
-        centres, fields = with_margins(points, regions)
+        margins = None if subject.rig is None else subject.rig.margins
+        centres, fields = with_margins(points, regions, margins)
         operator = build_operator(
             subject.mesh.vertices,
             centres,
@@ -54,7 +55,7 @@ class FaceBuilder:
             regions=fields,
             smoothing=deformer.smoothing,
         )
-        matrix = fold_margins(operator.matrix)
+        matrix = fold_margins(operator.matrix, margins)
         if deformer.learned and subject.shapes is not None:
             matrix = refine_operator(matrix, *self._sculpted, regions=regions)
         if subject.rig is not None:

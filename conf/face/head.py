@@ -28,7 +28,7 @@ from conf.face.rig_file import load_rig
 from conf.face.shapes import Shapes, load_shapes
 from conf.face.similarity import UNMOVED, Similarity
 
-_CACHE_VERSION = 11  # one more whenever the way from the files to the operator changes
+_CACHE_VERSION = 12  # one more whenever the way from the files to the operator changes
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,9 @@ def make_face(
     learned = b"" if shapes is None else shapes.offsets
     rigid = b"" if rig is None else rig.rigid
     jaw = b"" if rig is None or rig.jaw is None else rig.jaw.arms
-    key = cache_key(_CACHE_VERSION, mesh.vertices, mesh.triangles, points, anchors, rigid, jaw, learned, deformer)
+    lids = b"" if rig is None or rig.margins is None else rig.margins.mixtures
+    parts = (rigid, jaw, lids, learned)
+    key = cache_key(_CACHE_VERSION, mesh.vertices, mesh.triangles, points, anchors, *parts, deformer)
     shape = (len(mesh.vertices), len(points))
     operator = cached_operator(key, shape, lambda: _operator(mesh, points, deformer, anchors, rig, shapes))
     return FaceModel(mesh, points, Fapu.measure(points), operator.matrix, operator.smoothing, rig)
@@ -180,7 +182,8 @@ def _operator(
     whole = Regions.whole(len(mesh.vertices), anchors=anchors)
     regions = split_regions(surface, points, anchors=anchors) if deformer.split else whole
     regions = regions.without(PUPILS)  # a pupil turns its eyeball; skin does not follow it
-    centres, fields = with_margins(points, regions)
+    margins = None if rig is None else rig.margins
+    centres, fields = with_margins(points, regions, margins)
     operator = build_operator(
         mesh.vertices,
         centres,
@@ -189,7 +192,7 @@ def _operator(
         regions=fields,
         smoothing=deformer.smoothing,
     )
-    matrix = fold_margins(operator.matrix)
+    matrix = fold_margins(operator.matrix, margins)
     if shapes is not None and deformer.learned:
         displacements, offsets = shapes.at(surface.snap(points, tolerance=0.0)), shapes.offsets
         if rig is not None and rig.jaw is not None:

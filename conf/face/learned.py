@@ -55,7 +55,7 @@ def refine_operator(
 def shape_weights(displacements: NDArray[np.float32], /) -> NDArray[np.float32]:
     """Return the (S,) weight of each shape: one over the root of its size, (S, n, 3) model units."""
     sizes = np.linalg.norm(displacements.reshape(len(displacements), -1), axis=1)
-    return (1 / np.sqrt(np.maximum(sizes, _SMALLEST))).astype(np.float32)
+    return np.asarray(1 / np.sqrt(np.maximum(sizes, _SMALLEST)), np.float32)
 
 
 def without_jaw(

@@ -12,6 +12,8 @@ from conf.face.default_head import EYE_MIDDLE, default_joints, default_points
 from conf.face.fapu import Fapu
 from conf.face.geodesics import Surface
 from conf.face.head_pose import ES0_CM
+from conf.face.lid_margins import measured_margins
+from conf.face.margins import Shells
 from conf.face.mesh import Mesh
 from conf.face.mesh_parts import welded, with_parts
 from conf.face.mouth_opening import lips_are_cut, open_lips
@@ -61,7 +63,9 @@ def settle(mesh: Mesh, points: NDArray[np.float64], /) -> OwnFace:
         mesh = paint_plain(mesh, points, anatomy.eyes)
     jawed = any(group in mesh.groups for group in JAW_GROUPS)
     joints = Joints(anatomy.eyes, _hinge(points) if jawed else None)
-    return OwnFace(mesh, points, build_rig(mesh, points, joints), placement)
+    shells = Shells(mesh.vertices, mesh.triangles, surface.shells[mesh.triangles[:, 0]])
+    rig = replace(build_rig(mesh, points, joints), margins=measured_margins(points, shells))
+    return OwnFace(mesh, points, rig, placement)
 
 
 def find_placement(points: NDArray[np.float64], /) -> Similarity:

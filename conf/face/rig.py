@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import INDEX
+from conf.face.lid_margins import LidMargins
 
 MAX_GAZE = np.radians(40.0)
 JAW_RANGE = (np.radians(-1.0), np.radians(35.0))  # the teeth meet; as wide as a jaw opens
@@ -127,9 +128,11 @@ class Rig:
 
     anchors : (k, 3) model units
     rigid : the vertices that skin does not carry: eyeballs, teeth, tongue
+    margins : where the edges of the lids are, if they were measured
     """
 
     eyes: tuple[Eye, ...]
     jaw: Jaw | None
     anchors: NDArray[np.float64]
     rigid: NDArray[np.int64]
+    margins: LidMargins | None = None

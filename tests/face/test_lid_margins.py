@@ -4,7 +4,8 @@ import pytest
 from conf.face.control_points import CONTROL_POINT_COUNT, INDEX, UPPER_LID
 from conf.face.geodesics import Surface
 from conf.face.kernels import KERNELS
-from conf.face.lid_margins import MIXTURES, OWNERS, fold_margins, with_margins
+from conf.face.lid_margins import MIXTURES, OWNERS, fold_margins, measured_margins, parabolic_margins, with_margins
+from conf.face.margins import Shells
 from conf.face.rbf import build_operator
 from conf.face.regions import split_regions
 from tests.face.conftest import SheetFace
@@ -42,3 +43,39 @@ def test_an_eye_shuts_over_its_whole_width(face: SheetFace) -> None:
     centres, fields = with_margins(face.points, one_field)
     folded = build_operator(places[None], centres, kernel=KERNELS["multiquadric"], epsilon=1.0, regions=fields)
     assert fold_margins(folded.matrix) @ closing == pytest.approx(-0.7 * MIXTURES[row, UPPER_LID[0]], abs=1e-3)
+
+
+def eyes_of_height(face: SheetFace, height: float) -> Shells:
+    """Return the sheet cut open between the corners of its eyes, a wall behind: gaps as high everywhere."""
+    mesh = face.mesh
+    middles = mesh.vertices[mesh.triangles].mean(axis=1)
+    lids = face.points[[INDEX["eyelid_upper_l"], INDEX["eyelid_lower_l"]], 1]
+    corners = face.points[[INDEX["eye_inner_corner_l"], INDEX["eye_outer_corner_l"]], 0]
+    inside = (np.abs(middles[:, 1] - lids.mean()) < height / 2) & (np.abs(middles[:, 0]) > corners.min())
+    inside &= np.abs(middles[:, 0]) < corners.max()
+    wall = np.array([[-20.0, -20, 0], [20, -20, 0], [20, 20, 0], [-20, 20, 0]])
+    count = len(mesh.vertices)
+    triangles = np.concatenate(
+        [mesh.triangles[~inside], [[count, count + 1, count + 2], [count, count + 2, count + 3]]]
+    )
+    shells = np.zeros(len(triangles), np.int32)
+    shells[-2:] = 1
+    return Shells(np.concatenate([mesh.vertices, wall]), triangles.astype(np.int32), shells)
+
+
+def test_edges_that_are_seen_count_more_than_the_parabola(face: SheetFace) -> None:
+    """The opening is a box: the lids are as far apart beside the middle as in it, and must travel as far."""
+    gap = face.points[INDEX["eyelid_upper_l"], 1] - face.points[INDEX["eyelid_lower_l"], 1]
+    margins = measured_margins(face.points, eyes_of_height(face, gap))
+    shares = np.array([margins.mixtures[row, owner] for row, owner in enumerate(OWNERS)])
+    assert (shares > 0.8).all()
+    assert margins.mixtures.sum(axis=1) == pytest.approx(1)
+    gaps = margins.places[:8, 1] - margins.places[8:, 1]  # of the parabola: 0.44 of the gap near the corners
+    assert (gaps > 0.8 * gap).all()
+
+
+def test_where_no_edges_are_seen_the_parabola_stays(face: SheetFace) -> None:
+    shells = Shells(face.mesh.vertices, face.mesh.triangles, np.zeros(len(face.mesh.triangles), np.int32))
+    measured, usual = measured_margins(face.points, shells), parabolic_margins(face.points)
+    assert measured.places.tolist() == usual.places.tolist()
+    assert measured.mixtures.tolist() == usual.mixtures.tolist()
