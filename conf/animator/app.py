@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from conf.animator.actor import Actor
 from conf.animator.desk import Facts
 from conf.animator.director import Director
+from conf.animator.expressing import Expressing
 from conf.animator.fitting import Fit
 from conf.animator.hands import Hands, dropped_files
 from conf.animator.interface import Interface
@@ -23,7 +24,6 @@ from conf.animator.theme import BACKDROP, themed
 from conf.animator.touch import Touch, Wishes
 from conf.errors import ConfError
 from conf.face.head import Deformer
-from conf.face.head_pose import HeadPose
 from conf.face.idle import IdleMotion
 from conf.receiver.overlay import Overlay
 from conf.receiver.recorder import ClipRecorder, free_name
@@ -142,10 +142,10 @@ class Animator:
         if desk.placing is not None or actor.subject.points is None:
             return actor.face.neutral, Moment(still, REST_POSE)
         if desk.muscling.active:
-            sway = self._idle.at(now).pose if desk.expressing.idle else np.zeros(6)
+            life = moment(None, Expressing(idle=desk.expressing.idle), self._idle, desk.look, now)
             by_muscles = actor.by_muscles(desk.muscling)
-            vertices = actor.face.neutral if by_muscles is None else by_muscles
-            return vertices, Moment(still, HeadPose.from_vector(REST_POSE.to_vector() + sway))
+            pulled = 0.0 if by_muscles is None else by_muscles - actor.face.neutral
+            return actor.face.deform(life.displacements) + pulled, life
         happening = moment(director.player, desk.expressing, self._idle, desk.look, now)
         if director.take is not None:
             director.take.add(happening.displacements, happening.pose, now)

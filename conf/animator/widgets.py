@@ -52,9 +52,9 @@ def choice(text: str, value: str, names: Sequence[str]) -> str:
 
 
 def field(text: str, value: str) -> str:
-    """Show a line of text that can be edited. Returns what stands in it."""
+    """Show a line of text that can be edited: a click chooses all of it. Returns what stands in it."""
     label(text)
-    return imgui.input_text(f"##{text}", value)[1]
+    return imgui.input_text(f"##{text}", value, imgui.InputTextFlags_.auto_select_all)[1]
 
 
 def path_field(hint: str, value: str, button: str) -> tuple[str, bool]:
