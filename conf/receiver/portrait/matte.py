@@ -18,8 +18,8 @@ from conf.receiver.portrait.backdrop import FRINGE, beyond_fringe, fill_behind, 
 
 SURELY = 0.02  # picture heights inside the outline, from where on everything is person
 AROUND = 0.012  # picture heights: the neighbourhood in which the background's unevenness is measured
-TRUST = (4.0, 300.0)  # in the outline: for each grey level squared of the background's unevenness, and always
-LEAST_SHARE = 0.08  # with less the person's own colour cannot be told
+TRUST = (8.0, 300.0)  # in the outline: for each grey level squared of the background's unevenness, and always
+TOLD = 0.5  # share from which on the person's own colour is what is left when the background's part is taken out
 FADE = 0.4  # of the fringe: over it the person ends in any case
 
 Image = NDArray[np.float32]
@@ -50,8 +50,9 @@ def cut_out(pixels: NDArray[np.uint8], person: NDArray[np.uint8], /) -> Cutout:
     share = _share(picture, own, behind, prior=prior, unevenness=_unevenness(picture, outside))
     share = np.asarray(cv2.GaussianBlur(np.where(inside, 1, share), (0, 0), 0.7), np.float32) * _fade(outside)
     layer = share[..., None]
-    colours = (picture - (1 - layer) * behind) / np.maximum(layer, LEAST_SHARE)
-    colours = np.where(layer > LEAST_SHARE / 4, colours, own)
+    colours = (picture - (1 - layer) * behind) / np.maximum(layer, TOLD / 8)
+    told = np.clip(layer / TOLD, 0, 1)  # the less of him there is, the less his colour is known
+    colours = own + told * (np.clip(colours, 0, 255) - own)
     return Cutout(_to_bytes(colours), _to_bytes(share * 255), backdrop)
 
 
