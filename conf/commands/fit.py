@@ -114,7 +114,7 @@ def _remarks(placement: Placement) -> tuple[str, ...]:
     missing = {
         "no line was found between the lips: check the inner lip points": placement.lip_lines == 0,
         "the lips are one surface: they are cut where they meet when the face is opened": not placement.mouth_open,
-        "no eyeballs of their own were found: the eyes cannot turn": placement.eyeballs < 2,
+        "no eyeballs were found: empty sockets get new ones, other eyes cannot turn": placement.eyeballs < 2,
         "the edges of the lids are not sharp: check the lid points": placement.lid_edges < 2,
     }
     return tuple(text for text, holds in missing.items() if holds)

@@ -21,6 +21,7 @@ from conf.face.plain_paint import paint_plain
 from conf.face.rig import Rig
 from conf.face.rigging import JAW_GROUPS, Joints, build_rig
 from conf.face.similarity import Similarity, fit_similarity
+from conf.face.sockets import fill_sockets
 
 ASTRAY_CM = 1.5  # half a triangle of the coarsest face
 UPRIGHT = np.radians(20)  # a face that is turned less was meant so
@@ -56,7 +57,9 @@ def settle(mesh: Mesh, points: NDArray[np.float64], /) -> OwnFace:
     surface = Surface(mesh.vertices, mesh.triangles)
     if not lips_are_cut(points, surface):
         mesh = open_lips(mesh, points, surface)
-        surface = Surface(mesh.vertices, mesh.triangles)
+    if mesh.texture is None:  # one with a picture has none for new eyes
+        mesh, points = fill_sockets(mesh, points)
+    surface = Surface(mesh.vertices, mesh.triangles)
     anatomy = find_anatomy(mesh, points, surface)
     mesh = with_parts(mesh, anatomy.parts)
     if mesh.texture is None:
