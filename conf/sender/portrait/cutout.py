@@ -20,6 +20,7 @@ WALL_SATURATION = 20
 HUE_SPREAD = 12  # a plain wall is darker here and there, but of one hue
 KEY_DISTANCE = 22.0  # in Lab's colour plane, from the wall's colour
 
+LEAST_PX = 20  # of person and of background
 STEPS, ROUNDS = 4, 2  # of GrabCut: so many times so many rounds
 
 Mask = NDArray[np.uint8]
@@ -78,7 +79,7 @@ LIKELY = {
              (1.4, 4.0), (-1.4, 4.0)],
 }  # fmt: skip
 POSSIBLY = {
-    "head": _ellipse(0.95, 1.0, 0.15),
+    "head": _ellipse(0.82, 0.97, 0.15),
     "body": [(-2.2, 0.3), (-0.6, -0.1), (0.6, -0.1), (2.2, 0.3), (3.2, 1.5), (3.2, 4.0), (-3.2, 4.0), (-3.2, 1.5)],
 }
 KEYED = {  # before a plain wall colour tells hair from what stands about: only what is far away is not the person's
@@ -147,20 +148,36 @@ def _by_colour(small: NDArray[np.uint8], figure: Figure) -> Mask | None:
 
 
 class _Grown:
-    """GrabCut, a few rounds at a time."""
+    """GrabCut, a few rounds at a time: once more for the head, lest hair be lost that has the colour of a dark room."""
 
     def __init__(self, small: NDArray[np.uint8], figure: Figure) -> None:
-        self._small = small
-        self._labels = np.full(small.shape[:2], cv2.GC_BGD, np.uint8)
+        labels = np.full(small.shape[:2], cv2.GC_BGD, np.uint8)
         for parts, label in ((POSSIBLY, cv2.GC_PR_BGD), (LIKELY, cv2.GC_PR_FGD), (SURELY, cv2.GC_FGD)):
-            self._labels[figure.paint(small.shape, parts) > 0] = label
+            labels[figure.paint(small.shape, parts) > 0] = label
+        chin = int(np.clip(figure.chin[1], 0, len(small)))
+        self._whole, self._head = _Part(small, labels), _Part(small[:chin], labels[:chin])
+
+    def grow(self) -> Mask:
+        """Go some rounds on and return (H, W) uint8, 1 where the person is."""
+        mask, head = self._whole.grow(), self._head.grow()
+        mask[: len(head)] |= head
+        return mask
+
+
+class _Part:
+    """A part of the picture with colours of its own."""
+
+    def __init__(self, pixels: NDArray[np.uint8], labels: Mask) -> None:
+        self._pixels, self._labels = pixels.copy(), labels.copy()
         self._models = np.zeros((2, 1, 65))
         self._mode = cv2.GC_INIT_WITH_MASK
 
     def grow(self) -> Mask:
-        """Go some rounds on and return (H, W) uint8, 1 where the person is."""
+        mine = np.isin(self._labels, (cv2.GC_FGD, cv2.GC_PR_FGD))
+        if min(mine.sum(), (~mine).sum()) < LEAST_PX:  # nothing to tell apart, nothing to learn a colour from
+            return mine.astype(np.uint8)
         cv2.setRNGSeed(1)  # GrabCut's mixtures start at random: the same picture, the same cut
-        cv2.grabCut(self._small, self._labels, (0, 0, 1, 1), self._models[0], self._models[1], ROUNDS, self._mode)
+        cv2.grabCut(self._pixels, self._labels, (0, 0, 1, 1), self._models[0], self._models[1], ROUNDS, self._mode)
         self._mode = cv2.GC_EVAL
         return np.isin(self._labels, (cv2.GC_FGD, cv2.GC_PR_FGD)).astype(np.uint8)
 

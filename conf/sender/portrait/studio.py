@@ -27,8 +27,9 @@ from conf.sender.portrait.patchwork import PatchBudget, Patchwork, make_patch
 from conf.sender.portrait.photographer import DRAFT_BYTES, PICTURE_BYTES, Shot, develop
 
 FIRST_LOOK_S = 0.3  # how long the first photograph is looked for
-GOOD = 0.5  # marks: a frame this good is taken at once
-DECENT = 1.5  # marks: worse than this the photograph after the draft should not be
+GOOD = 1.0  # marks beyond those of the clearest picture seen: a frame this good is taken at once
+DECENT = 2.2  # the same: worse than this the photograph after the draft should not be
+UNBEATEN_S = 0.5  # a frame must be the best for so long: a hand that goes away takes a moment
 DRAFT_LASTS_S = 10.0  # but by then it is taken
 BETWEEN_S = 45.0  # between photographs, for one mark of improvement; for two, half of it
 BETWEEN_VIEWS_S = 15.0  # between photographs of other light or place: all of the usual budget
@@ -52,6 +53,7 @@ class _Candidate:
     shot: Shot
     motion: MotionFrame
     marks: float
+    at: float
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,7 @@ class PortraitStudio:
         self._developing: _Developing | None = None
         self._hanging: Hanging | None = None
         self._is_draft = False
+        self._clearest = float("inf")  # marks of the best picture seen, whatever the face in it did
         self._changed_at: float | None = None  # when light or place were found to have changed
         self._works: list[Patchwork] = []
         self._told: tuple[NDArray[np.float64], float] = (np.zeros((0, 3)), float("-inf"))
@@ -108,10 +111,12 @@ class PortraitStudio:
         """Keep the best frame since the last photograph, and have it developed when it is time."""
         if self._began is None:
             self._began = now
-        marks = judge(motion).marks + judge_picture(shot.pixels, shot.landmarks)
+        picture = judge_picture(shot.pixels, shot.landmarks)
+        self._clearest = min(self._clearest, picture)
+        marks = judge(motion).marks + picture
         if self._best is None or marks < self._best.marks:
             kept = Shot(shot.pixels.copy(), shot.landmarks, shot.neutral, shot.fapu)
-            self._best = _Candidate(kept, motion, marks)
+            self._best = _Candidate(kept, motion, marks, now)
         if self._developing is None and self._due(self._best, now, now - self._began):
             draft = self._hanging is None
             size = DRAFT_BYTES if draft else PICTURE_BYTES
@@ -122,14 +127,14 @@ class PortraitStudio:
 
     def _due(self, best: _Candidate, now: float, elapsed: float) -> bool:
         """Whether it is time to send the best frame seen as a photograph."""
-        hanging = self._hanging
+        hanging, flaws = self._hanging, best.marks - self._clearest
         if hanging is None:
-            return best.marks < GOOD or elapsed >= FIRST_LOOK_S
-        if not self._outbox.delivered(PHOTO_SLOT):
+            return flaws < GOOD or elapsed >= FIRST_LOOK_S
+        if not self._outbox.delivered(PHOTO_SLOT) or now < best.at + UNBEATEN_S:
             return False
         better, age = hanging.marks - best.marks, now - hanging.taken_at
         if self._is_draft:
-            return better >= -PATIENCE * age and (best.marks < DECENT or age >= DRAFT_LASTS_S)
+            return better >= -PATIENCE * age and (flaws < DECENT or age >= DRAFT_LASTS_S)
         if self._changed_at is not None:
             looked = now - self._changed_at
             return age >= BETWEEN_VIEWS_S and looked >= LOOK_S and better >= -PATIENCE * looked
