@@ -1,4 +1,4 @@
 """A photograph that moves: the contours of the photographed face, the mesh over it and the warp. Pure.
 
-Reading order: contours, shape, mesh, warp, unfold, sprite.
+Reading order: contours, shape, mesh, warp, settle, unfold, beyond, sprite.
 """
