@@ -115,6 +115,7 @@ def run(frames: Sequence[Pixels], kbps: float) -> Call:
                 shot = Shot(pixels, tracking.landmarks, extractor.neutral_points, extractor.fapu)
                 studio.watch(shot, motion, tracking.presence, now)
             encoder.acknowledge([number - ACK_FRAMES])
+            outbox.charge(FRAMING + len(payload), now)
             piece = outbox.next_piece(now, overhead=BESIDE)
             call.motion_bytes.append(FRAMING + len(payload))
             call.wire_bytes.append(FRAMING + len(payload) + (len(piece) + BESIDE if piece else 0))

@@ -134,8 +134,12 @@ class Caller:
         outgoing = self.outbound.take() + self._tell_round_trip(now)
         if self._session.session is not None and self._breaker.probe(now):
             outgoing = [self.outbound.probe(self._timestamp)]
+        pieces_before = self._portrait.bytes_sent if self._portrait else 0
         outgoing = self._with_portrait(outgoing, now)
         datagrams += [sealed for body in outgoing if (sealed := self._seal(body, now))]
+        if self._portrait and datagrams:
+            total = sum(len(data) + HEADER_BYTES for data, _ in datagrams)
+            self._portrait.charge(total - (self._portrait.bytes_sent - pieces_before), now)
         return self._counted(datagrams, now)
 
     def hang_up(self, now: float) -> list[tuple[bytes, Address]]:
@@ -198,9 +202,7 @@ class Caller:
         patience = START_WAIT_FOR_RIDE_S if self._portrait.starting else WAIT_FOR_RIDE_S
         if not rides and now < self._rode_at + patience:
             return outgoing
-        # At the start a piece alone spends the headers that the motion of a still face has left over.
-        free = rides or (self._portrait.starting and not self.outbound.bundling)
-        piece = self._portrait.next_piece(now, overhead=RIDING_BYTES if free else HEADER_BYTES + SEALED_BYTES)
+        piece = self._portrait.next_piece(now, overhead=RIDING_BYTES if rides else HEADER_BYTES + SEALED_BYTES)
         if rides or piece is not None:
             self._rode_at = now
         if piece is None:

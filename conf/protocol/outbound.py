@@ -55,11 +55,6 @@ class Outbound:
         """The profile frames are coded for."""
         return self._encoder.profile
 
-    @property
-    def bundling(self) -> bool:
-        """Whether several frames share a datagram."""
-        return self._bundle > 1
-
     def use(self, profile: Profile, *, bundling: int = 1) -> None:
         """Go on with another profile; bundling : how many times its usual number of frames share a datagram."""
         if profile != self._encoder.profile:

@@ -17,10 +17,10 @@ from conf.protocol.token_bucket import TokenBucket
 PIECE_BYTES = 80  # with header, seal and the motion beside it, what a link of 16 kbit/s carries in one frame's time
 RETRY_S = 0.8  # without an answer: answers come twice a second
 REORDERED_S = 0.15  # a piece that is missing while one sent so much later has arrived is lost
-# A call should not begin without a face: its first pieces, a draft and a photograph, may cost more a second than those
-# that follow, and what is not heard of is sent again soon: the link has nothing better to carry.
+# A call should not begin without a face: its first pieces, a draft and a photograph, may fill the link up to a multiple
+# of the usual budget, motion counted, and what is not heard of is sent again soon: there is nothing better to carry.
 START_BYTES = 10_000
-START_FACTOR = 2.35  # beside a talking face's motion just below 16 kbit/s
+START_FACTOR = 3.75  # 15 kbit/s: nothing waits on a link of 16
 START_RETRY_S = 0.35
 BURST_BYTES = 200  # after a rest, beside a piece
 NUMBERS = 1 << 16
@@ -64,7 +64,8 @@ class PortraitOutbox:
     def __init__(self, *, kbps: float = 4.0, piece_bytes: int = PIECE_BYTES) -> None:
         """Make an empty outbox.
 
-        kbps : what the pieces may cost, headers included, in the long run; the first START_BYTES go START_FACTOR faster
+        kbps : what the pieces may cost, headers included, in the long run; at the start START_FACTOR times that,
+            less what `charge` tells of the motion
         Raises ValueError if piece_bytes is no multiple of 4 that cuts the largest object into at most 255 pieces.
         """
         sound = piece_bytes % GRAIN == 0 and 0 < piece_bytes // GRAIN < 256
@@ -76,6 +77,7 @@ class PortraitOutbox:
         self._start_bytes = START_BYTES  # what is left of them
         self._piece_bytes = piece_bytes
         self._bucket = TokenBucket(kbps * 125, BURST_BYTES + piece_bytes)
+        self._link = TokenBucket(START_FACTOR * kbps * 125, BURST_BYTES + piece_bytes)  # motion counted
         self._outgoing: dict[int, _Outgoing] = {}  # by slot
         self._delivered: dict[int, _Outgoing] = {}  # by slot: kept for a receiver that begins anew
         self._next_number = 0
@@ -118,19 +120,28 @@ class PortraitOutbox:
         overhead : bytes that the datagram costs beside the body, if it is sent for this piece alone
         """
         retry = min(self.retry, START_RETRY_S) if self.starting else self.retry
-        self._bucket.rate = self.kbps * 125 * (START_FACTOR if self.starting else 1)
         for outgoing in sorted(self._outgoing.values(), key=lambda o: (o.urgency, o.number)):
             index = outgoing.due(now, retry)
             if index is None:
                 continue
             body = encode_piece(outgoing.piece(index))
-            if not self._bucket.take(len(body) + overhead, now):
+            if not self._affords(len(body) + overhead, now):
                 return None
             outgoing.sent[index] = now
             self.bytes_sent += len(body) + overhead
             self._start_bytes -= len(body) + overhead
             return body
         return None
+
+    def charge(self, size: int, now: float) -> None:
+        """Note what else was sent, bytes with headers: at the start the pieces have what it leaves."""
+        self._link.spend(size, now)
+
+    def _affords(self, size: int, now: float) -> bool:
+        if self._bucket.take(size, now):
+            self._link.spend(size, now)
+            return True
+        return self.starting and self._link.take(size, now)
 
     def receive_answer(self, data: bytes) -> None:
         """Take note of what the receiver has. Raises ProtocolError if the bytes are no answer."""

@@ -117,3 +117,16 @@ def test_refuses_what_cannot_be_sent() -> None:
         PortraitOutbox(piece_bytes=50)
     with pytest.raises(ProtocolError):
         PortraitOutbox().receive_answer(b"?")
+
+
+def test_at_the_start_the_pieces_have_what_the_motion_leaves() -> None:
+    spent = []
+    for motion in (0, 60):
+        outbox = PortraitOutbox()
+        outbox.put(0, bytes(12_000), urgency=0)
+        for frame in range(4 * FPS):
+            outbox.charge(motion, frame / FPS)
+            outbox.next_piece(frame / FPS, overhead=42)
+        spent.append(outbox.bytes_sent + 4 * FPS * motion)
+    assert all(total <= START_FACTOR * 4 * 125 * 4 + 300 for total in spent)
+    assert spent[1] > 0.9 * spent[0]
