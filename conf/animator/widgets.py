@@ -58,12 +58,14 @@ def field(text: str, value: str) -> str:
 
 
 def path_field(hint: str, value: str, button: str) -> tuple[str, bool]:
-    """Show a field for a file's name with a button. Returns what stands in it, and whether it was sent off."""
+    """Show a field for a file's name with a button; a click chooses all of it.
+
+    Returns what stands in it, and whether it was sent off.
+    """
     wide = imgui.calc_text_size(button).x + 4 * imgui.get_style().frame_padding.x
     imgui.set_next_item_width(-wide)
-    entered, value = imgui.input_text_with_hint(
-        f"##{hint}", hint, value, imgui.InputTextFlags_.enter_returns_true | imgui.InputTextFlags_.elide_left
-    )
+    flags = imgui.InputTextFlags_.enter_returns_true | imgui.InputTextFlags_.elide_left
+    entered, value = imgui.input_text_with_hint(f"##{hint}", hint, value, flags | imgui.InputTextFlags_.auto_select_all)
     imgui.same_line()
     pressed = imgui.button(f"{button}##{hint}", imgui.ImVec2(-1, 0))
     return value, bool((entered or pressed) and value.strip())
