@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from conf.face.control_points import INDEX
 from conf.face.head_pose import HeadPose
-from conf.face.portrait.features import FEATURES, KEY_STEP
+from conf.face.portrait.features import FEATURES, KEY_STEP, MOUTH
 from conf.face.portrait.sprite import FeatureMap
 from conf.receiver.portrait.album import Album, Sitter, Sticker
 from conf.receiver.portrait.choice import blend_shares, layers
@@ -24,10 +24,11 @@ from conf.receiver.scene import View, rotation
 SURROUND = (0.13, 0.14, 0.17)  # beside a picture of another shape than the window
 OVER = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE, moderngl.ONE)
 DARK_MOUTH = (0.16, 0.07, 0.07)
-OPEN_CM = (0.15, 0.6)  # beyond the photograph's own: where the mouth's inside begins to be dark, and is
+DARKEST = 0.75  # opacity: some of what is there stays to be seen
+OPEN_CM = (0.25, 0.8)  # wider than what is shown in it was: where the mouth's inside begins to be dark, and is
 PATCH_FADE = 0.06
 HAND_TURN = np.radians(20)  # the farthest that the viewer's hand turns a face of which there is one side only
-_LIPS = [INDEX["inner_lip_upper_mid"], INDEX["inner_lip_lower_mid"]]
+_LIP = INDEX["inner_lip_upper_mid"]
 
 
 class PortraitRenderer:
@@ -139,25 +140,32 @@ class _Set:
         self._program["opacity"] = 1.0
         self._backdrop.draw()
         self._person.draw()
-        points = warp.control_points(displacements)
-        gap = (points[_LIPS[0], 1] - points[_LIPS[1], 1]) - float(-np.diff(warp.shape.points[_LIPS, 1])[0])
-        self._mouth_program["opacity"] = float(np.clip((gap - OPEN_CM[0]) / (OPEN_CM[1] - OPEN_CM[0]), 0, 1))
-        self._inside.draw()
         self._program["fade"] = PATCH_FADE
-        for region in range(len(FEATURES)):
-            self._draw_patches(region, displacements)
+        for region, feature in enumerate(FEATURES):
+            shown = self._draw_patches(region, displacements)
+            if feature is MOUTH:
+                self._darken(shown, displacements)
 
-    def _draw_patches(self, region: int, displacements: NDArray[np.floating]) -> None:
+    def _draw_patches(self, region: int, displacements: NDArray[np.floating]) -> NDArray[np.float64]:
+        """Draw the patches of a feature; return the keys of what is seen then, photograph and patches together."""
         feature = FEATURES[region]
         candidates = [(sticker, layer) for (r, _), (sticker, layer) in self._stickers.items() if r == region]
-        if not candidates:
-            return
         now = np.array(feature.keys(displacements)) / KEY_STEP
         photo = np.array(feature.keys(self.sitter.warp.photographed())) / KEY_STEP
-        shares = blend_shares(now, [photo, *(sticker.keys for sticker, _ in candidates)])
+        keys = np.array([photo, *(sticker.keys for sticker, _ in candidates)])
+        shares = blend_shares(now, list(keys))
         for index, opacity in layers({i - 1: float(share) for i, share in enumerate(shares)}):
             self._program["opacity"] = opacity
             candidates[index][1].draw()
+        return np.asarray(shares @ keys)
+
+    def _darken(self, shown: NDArray[np.float64], displacements: NDArray[np.floating]) -> None:
+        """Darken the mouth as far as it is open wider than what is shown in it was: teeth do not stretch."""
+        wider = float(MOUTH.keys(displacements)[0] - shown[0] * KEY_STEP) * self.sitter.warp.shape.unit[_LIP, 1]
+        self._mouth_program["opacity"] = DARKEST * float(
+            np.clip((wider - OPEN_CM[0]) / (OPEN_CM[1] - OPEN_CM[0]), 0, 1)
+        )
+        self._inside.draw()
 
     def release(self) -> None:
         """Free everything on the card."""

@@ -96,7 +96,9 @@ def test_an_open_mouth_without_a_patch_is_dark() -> None:
         points = made.album.sitter.warp.place(opened, POSE) if made.album.sitter else STILL
         upper, lower = points[INDEX["inner_lip_upper_mid"]], points[INDEX["inner_lip_lower_mid"]]
         x, y = np.rint(to_pixels(((upper + lower) / 2)[None])[0]).astype(int)
-        assert made.draw(opened)[y, x].max() < 70
+        assert made.draw(opened)[y, x].max() < 90
+        made.album.receive(encode_thing(patch(slot=1)))  # of a mouth that was less open: darkened, not stretched bright
+        assert made.draw(opened)[y, x].max() < 110
 
 
 @requires_gl
