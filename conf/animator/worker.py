@@ -1,9 +1,12 @@
 """One task at a time in the background, the newest wish only: the picture goes on meanwhile."""
 
+import os
+import sys
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Generic, TypeVar
 
+PATIENCE = 5  # of nice: a third of the processor's time while everybody wants it
 Result = TypeVar("Result")
 
 
@@ -11,7 +14,7 @@ class LatestOnly(Generic[Result]):
     """Runs tasks on one thread. A task that waits is replaced by the next; one that runs is finished and shown."""
 
     def __init__(self) -> None:
-        self._pool = ThreadPoolExecutor(max_workers=1, thread_name_prefix="conf-worker")
+        self._pool = ThreadPoolExecutor(1, thread_name_prefix="conf-worker", initializer=_step_back)
         self._running: Future[Result] | None = None
         self._waiting: Callable[[], Result] | None = None
 
@@ -41,3 +44,9 @@ class LatestOnly(Generic[Result]):
     def _start(self) -> None:
         if self._running is None and self._waiting is not None:
             self._running, self._waiting = self._pool.submit(self._waiting), None
+
+
+def _step_back() -> None:
+    """Let the picture have the processor first, where the system can tell threads apart."""
+    if sys.platform == "linux":
+        os.nice(PATIENCE)

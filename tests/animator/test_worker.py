@@ -1,9 +1,11 @@
+import os
+import sys
 import threading
 from functools import partial
 
 import pytest
 
-from conf.animator.worker import LatestOnly
+from conf.animator.worker import PATIENCE, LatestOnly
 
 
 def wait_for(worker: LatestOnly[int]) -> int:
@@ -42,3 +44,14 @@ def test_what_goes_wrong_comes_out_where_the_result_would() -> None:
     with pytest.raises(ZeroDivisionError):
         wait_for(worker)
     worker.close()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells threads apart")
+def test_the_picture_has_the_processor_first() -> None:
+    worker: LatestOnly[int] = LatestOnly()
+    own = os.getpriority(os.PRIO_PROCESS, 0)
+    worker.ask(lambda: os.getpriority(os.PRIO_PROCESS, 0))
+    while (theirs := worker.take()) is None:
+        pass
+    worker.close()
+    assert theirs == min(own + PATIENCE, 19) and os.getpriority(os.PRIO_PROCESS, 0) == own
