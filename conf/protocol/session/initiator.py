@@ -17,7 +17,7 @@ from conf.protocol.session.handshake import (
 from conf.protocol.session.packet import MAX_SESSION, HandshakePacket, Kind, handshake_datagram
 from conf.protocol.session.reasons import DatagramError, Reason
 
-FIRST_REPEAT_S = 0.5
+FIRST_REPEAT_S = 0.4
 MAX_REPEAT_S = 4.0
 # One proof is one guess for a false receiver: an attempt that gets no DONE is given up for a new one only after this
 # long, at most three a minute. The receiver keeps its side longer than that (responder.py).
