@@ -6,7 +6,8 @@ The face is the shipped head cut to so many vertices, opened from a file of its 
 what it does by itself, blinks and sways; `moving` plays an emotion; `changing` asks for another kernel and locality as
 soon as the last B is there, and `build_ms` is what each B took meanwhile. Times are milliseconds of a whole frame of
 the running window, the display's share included. `*_cpu_ms` is the processor time of all threads: what a frame costs
-whatever else the machine does. Without a display it is drawn offscreen. Where there is no GPU this is llvmpipe.
+whatever else the machine does. Without a display it is drawn offscreen; waiting for such a picture keeps Python's lock,
+so that each B takes three times as long as beside a window. Where there is no GPU this is llvmpipe.
 """
 
 import argparse
