@@ -1,5 +1,6 @@
 from collections.abc import Callable
 from pathlib import Path
+from threading import Event
 
 import numpy as np
 import pytest
@@ -17,13 +18,19 @@ def found(fitting: Fitting) -> tuple[Path, Fitted]:
 def test_points_come_once_with_the_file_they_belong_to() -> None:
     def fit(path: Path, axes: tuple[str | None, str | None], on_progress: Callable[[str], None]) -> Fitted:
         on_progress(f"trying {axes}")
-        return Fitted(np.zeros((50, 3)), (fitting.progress or "",))
+        told.set()
+        assert seen.wait(10)
+        return Fitted(np.zeros((50, 3)), ("no mouth",))
 
+    told, seen = Event(), Event()
     fitting = Fitting(fit)
     assert fitting.possible and fitting.progress is None and fitting.take() is None
     fitting.begin(Path("a.obj"), ("z", None))
+    assert told.wait(10)
+    assert fitting.progress == "trying ('z', None)" and fitting.take() is None
+    seen.set()
     path, result = found(fitting)
-    assert path == Path("a.obj") and result.remarks == ("trying ('z', None)",)
+    assert path == Path("a.obj") and result.remarks == ("no mouth",)
     assert fitting.progress is None and fitting.take() is None
     fitting.close()
 
