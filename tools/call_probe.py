@@ -23,7 +23,7 @@ from typing import IO, Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from conf.commands import send as sending
-from conf.commands.receive import HEADLESS_FPS, SIZE
+from conf.commands.receive import SIZE, WINDOW_FPS
 from conf.errors import NetworkError
 from conf.face.head import load_face
 from conf.protocol.host import Host
@@ -122,13 +122,13 @@ class WatchedSendingLoop(SendingLoop):
 
 
 def receive(address: tuple[str, int], code: str, seconds: float) -> None:
-    """Receive as `conf receive --headless` does."""
+    """Receive as `conf receive` does, at the rate of its window."""
     callers = Host(ReceiverSessions(code, os.urandom))
     window = WatchedWindow(callers)
     with ReceiverSocket(*address) as link, window:
         tell(listening="{}:{}".format(*link.address))
         loop = WatchedReceivingLoop(window, load_face(None), callers, link)
-        final = loop.run(fps=HEADLESS_FPS, seconds=seconds)
+        final = loop.run(fps=WINDOW_FPS, seconds=seconds)
         tell(at=time.monotonic(), memory_kb=memory_kb(), **asdict(final), pictures=window.pictures)
 
 

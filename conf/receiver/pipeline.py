@@ -78,7 +78,7 @@ class ReceivingLoop:
         return late or self._viewer.wants_to_go or self._window.should_close
 
     def _serve_until(self, until: float, *, patience: float) -> None:
-        """Take datagrams as they come, so that each gets its true time of arrival, until the next picture is due.
+        """Take datagrams as they come until the next picture is due. Those that came while one was drawn have waited.
 
         patience : when there is more to take than that, as in a flood, it is taken until then: a machine that is slow
         at drawing spends as long on listening
@@ -86,8 +86,8 @@ class ReceivingLoop:
         while True:
             now = time.monotonic()
             datagrams = self._link.receive(SLICE)
-            for data, address in datagrams:
-                self._host.receive_datagram(data, address, now)
+            for data, address, waited in datagrams:
+                self._host.receive_datagram(data, address, now - waited)
             self._link.send(self._host.datagrams_to_send(now))
             while event := self._host.next_event():
                 self._note(event, now)

@@ -3,14 +3,32 @@
 import contextlib
 import select
 import socket
+import struct
+import sys
+import time
 from types import TracebackType
-from typing import Any
+from typing import Any, NamedTuple
 
 from conf.errors import NetworkError
 from conf.protocol.session.limits import Address
 
 MAX_DATAGRAM = 2048
 BUFFER_BYTES = 4 << 20  # what the system may hold for us while a frame is drawn, junk of a flood included
+
+
+# Linux notes when a datagram comes in, to the nanosecond of its wall clock; Python has no name for the option.
+SO_TIMESTAMPNS = 35
+_STAMP = struct.Struct("@ll")  # seconds, nanoseconds
+_STAMP_ROOM = 64  # bytes of a control message that holds one
+MAX_WAITED_S = 1.0  # a wall clock that was set says more: it is not believed
+
+
+class Arrival(NamedTuple):
+    """A datagram, where it came from, and the seconds it has lain in the system's buffer (0 where that is not told)."""
+
+    data: bytes
+    address: Address
+    waited: float
 
 
 class ReceiverSocket:
@@ -44,13 +62,30 @@ class ReceiverSocket:
         host, port = self._socket.getsockname()[:2]
         return host, port
 
-    def receive(self, limit: int = 4096) -> list[tuple[bytes, Address]]:
+    def receive(self, limit: int = 4096) -> list[Arrival]:
         """Take what has come, `limit` datagrams at most."""
-        datagrams: list[tuple[bytes, Address]] = []
+        arrivals: list[Arrival] = []
+        now = time.clock_gettime(time.CLOCK_REALTIME)  # the stamps are of this clock
         with contextlib.suppress(OSError):  # nothing more, or the word that an answer of ours found nobody
-            while len(datagrams) < limit:
-                datagrams.append(self._socket.recvfrom(MAX_DATAGRAM))
-        return datagrams
+            while len(arrivals) < limit:
+                arrivals.append(self._take(now))
+        return arrivals
+
+    if sys.platform == "linux":
+
+        def _take(self, now: float) -> Arrival:
+            data, control, _, address = self._socket.recvmsg(MAX_DATAGRAM, _STAMP_ROOM)
+            for level, kind, stamp in control:
+                if (level, kind) == (socket.SOL_SOCKET, SO_TIMESTAMPNS) and len(stamp) == _STAMP.size:
+                    seconds, nanoseconds = _STAMP.unpack(stamp)
+                    waited = now - seconds - nanoseconds * 1e-9
+                    return Arrival(data, address, waited if 0 < waited < MAX_WAITED_S else 0.0)
+            return Arrival(data, address, 0.0)
+
+    else:
+
+        def _take(self, now: float) -> Arrival:
+            return Arrival(*self._socket.recvfrom(MAX_DATAGRAM), 0.0)
 
     def send(self, datagrams: list[tuple[bytes, Address]]) -> None:
         """Send answers. What cannot be sent is lost: the protocol copes with loss."""
@@ -67,6 +102,8 @@ def _bound(link: socket.socket, address: Any) -> socket.socket:
     """Bind a socket, or close it."""
     try:
         link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
+        if sys.platform == "linux":
+            link.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
         link.bind(address)
     except OSError:
         link.close()

@@ -12,6 +12,7 @@ from conf.receiver.meter import MeterReading
 from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.pipeline import ReceivingLoop
 from conf.receiver.stage import Window
+from conf.receiver.udp import Arrival
 from tests.receiver.calls import FakeCaller, new_host
 
 FPS = 8.0
@@ -29,9 +30,9 @@ class FakeLink:
     def monotonic(self) -> float:
         return self.now
 
-    def receive(self, limit: int = 4096) -> Datagrams:
+    def receive(self, limit: int = 4096) -> list[Arrival]:
         arrived, self.arrived = self.arrived[:limit], self.arrived[limit:]
-        return arrived
+        return [Arrival(data, address, 0.0) for data, address in arrived]
 
     def send(self, datagrams: Datagrams) -> None:
         for caller in self.callers:

@@ -1,4 +1,5 @@
 import socket
+import sys
 import time
 
 import pytest
@@ -19,10 +20,24 @@ def test_what_comes_is_taken_with_its_address_and_answered() -> None:
         for data in (b"one", b"", b"three"):
             other.sendto(data, receiver.address)
         receiver.wait(5)
-        assert receiver.receive() == [(data, other.getsockname()) for data in (b"one", b"", b"three")]
+        taken = receiver.receive()
+        assert [one[:2] for one in taken] == [(data, other.getsockname()) for data in (b"one", b"", b"three")]
         assert receiver.receive() == []
         receiver.send([(b"answer", other.getsockname())])
         assert other.recv(100) == b"answer"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not tell when a datagram came")
+def test_a_datagram_tells_how_long_it_has_waited() -> None:
+    with ReceiverSocket(LOOPBACK, 0) as receiver, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        before = time.monotonic()
+        other.sendto(b"early", receiver.address)
+        receiver.wait(5)
+        sent = time.monotonic()
+        while time.monotonic() < sent + 0.02:
+            receiver.wait(0.001)
+        (arrival,) = receiver.receive()
+        assert 0.02 <= arrival.waited <= time.monotonic() - before
 
 
 def test_no_more_than_the_limit_is_taken_at_once() -> None:
