@@ -55,7 +55,7 @@ class Sitting:
 
 def test_a_draft_goes_out_soon_and_then_one_photograph_in_full() -> None:
     sitting = Sitting()
-    sitting.sit(FIRST_LOOK_S + 0.8)
+    sitting.sit(FIRST_LOOK_S + 0.3)
     (draft,) = sitting.things
     assert isinstance(draft, Photograph) and len(draft.frame) <= DRAFT_BYTES
     sitting.sit(60.0)
