@@ -22,7 +22,7 @@ REORDERED_S = 0.15  # a piece that is missing while one sent so much later has a
 START_BYTES = 10_000
 START_FACTOR = 3.75  # 15 kbit/s: nothing waits on a link of 16
 START_RETRY_S = 0.35
-BURST_S = 0.04  # of the start's rate that may go at once after a rest, two pieces at the least: more would be a queue
+BURST_S = 0.04  # of the start's rate that may go at once after a rest, two pieces and a half at the least: more is a queue
 NUMBERS = 1 << 16
 
 
@@ -77,7 +77,7 @@ class PortraitOutbox:
         self._start_bytes = START_BYTES  # what is left of them
         self._piece_bytes = piece_bytes
         start_rate = START_FACTOR * kbps * 125
-        at_once = max(2 * piece_bytes, BURST_S * start_rate)
+        at_once = max(2.5 * piece_bytes, BURST_S * start_rate)
         self._bucket = TokenBucket(kbps * 125, at_once)
         self._link = TokenBucket(start_rate, at_once)  # motion counted
         self._outgoing: dict[int, _Outgoing] = {}  # by slot
