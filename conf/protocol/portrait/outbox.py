@@ -22,7 +22,7 @@ REORDERED_S = 0.15  # a piece that is missing while one sent so much later has a
 START_BYTES = 10_000
 START_FACTOR = 3.75  # 15 kbit/s: nothing waits on a link of 16
 START_RETRY_S = 0.35
-BURST_S = 0.04  # of the start's rate that may go at once after a rest, two pieces and a half at the least: more is a queue
+BURST_S = 0.04  # of the start's rate that may go at once after a rest, but two pieces and a half: more is a queue
 NUMBERS = 1 << 16
 
 
