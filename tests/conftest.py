@@ -1,6 +1,9 @@
 """Settings for every test: strict floating point, and Hypothesis in a fast and a deep profile."""
 
 import os
+import shutil
+import subprocess
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -38,3 +41,21 @@ def shared() -> Path:
 def demo_clip() -> Path:
     """The sample clip of `conf demo`, fetched the first time."""
     return fetch_demo_clip()
+
+
+@pytest.fixture(scope="module")
+def display() -> Iterator[str]:
+    """A free X display of 1280x800; Xvfb chooses its number and writes it to a pipe."""
+    if not (shutil.which("Xvfb") and shutil.which("xdotool")):
+        if os.environ.get("CONF_REQUIRE_GL"):
+            pytest.fail("Xvfb and xdotool are missing: apt install xvfb xdotool")
+        pytest.skip("Xvfb and xdotool are not here")
+    read_end, write_end = os.pipe()
+    command = ["Xvfb", "-displayfd", str(write_end), "-screen", "0", "1280x800x24", "-nolisten", "tcp"]
+    server = subprocess.Popen(command, pass_fds=[write_end], stderr=subprocess.DEVNULL)
+    os.close(write_end)
+    with os.fdopen(read_end) as pipe:
+        number = pipe.readline().strip()
+    yield f":{number}"
+    server.terminate()
+    server.wait()

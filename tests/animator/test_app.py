@@ -2,7 +2,6 @@
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 import threading
@@ -24,24 +23,6 @@ from tests.animator.conftest import TO_FILE
 REPOSITORY = Path(__file__).resolve().parents[2]
 LIMIT_S = 120.0
 Facts = dict[str, Any]
-
-
-@pytest.fixture(scope="module")
-def display() -> Iterator[str]:
-    """A free X display; Xvfb chooses its number and writes it to a pipe."""
-    if not (shutil.which("Xvfb") and shutil.which("xdotool")):
-        if os.environ.get("CONF_REQUIRE_GL"):
-            pytest.fail("Xvfb and xdotool are missing: apt install xvfb xdotool")
-        pytest.skip("Xvfb and xdotool are not here")
-    read_end, write_end = os.pipe()
-    command = ["Xvfb", "-displayfd", str(write_end), "-screen", "0", "1280x800x24", "-nolisten", "tcp"]
-    server = subprocess.Popen(command, pass_fds=[write_end], stderr=subprocess.DEVNULL)
-    os.close(write_end)
-    with os.fdopen(read_end) as pipe:
-        number = pipe.readline().strip()
-    yield f":{number}"
-    server.terminate()
-    server.wait()
 
 
 class Session:

@@ -2,7 +2,6 @@
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 import threading
@@ -21,24 +20,6 @@ from tests.receiver.pictures import Pixels, drawn
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 LIMIT_S = 60.0
-
-
-@pytest.fixture(scope="module")
-def display() -> Iterator[str]:
-    """A free X display; Xvfb chooses its number and writes it to a pipe."""
-    if not (shutil.which("Xvfb") and shutil.which("xdotool")):
-        if os.environ.get("CONF_REQUIRE_GL"):
-            pytest.fail("Xvfb and xdotool are missing: apt install xvfb xdotool")
-        pytest.skip("Xvfb and xdotool are not here")
-    read_end, write_end = os.pipe()
-    command = ["Xvfb", "-displayfd", str(write_end), "-screen", "0", "800x600x24", "-nolisten", "tcp"]
-    server = subprocess.Popen(command, pass_fds=[write_end], stderr=subprocess.DEVNULL)
-    os.close(write_end)
-    with os.fdopen(read_end) as pipe:
-        number = pipe.readline().strip()
-    yield f":{number}"
-    server.terminate()
-    server.wait()
 
 
 class Session:
@@ -141,10 +122,10 @@ def test_the_picture_follows_the_windows_size_and_full_screen(session: Session) 
         pass
     assert session.read_picture().shape == (300, 400, 3)
     session.key("f")
-    while session.hear_event("Resized")["width"] != 800:
+    while session.hear_event("Resized")["width"] != 1280:
         pass
     full = session.read_picture()
-    assert full.shape == (600, 800, 3)
+    assert full.shape == (800, 1280, 3)
     assert 0.05 < drawn(full).mean() < 0.5
     session.do("key", "f")
     while session.hear_event("Resized")["width"] != 400:
