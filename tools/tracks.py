@@ -4,6 +4,7 @@ A track holds the landmarks of a clip. They are resampled to the profile's frame
 blendshapes, calibration, smoothing and FAPU, so that the codec meets here what it meets in a call.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from conf.sender.canonical_face import read_canonical_face
 from conf.sender.mean_face import MEAN_FACE
 from conf.sender.models import fetch_models
 from conf.sender.motion import MotionExtractor
+from conf.sender.pose import remove_head_pose
 from conf.sender.tracker import Tracking
 
 RIGHT_EYE, LEFT_EYE = 33, 263  # the outer corners: their distance is what errors are measured against
@@ -50,6 +52,14 @@ class Track:
         return np.asarray(100 * np.linalg.norm(shown - meant, axis=1) / self.eye_distance[index])
 
 
+@dataclass(frozen=True)
+class StillFace:
+    """One frame: landmarks (478, 3) cm without the head's pose, control points (n, 3) cm of the neutral pose in use."""
+
+    landmarks: NDArray[np.float64]
+    neutral: NDArray[np.float64]
+
+
 def project(offsets: NDArray[np.floating], pose: NDArray[np.floating], /) -> NDArray[np.float64]:
     """Return where control points moved by `offsets` (n, 3) cm are in the picture, (n, 2) picture heights."""
     head = HeadPose.from_vector(pose)
@@ -68,19 +78,32 @@ class TrackReader:
 
     def read(self, path: Path, /, *, fps: float) -> Track:
         """Read the first unbroken run of frames with a face, resampled to `fps` by linear interpolation."""
-        with np.load(path) as file:
-            landmarks = file["landmarks"][_first_run(file["tracked"])] / float(file["scale"])
-            size = int(file["width"]), int(file["height"])
-            source_fps = float(file["fps"])
-        landmarks = _resample(landmarks, source_fps / fps).astype(np.float32)
+        landmarks, size = _load(path, fps)
         extractor = MotionExtractor(self._canonical, size)
-        frames = []
-        for number, points in enumerate(landmarks):
-            tracking = Tracking(points, self._blendshapes.find(points), presence=1.0)
-            frames.append(extractor.update(tracking, number / fps))
+        frames = [self._motion(extractor, points, number / fps) for number, points in enumerate(landmarks)]
         corners = landmarks[:, RIGHT_EYE, :2] - landmarks[:, LEFT_EYE, :2]
         eye_distance = np.linalg.norm(corners.astype(np.float64), axis=1) / size[1]
         return Track(path.stem, frames, eye_distance, extractor.fapu.lengths())
+
+    def still_faces(self, path: Path, /, *, fps: float) -> Iterator[StillFace]:
+        """Yield the frames of `read` as a photograph would have them."""
+        landmarks, size = _load(path, fps)
+        extractor = MotionExtractor(self._canonical, size)
+        for number, points in enumerate(landmarks):
+            self._motion(extractor, points, number / fps)
+            yield StillFace(remove_head_pose(points, self._canonical, size)[0], extractor.neutral_points)
+
+    def _motion(self, extractor: MotionExtractor, points: NDArray[np.float32], timestamp: float) -> MotionFrame:
+        return extractor.update(Tracking(points, self._blendshapes.find(points), presence=1.0), timestamp)
+
+
+def _load(path: Path, fps: float) -> tuple[NDArray[np.float32], tuple[int, int]]:
+    """Return (N, 478, 3) px and the picture's width and height."""
+    with np.load(path) as file:
+        landmarks = file["landmarks"][_first_run(file["tracked"])] / float(file["scale"])
+        size = int(file["width"]), int(file["height"])
+        source_fps = float(file["fps"])
+    return _resample(landmarks, source_fps / fps).astype(np.float32), size
 
 
 def _first_run(tracked: NDArray[np.bool_]) -> slice:

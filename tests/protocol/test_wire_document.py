@@ -5,6 +5,8 @@ import re
 from importlib.resources import files
 from pathlib import Path
 
+import msgpack
+import numpy as np
 import pytest
 
 from conf.protocol import bodies, jitter_buffer
@@ -12,9 +14,11 @@ from conf.protocol.bodies import decode_body
 from conf.protocol.codec import PROFILES
 from conf.protocol.codec.bundle import BundleHeader, code_header
 from conf.protocol.codec.symbols import Reader
+from conf.protocol.portrait.photograph import decode_photograph, encode_photograph
 from conf.protocol.session.packet import parse
 from conf.protocol.session.reasons import Reason
-from tests.protocol.wire_reader import PayloadReader
+from tests.protocol.portrait.pictures import photograph
+from tests.protocol.wire_reader import PayloadReader, read_shape
 from tools.golden_wire import BODIES, FOLDER, HEADS
 
 TEXT = (Path(bodies.__file__).parent / "WIRE.md").read_text()
@@ -62,6 +66,15 @@ def test_the_payload_decodes_to_what_is_said_of_it() -> None:
     assert pose == pytest.approx(reader.motion("live", 0)[1], abs=1e-6)
 
 
+def test_a_photographs_shape_is_read_by_the_text_alone() -> None:
+    photo = decode_photograph(encode_photograph(photograph()))
+    _, shape, _ = msgpack.unpackb(encode_photograph(photo))
+    points, neutral, outline = read_shape(shape, len(photo.outline))
+    np.testing.assert_allclose(np.array(points) * 0.02, photo.points, atol=1e-9)
+    np.testing.assert_allclose(np.array(neutral) * 0.02, photo.neutral, atol=1e-9)
+    np.testing.assert_allclose(np.array(outline) / 255, photo.outline, atol=1e-9)
+
+
 @pytest.mark.parametrize("path", sorted(FOLDER.glob("session_[!i]*.bin")), ids=lambda path: path.stem)
 def test_datagrams_are_the_golden_ones(path: Path) -> None:
     name = path.stem.removeprefix("session_")
@@ -80,8 +93,9 @@ def test_tables_and_limits_are_the_codes() -> None:
         assert f"`{reason}`" in TEXT
 
 
-def test_the_table_file_is_the_one_meant() -> None:
-    digest = hashlib.sha256(files("conf.assets").joinpath("codec.npz").read_bytes()).hexdigest()
+@pytest.mark.parametrize("name", ["codec.npz", "portrait.npz"])
+def test_the_table_files_are_those_meant(name: str) -> None:
+    digest = hashlib.sha256(files("conf.assets").joinpath(name).read_bytes()).hexdigest()
     assert f"`{digest[:16]}...`" in TEXT, "other tables are another wire: write the golden files and WIRE.md anew"
 
 

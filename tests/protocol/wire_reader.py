@@ -1,4 +1,4 @@
-"""Motion payloads read a second time, from WIRE.md alone: nothing of conf reads here. Slow, plain, whole numbers."""
+"""What travels read a second time, from WIRE.md alone: nothing of conf reads here. Slow, plain, whole numbers."""
 
 from dataclasses import dataclass, field
 from math import ceil, floor, log2
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-TABLE_FILE = Path(__file__).resolve().parents[2] / "conf" / "assets" / "codec.npz"
+ASSETS = Path(__file__).resolve().parents[2] / "conf" / "assets"
 PROFILES = ("live", "rich", "narrow")
 STEPS = {"live": 0.0074, "rich": 0.0044, "narrow": 0.0082}
 TOTAL = 1 << 15
@@ -61,6 +61,46 @@ class Range:
         return (-(-self.low // size) * size).to_bytes(self.bits // 8).rstrip(b"\0")
 
 
+def read_number(string: Range, tables: list[list[int]], scale: int) -> int:
+    """Read a number at a scale."""
+    if scale >= len(tables):
+        k = ceil((scale - len(tables) + 1) / 4)
+        high = read_number(string, tables, scale - 4 * k)
+        return ((high << k) | string.bits_of(k)) - (1 << k - 1)
+    row = tables[scale]
+    symbol = string.symbol([sum(row[:i]) for i in range(len(row) + 1)])
+    if symbol < 41:
+        return symbol - 20
+    length = string.bits_of(4)
+    assert 1 <= length <= 13
+    negative = string.bits_of(1)
+    size = 20 + (1 << length - 1 | string.bits_of(length - 1))
+    return -size if negative else size
+
+
+def read_shape(data: bytes, corners: int) -> tuple[list[list[int]], list[list[int]], list[list[int]]]:
+    """Return points, neutral pose and outline of a photograph, all in steps."""
+    tables = np.load(ASSETS / "codec.npz")["live_frequencies"].tolist()
+    face = {name: array.tolist() for name, array in np.load(ASSETS / "portrait.npz").items()}
+    string = Range(data)
+    off: list[list[int]] = []
+    points = [[0, 0, 0]] * len(face["mean"])
+    for point, parent, scales in zip(face["order"], face["parents"], face["spread"], strict=True):
+        base = off[parent] if parent >= 0 else [0, 0, 0]
+        off.append([base[axis] + read_number(string, tables, scales[axis]) for axis in range(3)])
+        points[point] = [face["mean"][point][axis] + off[-1][axis] for axis in range(3)]
+    neutral = [
+        [points[i][axis] + read_number(string, tables, scales[axis]) for axis in range(3)]
+        for i, scales in enumerate(face["stir_spread"])
+    ]
+    outline: list[list[int]] = []
+    for _ in range(corners):
+        before = outline[-1] if outline else [0, 0]
+        outline.append([before[axis] + read_number(string, tables, 28) for axis in range(2)])
+    assert string.end() == data
+    return points, neutral, outline
+
+
 @dataclass(frozen=True)
 class Frame:
     """What was coded of one frame."""
@@ -79,7 +119,7 @@ def octaves(value: int) -> int:
 class PayloadReader:
     """Reads the payloads of one direction of a session in the order of sending."""
 
-    arrays: dict[str, NDArray[Any]] = field(default_factory=lambda: dict(np.load(TABLE_FILE)))
+    arrays: dict[str, NDArray[Any]] = field(default_factory=lambda: dict(np.load(ASSETS / "codec.npz")))
     frames: dict[tuple[str, int], Frame] = field(default_factory=dict)
 
     def read(self, payload: bytes, number: int) -> tuple[str, int, list[int]]:
@@ -133,31 +173,16 @@ class PayloadReader:
             so_far = [octaves(sum(map(abs, part))) for part in (differences[:6], differences[6:])]
             features = [16, size, *so_far, octaves(moves[i]) if companion else 0, *shared]
             scale = sum(w * f for w, f in zip(weights[i], features, strict=True)) // 256
-            differences.append(self._number(string, tables, max(0, min(len(tables) - 1 + 32, scale))))
+            differences.append(read_number(string, tables, max(0, min(len(tables) - 1 + 32, scale))))
             values.append(guess + differences[-1])
             assert abs(values[-1]) <= 8191
         return Frame(values, reference.staggered, self._corrections(string, tables, reference))
-
-    def _number(self, string: Range, tables: list[list[int]], scale: int) -> int:
-        if scale >= len(tables):
-            k = ceil((scale - len(tables) + 1) / 4)
-            high = self._number(string, tables, scale - 4 * k)
-            return ((high << k) | string.bits_of(k)) - (1 << k - 1)
-        row = tables[scale]
-        symbol = string.symbol([sum(row[:i]) for i in range(len(row) + 1)])
-        if symbol < 41:
-            return symbol - 20
-        length = string.bits_of(4)
-        assert 1 <= length <= 13
-        negative = string.bits_of(1)
-        size = 20 + (1 << length - 1 | string.bits_of(length - 1))
-        return -size if negative else size
 
     def _corrections(self, string: Range, tables: list[list[int]], reference: Frame) -> dict[int, tuple[int, int, int]]:
         result = dict(reference.corrections)
         for _ in range(string.symbol(weighted([3000, 12, 10, 8, 6, 4, 4, 3, 2, 2, 2, 1, 1]))):
             point = string.symbol(flat(len(self.arrays["correction"])))
-            x, y, z = (old + self._number(string, tables, 24) for old in reference.corrections.get(point, (0, 0, 0)))
+            x, y, z = (old + read_number(string, tables, 24) for old in reference.corrections.get(point, (0, 0, 0)))
             result.pop(point, None)
             if (x, y, z) != (0, 0, 0):
                 result[point] = (x, y, z)

@@ -8,17 +8,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import ProtocolError
-from conf.protocol.portrait.varints import decode_numbers, encode_numbers
+from conf.protocol.portrait.face_shape import (
+    OUTLINE_STEPS,
+    POINT_STEP,
+    Steps,
+    decode_neutral_shape,
+    decode_shape,
+    encode_neutral_shape,
+    encode_shape,
+    load_face_model,
+)
 from conf.protocol.portrait.vp8 import size_of
 
-POINT_STEP = 0.02  # cm: a fifth of a per cent of the eye distance
 POSE_STEPS = np.array([5e-4, 5e-4, 5e-4, 5e-4, 5e-4, 5e-4])  # radians, picture heights, log
 FAPU_STEP = 1e-3  # cm
-MAX_POINTS = 400
 MAX_OUTLINE = 64
 MAX_CM = 60.0
 LEAST_LOG_SCALE = -4.6  # a hundredth of the picture for a centimetre: a mesh fine enough for a smaller face is huge
-OUTLINE_STEPS = 255  # from one border of the picture to the other
 
 
 @dataclass(frozen=True)
@@ -28,8 +34,8 @@ class Photograph:
     number : which photograph this is, modulo 256: patches belong to one
     size : width and height in pixels of the picture it was taken from
     pose : (6,) of the head in it, as in MotionFrame
-    points : (D, 3) cm in face axes: first the control points, then the outlines
-    neutral : (n, 3) cm in face axes: the control points of the neutral pose, n <= D
+    points : (D, 3) cm in face axes: first the n control points, then the outlines
+    neutral : (n, 3) cm in face axes: the control points of the neutral pose
     fapu : five distances of the neutral pose, cm
     outline : (K, 2) of the person, 0 to 1 from the picture's upper left corner; none: everything is person
     frame : the bare VP8 frame, of the whole picture
@@ -60,62 +66,52 @@ class NeutralUpdate:
 
 def encode_photograph(photo: Photograph, /) -> bytes:
     """Return the bytes of a photograph."""
-    steps = np.rint(photo.points / POINT_STEP).astype(np.int64)
-    numbers = [photo.number, *photo.size, len(photo.points), len(photo.neutral), len(photo.outline)]
+    numbers = [photo.number, *photo.size, len(photo.outline)]
     numbers += [round(value) for value in photo.pose / POSE_STEPS] + _fapu_steps(photo.fapu)
-    outline = np.clip(np.rint(photo.outline * OUTLINE_STEPS), 0, OUTLINE_STEPS).astype(np.uint8)
-    return _pack(
-        [
-            numbers,
-            encode_numbers(np.diff(steps, axis=0, prepend=0).ravel()),
-            encode_numbers(_neutral_steps(photo.neutral, steps[: len(photo.neutral)]).ravel()),
-            outline.tobytes(),
-            photo.frame,
-        ]
-    )
+    outline = np.clip(np.rint(photo.outline * OUTLINE_STEPS), 0, OUTLINE_STEPS).astype(np.int64)
+    shape = encode_shape(_point_steps(photo.points), _point_steps(photo.neutral), outline, load_face_model())
+    return _pack([numbers, shape, photo.frame])
 
 
 def decode_photograph(data: bytes, /) -> Photograph:
     """Return the photograph. Raises ProtocolError."""
-    numbers, points, neutral, outline, frame = _unpack(data, 5)
-    values = check_numbers(numbers, 17)
-    number, width, height, point_count, neutral_count, corners = values[:6]
+    numbers, shape, frame = _unpack(data, 3)
+    values = check_numbers(numbers, 15)
+    number, width, height, corners = values[:4]
     if not (0 <= number < 256 and 16 <= width <= 8192 and 16 <= height <= 8192 and width <= 4 * height <= 16 * width):
         raise ProtocolError("a photograph of an impossible size")
-    if not (0 < neutral_count <= point_count <= MAX_POINTS and 0 <= corners <= MAX_OUTLINE):
-        raise ProtocolError("a photograph with too few or too many points")
-    if len(outline) != 2 * corners:
-        raise ProtocolError("an outline of the wrong length")
+    if not 0 <= corners <= MAX_OUTLINE:
+        raise ProtocolError("an outline with too many corners")
     size_of(frame)
-    steps = np.cumsum(decode_numbers(points, 3 * point_count).reshape(-1, 3), axis=0)
-    still = steps[:neutral_count] + decode_numbers(neutral, 3 * neutral_count).reshape(-1, 3)
+    points, neutral, outline = decode_shape(shape, corners, load_face_model())
+    if outline.size and not 0 <= outline.min() <= outline.max() <= OUTLINE_STEPS:
+        raise ProtocolError("an outline outside the picture")
     return Photograph(
         number,
         (width, height),
-        check_pose(np.array(values[6:12]) * POSE_STEPS),
-        _within(steps * POINT_STEP),
-        _within(still * POINT_STEP),
-        _fapu(values[12:]),
-        np.frombuffer(outline, np.uint8).reshape(-1, 2) / OUTLINE_STEPS,
+        check_pose(np.array(values[4:10]) * POSE_STEPS),
+        _within(points * POINT_STEP),
+        _within(neutral * POINT_STEP),
+        _fapu(values[10:]),
+        outline / OUTLINE_STEPS,
         frame,
     )
 
 
 def encode_neutral(update: NeutralUpdate, /) -> bytes:
     """Return the bytes of a neutral pose."""
-    steps = np.rint(update.neutral / POINT_STEP).astype(np.int64)
-    numbers = [update.photograph, len(steps), *_fapu_steps(update.fapu)]
-    return _pack([numbers, encode_numbers(np.diff(steps, axis=0, prepend=0).ravel())])
+    shape = encode_neutral_shape(_point_steps(update.neutral), load_face_model())
+    return _pack([[update.photograph, *_fapu_steps(update.fapu)], shape])
 
 
 def decode_neutral(data: bytes, /) -> NeutralUpdate:
     """Return the neutral pose. Raises ProtocolError."""
-    numbers, points = _unpack(data, 2)
-    photograph, count, *fapu = check_numbers(numbers, 7)
-    if not (0 <= photograph < 256 and 0 < count <= MAX_POINTS):
-        raise ProtocolError("a neutral pose with too few or too many points")
-    steps = np.cumsum(decode_numbers(points, 3 * count).reshape(-1, 3), axis=0)
-    return NeutralUpdate(photograph, _within(steps * POINT_STEP), _fapu(fapu))
+    numbers, shape = _unpack(data, 2)
+    photograph, *fapu = check_numbers(numbers, 6)
+    if not 0 <= photograph < 256:
+        raise ProtocolError("a neutral pose of no photograph")
+    neutral = decode_neutral_shape(shape, load_face_model())
+    return NeutralUpdate(photograph, _within(neutral * POINT_STEP), _fapu(fapu))
 
 
 def check_pose(pose: NDArray[np.float64], /) -> NDArray[np.float64]:
@@ -150,8 +146,8 @@ def _unpack(data: bytes, count: int) -> list[Any]:
     return fields
 
 
-def _neutral_steps(neutral: NDArray[np.float64], steps: NDArray[np.int64]) -> NDArray[np.int64]:
-    return np.rint(neutral / POINT_STEP).astype(np.int64) - steps
+def _point_steps(points: NDArray[np.float64]) -> Steps:
+    return np.rint(points / POINT_STEP).astype(np.int64)
 
 
 def _within(points: NDArray[np.floating]) -> NDArray[np.float64]:

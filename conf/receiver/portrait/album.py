@@ -7,10 +7,8 @@ from numpy.typing import NDArray
 from scipy.spatial import QhullError
 
 from conf.errors import ProtocolError
-from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.fapu import Fapu
 from conf.face.head_pose import HeadPose
-from conf.face.portrait import contours
 from conf.face.portrait.features import FEATURES
 from conf.face.portrait.shape import FaceShape
 from conf.face.portrait.warp import PortraitWarp
@@ -75,8 +73,6 @@ class Album:
         return True
 
     def _take_photograph(self, photo: Photograph) -> None:
-        if len(photo.points) != len(contours.ALL) or len(photo.neutral) != CONTROL_POINT_COUNT:
-            raise ProtocolError("a photograph with other points than ours")
         pixels = decode_picture(photo.frame)
         person = person_share(photo.outline, (pixels.shape[1], pixels.shape[0]))
         shape = FaceShape(
@@ -105,8 +101,6 @@ class Album:
             self._take_neutral(thing)
 
     def _take_neutral(self, update: NeutralUpdate) -> None:
-        if len(update.neutral) != CONTROL_POINT_COUNT:
-            raise ProtocolError("a neutral pose with other points than ours")
         if self.sitter is None or self.sitter.number != update.photograph:
             self._early = [*self._early[-MAX_EARLY:], update]
             return

@@ -5,6 +5,7 @@ import io
 import numpy as np
 from PIL import Image
 
+from conf.protocol.portrait.face_shape import load_face_model
 from conf.protocol.portrait.patch import Patch
 from conf.protocol.portrait.photograph import Photograph
 from conf.protocol.portrait.vp8 import strip
@@ -19,10 +20,12 @@ def webp(width: int, height: int) -> bytes:
     return file.getvalue()
 
 
-def photograph(number: int = 1, points: int = 60, controls: int = 50) -> Photograph:
+def photograph(number: int = 1) -> Photograph:
     """Return a photograph with points at random."""
     rng = np.random.default_rng(number)
-    places = rng.uniform(-9, 9, (points, 3))
+    model = load_face_model()
+    places = rng.uniform(-9, 9, (model.point_count, 3))
+    controls = model.control_count
     return Photograph(
         number,
         (320, 240),

@@ -1,7 +1,6 @@
 from contextlib import nullcontext
 from dataclasses import replace
 
-import msgpack
 import numpy as np
 import pytest
 
@@ -43,7 +42,7 @@ def test_what_could_not_be_drawn_is_refused() -> None:
         "a face larger than any": replace(sent, points=sent.points * 100),
         "FAPU distance out of range": replace(sent, fapu=(0.0, 1.0, 1.0, 1.0, 1.0)),
         "impossible size": replace(sent, size=(9000, 240)),
-        "too few or too many points": replace(sent, outline=np.zeros((65, 2))),
+        "an outline with too many corners": replace(sent, outline=np.zeros((65, 2))),
         "not a VP8 key frame": replace(sent, frame=b"?"),
     }
     for why, photo in wrong.items():
@@ -56,12 +55,3 @@ def test_a_face_too_small_for_any_mesh_is_refused() -> None:
         data = encode_photograph(replace(photograph(), pose=np.array([0, 0, 0, 0, 0, log_scale])))
         with nullcontext() if good else pytest.raises(ProtocolError, match="a pose that no head has"):
             decode_photograph(data)
-
-
-def test_lying_counts_are_refused() -> None:
-    fields = msgpack.unpackb(encode_photograph(photograph()))
-    for place in (3, 4, 5):
-        numbers = [*fields[0]]
-        numbers[place] += 1
-        with pytest.raises(ProtocolError):
-            decode_photograph(msgpack.packb([numbers, *fields[1:]]))

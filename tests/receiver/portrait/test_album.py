@@ -11,7 +11,6 @@ from conf.protocol.portrait import NeutralUpdate, encode_thing
 from conf.protocol.portrait.patch import MAX_SLOTS
 from conf.receiver.portrait.album import Album
 from tests.face.portrait.synthetic import POSE
-from tests.protocol.portrait.pictures import photograph as photograph_at_random
 from tests.receiver.portrait.people import patch, photograph
 
 
@@ -53,13 +52,11 @@ def test_patches_are_bounded() -> None:
 @pytest.mark.parametrize(
     "thing",
     [
-        photograph_at_random(),  # other points than ours
         replace(photograph(), points=np.zeros_like(photograph().points), neutral=photograph().neutral * 0),
         replace(patch(), points=patch().points[:5]),
         replace(patch(), region=3),
-        NeutralUpdate(1, np.zeros((4, 3)), photograph().fapu),
     ],
-    ids=["points", "flat", "patch points", "region", "neutral"],
+    ids=["flat", "patch points", "region"],
 )
 def test_what_is_no_face_is_refused_and_the_call_goes_on(thing: object) -> None:
     album = Album()
