@@ -21,7 +21,7 @@ from conf.face.portrait.fields import split_fields
 from conf.face.portrait.follow import head_share
 from conf.face.portrait.mesh import PhotoMesh, build_mesh
 from conf.face.portrait.parting import part_lips_and_lids
-from conf.face.portrait.settle import settle, settle_points
+from conf.face.portrait.settle import settle, settle_points, stillness
 from conf.face.portrait.shape import FaceShape
 from conf.face.portrait.unfold import unfold
 from conf.face.rbf import build_operator
@@ -116,6 +116,10 @@ class PortraitWarp:
         for eyeball in self.mesh.eyeballs:
             eyeball.follow(target)
         return unfold(settle(target, self.mesh.places, self.on_face, self._scale), self.mesh)
+
+    def stillness(self, places: NDArray[np.float64], /) -> float:
+        """Return how near the face in places (V, 2) is to where it was photographed: 1 there, 0 far away."""
+        return stillness(places, self.mesh.places, self.on_face, self._scale)
 
     def _show(self, solid: NDArray[np.float64], pose: HeadPose) -> NDArray[np.float64]:
         flat = solid @ pose.matrix()[:2].T * np.exp(pose.log_scale) + pose.position

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from conf.face.control_points import INDEX
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.features import FEATURES, KEY_STEP, MOUTH
+from conf.face.portrait.settle import settle_keys
 from conf.face.portrait.sprite import FeatureMap
 from conf.receiver.portrait.album import Album, Sitter, Sticker
 from conf.receiver.portrait.choice import blend_shares, layers
@@ -135,23 +136,25 @@ class _Set:
     def draw(self, displacements: NDArray[np.floating], pose: HeadPose) -> None:
         """Draw background, person, mouth and patches."""
         warp = self.sitter.warp
-        self._places.write(warp.place(displacements, pose).astype("f4").tobytes())
+        places = warp.place(displacements, pose)
+        still = warp.stillness(places)
+        self._places.write(places.astype("f4").tobytes())
         self._program["fade"] = 0.0
         self._program["opacity"] = 1.0
         self._backdrop.draw()
         self._person.draw()
         self._program["fade"] = PATCH_FADE
         for region, feature in enumerate(FEATURES):
-            shown = self._draw_patches(region, displacements)
+            shown = self._draw_patches(region, displacements, still)
             if feature is MOUTH:
                 self._darken(shown, displacements)
 
-    def _draw_patches(self, region: int, displacements: NDArray[np.floating]) -> NDArray[np.float64]:
+    def _draw_patches(self, region: int, displacements: NDArray[np.floating], still: float) -> NDArray[np.float64]:
         """Draw the patches of a feature; return the keys of what is seen then, photograph and patches together."""
         feature = FEATURES[region]
         candidates = [(sticker, layer) for (r, _), (sticker, layer) in self._stickers.items() if r == region]
-        now = np.array(feature.keys(displacements)) / KEY_STEP
         photo = np.array(feature.keys(self.sitter.warp.photographed())) / KEY_STEP
+        now = settle_keys(np.array(feature.keys(displacements)) / KEY_STEP, photo, still)
         keys = np.array([photo, *(sticker.keys for sticker, _ in candidates)])
         shares = blend_shares(now, list(keys))
         for index, opacity in layers({i - 1: float(share) for i, share in enumerate(shares)}):

@@ -3,7 +3,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from conf.face.portrait.settle import OWN_CM, POINT_CM, STILL_CM, settle, settle_points
+from conf.face.portrait.settle import (
+    OWN_CM,
+    OWN_STEPS,
+    POINT_CM,
+    STILL_CM,
+    settle,
+    settle_keys,
+    settle_points,
+    stillness,
+)
 
 CENTIMETRE = 0.03
 X, Y = np.meshgrid(np.linspace(-0.3, 0.3, 9), np.linspace(-0.3, 0.3, 9))
@@ -40,3 +49,18 @@ def test_a_point_that_trembles_keeps_still_and_one_that_moves_moves() -> None:
     settled = settle_points(moved)
     assert np.linalg.norm(settled[0]) < 0.05 * np.linalg.norm(moved[0])
     np.testing.assert_allclose(settled[1], moved[1], rtol=1e-6)
+
+
+def test_a_face_is_still_where_it_was_photographed_and_nowhere_else() -> None:
+    assert stillness(PHOTO, PHOTO, FACE, CENTIMETRE) == 1.0
+    assert stillness(PHOTO + 3 * STILL_CM * CENTIMETRE, PHOTO, FACE, CENTIMETRE) < 0.01
+    moved = PHOTO.copy()
+    moved[~FACE] += 1.0
+    assert stillness(moved, PHOTO, FACE, CENTIMETRE) == 1.0
+
+
+def test_in_a_still_face_a_feature_trembles_less_and_what_it_does_by_itself_stays() -> None:
+    photo, noise, smile = np.full(7, 5.0), np.eye(7)[0] * OWN_STEPS / 4, np.eye(7)[1] * OWN_STEPS * 2.5
+    assert np.linalg.norm(settle_keys(photo + noise, photo, 1.0) - photo) < 0.1 * np.linalg.norm(noise)
+    np.testing.assert_allclose(settle_keys(photo + smile, photo, 1.0), photo + smile, atol=0.1)
+    np.testing.assert_array_equal(settle_keys(photo + noise, photo, 0.0), photo + noise)

@@ -88,6 +88,23 @@ def test_a_patch_shows_when_its_keys_are_near_and_only_at_its_place() -> None:
 
 
 @requires_gl
+def test_a_face_that_is_as_photographed_shows_the_photograph_though_a_patch_be_near() -> None:
+    for made in easel():
+        assert made.album.sitter is not None
+        photographed = made.album.sitter.warp.photographed()
+        trembling = photographed.copy()
+        trembling[INDEX["outer_lip_corner_l"], :2] += (40, 40)
+        poses = (POSE, replace(POSE, rotation=POSE.rotation + np.array((0.0, 0.2, 0.0))))
+        before = [made.draw(trembling, pose).astype(int) for pose in poses]
+        keys = MOUTH.key(photographed + 3 * (trembling - photographed))
+        made.album.receive(encode_thing(replace(patch(), keys=keys)))
+        still, turned = (
+            np.abs(made.draw(trembling, pose) - picture).max() for pose, picture in zip(poses, before, strict=True)
+        )
+        assert still < 10 < 20 < turned
+
+
+@requires_gl
 def test_an_open_mouth_without_a_patch_is_dark() -> None:
     for made in easel():
         opened = STILL.copy()
