@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from conf.protocol.portrait.hindrance import Hindrance
 from conf.protocol.portrait.pieces import (
     GRAIN,
     MAX_OBJECT,
@@ -14,15 +15,17 @@ from conf.protocol.portrait.pieces import (
 )
 from conf.protocol.token_bucket import TokenBucket
 
-PIECE_BYTES = 80  # with header, seal and the motion beside it, what a link of 16 kbit/s carries in one frame's time
+PIECE_BYTES = 76  # alone, with headers and seal, it takes a link of 16 kbit/s no longer than a frame's time
 RETRY_S = 0.8  # without an answer: answers come twice a second
 REORDERED_S = 0.15  # a piece that is missing while one sent so much later has arrived is lost
 # A call should not begin without a face: its first pieces, a draft and a photograph, may fill the link up to a multiple
 # of the usual budget, motion counted, and what is not heard of is sent again soon: there is nothing better to carry.
 START_BYTES = 10_000
-START_FACTOR = 3.75  # 15 kbit/s: nothing waits on a link of 16
+START_FACTOR = 3.9  # 15.6 kbit/s: a link of 16 keeps up with it
 START_RETRY_S = 0.35
-BURST_S = 0.04  # of the start's rate that may go at once after a rest, but two pieces and a half: more is a queue
+PIECES_AT_ONCE = 3  # of a budget after a rest, as far as motion does not wait for them
+SLOWEST_LINK = 1950.0  # bytes a second: what a call with a picture is meant for, a little less than 16 kbit/s
+MOST_HINDRANCE_S = 1 / 15  # on such a link: a frame's time
 NUMBERS = 1 << 16
 
 
@@ -77,9 +80,10 @@ class PortraitOutbox:
         self._start_bytes = START_BYTES  # what is left of them
         self._piece_bytes = piece_bytes
         start_rate = START_FACTOR * kbps * 125
-        at_once = max(2.5 * piece_bytes, BURST_S * start_rate)
+        at_once = PIECES_AT_ONCE * piece_bytes
         self._bucket = TokenBucket(kbps * 125, at_once)
         self._link = TokenBucket(start_rate, at_once)  # motion counted
+        self._hindrance = Hindrance(max(start_rate, SLOWEST_LINK))
         self._outgoing: dict[int, _Outgoing] = {}  # by slot
         self._delivered: dict[int, _Outgoing] = {}  # by slot: kept for a receiver that begins anew
         self._next_number = 0
@@ -138,12 +142,17 @@ class PortraitOutbox:
     def charge(self, size: int, now: float) -> None:
         """Note what else was sent, bytes with headers: at the start the pieces have what it leaves."""
         self._link.spend(size, now)
+        self._hindrance.add_motion(size, now)
 
     def _affords(self, size: int, now: float) -> bool:
+        if self._hindrance.of(size, now) > MOST_HINDRANCE_S:
+            return False
         if self._bucket.take(size, now):
             self._link.spend(size, now)
-            return True
-        return self.starting and self._link.take(size, now)
+        elif not self.starting or not self._link.take(size, now):
+            return False
+        self._hindrance.add(size, now)
+        return True
 
     def receive_answer(self, data: bytes) -> None:
         """Take note of what the receiver has. Raises ProtocolError if the bytes are no answer."""

@@ -15,11 +15,23 @@ from conf.sender.portrait.cutout import trace_person
 from conf.sender.portrait.encoding import encode_picture
 from conf.sender.pose import remove_head_pose
 
-PICTURE_BYTES = 4700
-DRAFT_BYTES = 1900  # the picture of the first photograph, that a call may begin with a face
-MAX_HEIGHT = 240  # px: more does not fit into the bytes
 BEHIND_BLUR = 1.2  # px: the background is not what people look at, and a soft one takes few bytes
 BODY_BLUR = 0.8
+
+
+@dataclass(frozen=True)
+class Finish:
+    """How good a photograph becomes.
+
+    most_bytes : of its picture; most_height : px, more does not fit into the bytes
+    """
+
+    most_bytes: int
+    most_height: int
+
+
+DRAFT = Finish(1500, 192)  # for the first photograph, that a call may begin with a face
+FULL = Finish(4700, 240)
 
 
 @dataclass(frozen=True)
@@ -38,24 +50,24 @@ class Shot:
 
 
 def take_photograph(shot: Shot, canonical: CanonicalFace, number: int, /) -> Photograph:
-    """Return the photograph of a shot, its picture at most PICTURE_BYTES."""
-    for photo in develop(shot, canonical, number, picture_bytes=PICTURE_BYTES):
+    """Return the photograph of a shot, in full."""
+    for photo in develop(shot, canonical, number, FULL):
         if photo is not None:
             return photo
     raise AssertionError("a photograph is developed in a few steps")
 
 
-def develop(shot: Shot, canonical: CanonicalFace, number: int, /, *, picture_bytes: int) -> Iterator[Photograph | None]:
+def develop(shot: Shot, canonical: CanonicalFace, number: int, finish: Finish, /) -> Iterator[Photograph | None]:
     """Make the photograph of a shot in steps of at most a frame's time each: yield None until it is there."""
     height, width = shot.pixels.shape[:2]
     outline = None
     for outline in trace_person(shot.pixels, shot.landmarks):  # noqa: B007 -- the last one counts
         yield None
     assert outline is not None, "a person is traced in a few steps"
-    scale = min(1.0, MAX_HEIGHT / height)
+    scale = min(1.0, finish.most_height / height)
     small = cv2.resize(shot.pixels, (round(width * scale), round(height * scale)), interpolation=cv2.INTER_AREA)
     softened = soften(np.asarray(small, np.uint8), outline, shot.landmarks[:, :2] * scale)
-    frame = encode_picture(softened, budget=picture_bytes)
+    frame = encode_picture(softened, budget=finish.most_bytes)
     yield None
     aligned, pose = remove_head_pose(shot.landmarks, canonical, (width, height))
     points, fapu = aligned[contours.ALL], astuple(shot.fapu)

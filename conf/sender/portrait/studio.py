@@ -24,7 +24,7 @@ from conf.sender.canonical_face import CanonicalFace
 from conf.sender.portrait.choice import judge, judge_picture
 from conf.sender.portrait.hanging import Hanging, cut_for
 from conf.sender.portrait.patchwork import PatchBudget, Patchwork, make_patch
-from conf.sender.portrait.photographer import DRAFT_BYTES, PICTURE_BYTES, Shot, develop
+from conf.sender.portrait.photographer import DRAFT, FULL, Shot, develop
 
 FIRST_LOOK_S = 0.3  # how long the first photograph is looked for
 GOOD = 1.0  # marks beyond those of the clearest picture seen: a frame this good is taken at once
@@ -119,8 +119,7 @@ class PortraitStudio:
             self._best = _Candidate(kept, motion, marks, now)
         if self._developing is None and self._due(self._best, now, now - self._began):
             draft = self._hanging is None
-            size = DRAFT_BYTES if draft else PICTURE_BYTES
-            steps = develop(self._best.shot, self._canonical, self._number, picture_bytes=size)
+            steps = develop(self._best.shot, self._canonical, self._number, DRAFT if draft else FULL)
             self._developing = _Developing(self._best, steps, draft)
             self._number = (self._number + 1) % 256
             self._best = None

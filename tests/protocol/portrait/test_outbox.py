@@ -43,13 +43,32 @@ def test_everything_arrives_once_and_whole_whatever_is_lost(seed: int, loss: flo
 
 
 def test_a_draft_is_there_in_four_seconds_over_16_kbit_s_with_5_percent_loss() -> None:
-    """What the motion leaves of 16 kbit/s, 10.5, carries one piece of 80 bytes a frame."""
     for seed in range(30):
         rng = random.Random(seed)
         outbox, inbox = PortraitOutbox(), PortraitInbox()
         outbox.put(0, bytes(3300), urgency=0)
         arrived = converse(outbox, inbox, seconds=8, lost=lambda rng=rng: rng.random() < 0.05)
         assert arrived and arrived[0][0] < 4.0
+
+
+@given(st.integers(0, 2**32 - 1), st.booleans())
+def test_motion_never_waits_longer_than_a_frame_for_pieces(seed: int, riding: bool) -> None:
+    """A link of 16 kbit/s, motion as it comes, answers that may be lost: what both queues would be is counted here."""
+    rng = random.Random(seed)
+    outbox = PortraitOutbox()
+    outbox.put(0, bytes(6000), urgency=0)
+    with_pieces = alone = now = 0.0  # when the link will be free
+    for _ in range(300):
+        now += rng.choice((0.01, 1 / FPS, 1 / FPS, 1 / FPS, 0.2))
+        motion = rng.choice((0, 50, 55, 60, 110))
+        outbox.charge(motion, now)
+        overhead = 2 if riding and motion else 47
+        piece = outbox.next_piece(now, overhead=overhead)
+        size = motion + (len(piece) + overhead if piece else 0)
+        with_pieces = max(with_pieces, now) + size / 2000
+        alone = max(alone, now) + motion / 2000
+        assert with_pieces - max(alone, now) <= 1 / FPS + 1e-9
+    assert not outbox.starting
 
 
 @given(st.floats(0.5, 20), st.floats(2, 12))

@@ -2,7 +2,7 @@ import numpy as np
 
 from conf.protocol.portrait import decode_thing, encode_thing
 from conf.protocol.portrait.vp8 import size_of
-from conf.sender.portrait.photographer import DRAFT_BYTES, PICTURE_BYTES, develop, soften, take_photograph
+from conf.sender.portrait.photographer import DRAFT, FULL, develop, soften, take_photograph
 from tests.face.portrait.synthetic import POSE, face_points
 from tests.receiver.portrait.people import draw_person
 from tests.sender.portrait.subjects import canonical, landmarks, shot
@@ -12,14 +12,14 @@ def test_a_photograph_knows_pose_and_points_of_the_face() -> None:
     photo = take_photograph(shot(), canonical(), 3)
     np.testing.assert_allclose(photo.pose, POSE.to_vector(), atol=0.02)
     np.testing.assert_allclose(photo.points, face_points(), atol=0.05)
-    assert photo.number == 3 and len(photo.frame) <= PICTURE_BYTES and size_of(photo.frame) == (320, 240)
+    assert photo.number == 3 and len(photo.frame) <= FULL.most_bytes and size_of(photo.frame) == (320, 240)
     assert decode_thing(encode_thing(photo))
 
 
 def test_it_is_developed_in_a_few_steps() -> None:
-    steps = list(develop(shot(), canonical(), 0, picture_bytes=DRAFT_BYTES))
+    steps = list(develop(shot(), canonical(), 0, DRAFT))
     *before, photo = steps
-    assert photo is not None and len(photo.frame) <= DRAFT_BYTES
+    assert photo is not None and len(photo.frame) <= DRAFT.most_bytes
     assert 2 <= len(before) <= 6 and all(step is None for step in before)
 
 

@@ -7,7 +7,7 @@ from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
 from conf.face.head_pose import HeadPose
 from conf.protocol.portrait import NeutralUpdate, Patch, Photograph, PortraitInbox, PortraitOutbox, decode_thing
 from conf.protocol.portrait.photograph import LEAST_LOG_SCALE
-from conf.sender.portrait.photographer import DRAFT_BYTES
+from conf.sender.portrait.photographer import DRAFT
 from conf.sender.portrait.studio import BETWEEN_VIEWS_S, DRAFT_LASTS_S, FIRST_LOOK_S, PortraitStudio
 from tests.face.portrait.synthetic import POSE
 from tests.sender.portrait.subjects import canonical, motion, shot
@@ -55,9 +55,9 @@ class Sitting:
 
 def test_a_draft_goes_out_soon_and_then_one_photograph_in_full() -> None:
     sitting = Sitting()
-    sitting.sit(FIRST_LOOK_S + 0.3)
+    sitting.sit(FIRST_LOOK_S + 0.9)
     (draft,) = sitting.things
-    assert isinstance(draft, Photograph) and len(draft.frame) <= DRAFT_BYTES
+    assert isinstance(draft, Photograph) and len(draft.frame) <= DRAFT.most_bytes
     sitting.sit(60.0)
     assert [type(thing) for thing in sitting.things] == [Photograph, Photograph]
 
