@@ -4,9 +4,10 @@
     python tools/call_probe.py send 127.0.0.1:5005 CODE SECONDS CLIP [--portrait]
 
 It prints JSON, one object a line. The receiver: where it listens, then each second its figures, the pictures it has
-shown and when each caller's portrait was first drawn; the sender: each second its memory, when it began to call and the
-frames it has taken. All times are of the machine's monotonic clock, which both processes share. The face is drawn but
-not recorded. tools/soak.py, bench_latency.py, bench_flood.py and bench_portrait_start.py read it.
+shown and when each caller's portrait was first drawn; the sender: each second its memory, when it began to call, the
+frames it has taken and the datagrams it has sent. All times are of the machine's monotonic clock, which both processes
+share. The face is drawn but not recorded. tools/soak.py, bench_latency.py, bench_flood.py and bench_portrait_start.py
+read it.
 """
 
 import argparse
@@ -27,7 +28,9 @@ from conf.commands.receive import SIZE, WINDOW_FPS
 from conf.errors import NetworkError
 from conf.face.head import load_face
 from conf.protocol.host import Host
+from conf.protocol.session.limits import Address
 from conf.protocol.session.server import ReceiverSessions
+from conf.protocol.statistics import HEADER_BYTES
 from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.pipeline import ReceivingLoop
 from conf.receiver.stage import Window
@@ -97,9 +100,13 @@ class WatchedReceivingLoop(ReceivingLoop):
 
 
 class WatchedSendingLoop(SendingLoop):
-    """A loop that notes when the call began and when each frame was taken."""
+    """A loop that notes when the call began, when each frame was taken, and what was sent.
+
+    datagrams : (sent at, bytes with headers, how many of them for the portrait)
+    """
 
     frames: list[tuple[float, float]]
+    datagrams: list[tuple[float, int, int]]
     began = 0.0
     due = 0.0
 
@@ -108,6 +115,19 @@ class WatchedSendingLoop(SendingLoop):
     ) -> SenderStatus:
         """Note the time and send."""
         self.began = time.monotonic()
+        self.datagrams = []
+        put, before = self._link.send, 0
+
+        def send(datagrams: list[tuple[bytes, Address]]) -> None:
+            nonlocal before
+            total = self._caller._portrait.bytes_sent if self._caller._portrait else 0
+            if datagrams:
+                size = sum(len(data) + HEADER_BYTES for data, _ in datagrams)
+                self.datagrams.append((time.monotonic(), size, total - before))
+            before = total
+            put(datagrams)
+
+        self._link.send = send  # type: ignore[method-assign]
         return super().run(seconds=seconds, on_status=on_status)
 
     def _send(self, timestamp: float) -> None:
@@ -117,8 +137,9 @@ class WatchedSendingLoop(SendingLoop):
         if now >= self.due:
             self.due = now + EVERY_S
             status = asdict(self.status())
-            tell(at=now, began=self.began, memory_kb=memory_kb(), frames=self.frames, **status)
-            self.frames = []
+            what = {"frames": self.frames, "datagrams": self.datagrams}
+            tell(at=now, began=self.began, memory_kb=memory_kb(), **what, **status)
+            self.frames, self.datagrams = [], []
 
 
 def receive(address: tuple[str, int], code: str, seconds: float) -> None:
