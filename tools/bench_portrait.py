@@ -123,7 +123,7 @@ def run(frames: Sequence[Pixels], kbps: float) -> Call:
                 album.receive(data)
             if answer := inbox.next_answer(now):
                 outbox.receive_answer(answer)
-            call.frozen.append(album.sitter.pixels if album.sitter else None)
+            call.frozen.append(_at_size(album.sitter.pixels) if album.sitter else None)
             if not renderer.ready or displacements is None or pose is None:
                 call.shown.append(call.shown[-1] if call.shown else None)
                 continue
@@ -137,6 +137,11 @@ def run(frames: Sequence[Pixels], kbps: float) -> Call:
                 call.draw_ms.append(_draw_large(large, timed, displacements, pose))
         call.stickers = len(album.stickers)
     return call
+
+
+def _at_size(pixels: Pixels) -> Pixels:
+    """Return a photograph as large as the frames are: a draft has fewer pixels."""
+    return np.asarray(cv2.resize(pixels, SIZE, interpolation=cv2.INTER_LINEAR), np.uint8)
 
 
 def _draw_large(
