@@ -29,7 +29,7 @@ LEAST_ALIKE = {MOUTH.name: 0.78, EYES.name: 0.5}
 class Hanging:
     """A photograph in use.
 
-    shot : the frame it was made of; marks : how good it is; taken_at : seconds
+    shot : the frame it was made of; taken_at : seconds
     """
 
     photo: Photograph
@@ -37,11 +37,10 @@ class Hanging:
     warp: PortraitWarp
     agreement: Agreement
     view: View
-    marks: float
     taken_at: float
 
     @classmethod
-    def of(cls, photo: Photograph, shot: Shot, marks: float, now: float) -> Self:
+    def of(cls, photo: Photograph, shot: Shot, now: float) -> Self:
         """Hang a photograph: build the warp that the receiver will build."""
         aspect = photo.size[0] / photo.size[1]
         shape = FaceShape(
@@ -53,7 +52,7 @@ class Hanging:
             (photo.outline - 0.5) * (aspect, -1.0),
         )
         warp = PortraitWarp(shape)
-        return cls(photo, shot, warp, Agreement(warp, shot.pixels), View(warp, shot.pixels), marks, now)
+        return cls(photo, shot, warp, Agreement(warp, shot.pixels), View(warp, shot.pixels), now)
 
     def fits(self, shot: Shot, motion: MotionFrame, region: int) -> bool:
         """Whether a frame's feature can be laid over the photograph: seen from about there, and nothing before it."""

@@ -7,7 +7,7 @@ changed for good, a new one is due though it be no better. Patches fill the budg
 """
 
 from collections.abc import Iterator
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 from itertools import islice
 
 import numpy as np
@@ -21,13 +21,13 @@ from conf.protocol.portrait.photograph import LEAST_LOG_SCALE, NeutralUpdate, Ph
 from conf.protocol.portrait.things import encode_thing
 from conf.protocol.token_bucket import TokenBucket
 from conf.sender.canonical_face import CanonicalFace
-from conf.sender.portrait.choice import judge, judge_picture
+from conf.sender.portrait.choice import Habit, haste, judge, judge_picture
 from conf.sender.portrait.hanging import Hanging, cut_for
 from conf.sender.portrait.patchwork import PatchBudget, Patchwork, make_patch
 from conf.sender.portrait.photographer import DRAFT, FULL, Shot, develop
 
 FIRST_LOOK_S = 0.3  # how long the first photograph is looked for
-GOOD = 1.0  # marks beyond those of the clearest picture seen: a frame this good is taken at once
+GOOD = 2.0  # marks beyond those of the clearest picture seen: a frame this good is taken at once
 DECENT = 2.2  # the same: worse than this the photograph after the draft should not be
 UNBEATEN_S = 0.5  # a frame must be the best for so long: a hand that goes away takes a moment
 DRAFT_LASTS_S = 10.0  # but by then it is taken
@@ -52,8 +52,11 @@ PHOTO_URGENCY, NEUTRAL_URGENCY, PATCH_URGENCY = 0, 1, 2
 class _Candidate:
     shot: Shot
     motion: MotionFrame
-    marks: float
+    moment: float  # marks of its pixels and of haste
     at: float
+
+    def marks(self, habit: Habit) -> float:
+        return judge(self.motion, habit).marks + self.moment
 
 
 @dataclass(frozen=True)
@@ -70,9 +73,12 @@ class PortraitStudio:
         self._canonical = canonical
         self._outbox = outbox
         self._began: float | None = None
+        self._habit = Habit()
+        self._before: MotionFrame | None = None
         self._best: _Candidate | None = None
         self._developing: _Developing | None = None
         self._hanging: Hanging | None = None
+        self._shown: _Candidate | None = None  # of which the photograph was made
         self._is_draft = False
         self._clearest = float("inf")  # marks of the best picture seen, whatever the face in it did
         self._changed_at: float | None = None  # when light or place were found to have changed
@@ -113,10 +119,11 @@ class PortraitStudio:
             self._began = now
         picture = judge_picture(shot.pixels, shot.landmarks)
         self._clearest = min(self._clearest, picture)
-        marks = judge(motion).marks + picture
-        if self._best is None or marks < self._best.marks:
-            kept = Shot(shot.pixels.copy(), shot.landmarks, shot.neutral, shot.fapu)
-            self._best = _Candidate(kept, motion, marks, now)
+        self._habit.look(motion, now)
+        candidate = _Candidate(shot, motion, picture + haste(self._before or motion, motion), now)
+        self._before = motion
+        if self._best is None or candidate.marks(self._habit) < self._best.marks(self._habit):
+            self._best = replace(candidate, shot=replace(shot, pixels=shot.pixels.copy()))
         if self._developing is None and self._due(self._best, now, now - self._began):
             draft = self._hanging is None
             steps = develop(self._best.shot, self._canonical, self._number, DRAFT if draft else FULL)
@@ -126,12 +133,13 @@ class PortraitStudio:
 
     def _due(self, best: _Candidate, now: float, elapsed: float) -> bool:
         """Whether it is time to send the best frame seen as a photograph."""
-        hanging, flaws = self._hanging, best.marks - self._clearest
-        if hanging is None:
+        hanging, shown, marks = self._hanging, self._shown, best.marks(self._habit)
+        flaws = marks - self._clearest
+        if hanging is None or shown is None:
             return flaws < GOOD or elapsed >= FIRST_LOOK_S
         if not self._outbox.delivered(PHOTO_SLOT) or now < best.at + UNBEATEN_S:
             return False
-        better, age = hanging.marks - best.marks, now - hanging.taken_at
+        better, age = shown.marks(self._habit) - marks, now - hanging.taken_at
         if self._is_draft:
             return better >= -PATIENCE * age and (flaws < DECENT or age >= DRAFT_LASTS_S)
         if self._changed_at is not None:
@@ -147,7 +155,8 @@ class PortraitStudio:
             return
         candidate = developing.candidate
         self._is_draft, self._developing, self._changed_at = developing.draft, None, None
-        self._hanging = Hanging.of(photo, candidate.shot, candidate.marks, now)
+        self._hanging = Hanging.of(photo, candidate.shot, now)
+        self._shown = candidate
         self._works = [Patchwork(f, BUDGETS[f.name], f.key(candidate.motion.displacements)) for f in FEATURES]
         for slot in range(len(FEATURES) * MAX_SLOTS):
             self._outbox.drop(PATCH_SLOTS + slot)

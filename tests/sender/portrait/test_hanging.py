@@ -11,7 +11,7 @@ from tests.sender.portrait.test_agreement import shaded
 
 def test_what_looks_like_the_photograph_fits_and_what_is_turned_away_does_not() -> None:
     lit = shot(shaded())
-    hanging = Hanging.of(take_photograph(lit, canonical(), 1), lit, 0.0, 0.0)
+    hanging = Hanging.of(take_photograph(lit, canonical(), 1), lit, 0.0)
     turned = HeadPose(POSE.rotation + np.array((0, 0.6, 0)), POSE.position, POSE.log_scale)
     for region in range(len(FEATURES)):
         assert hanging.fits(lit, motion(), region)
@@ -20,7 +20,7 @@ def test_what_looks_like_the_photograph_fits_and_what_is_turned_away_does_not() 
 
 def test_a_cut_out_keeps_the_photograph_s_light() -> None:
     lit = shot(shaded())
-    hanging = Hanging.of(take_photograph(lit, canonical(), 1), lit, 0.0, 0.0)
+    hanging = Hanging.of(take_photograph(lit, canonical(), 1), lit, 0.0)
     dark = shot(np.clip(shaded() * 0.7, 0, 255).astype(np.uint8))
     plain, points = cut_for(hanging, lit, motion(), MOUTH)
     matched, _ = cut_for(hanging, dark, motion(), MOUTH)
