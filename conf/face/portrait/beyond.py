@@ -1,7 +1,7 @@
 """What a photograph's border cut off: a head goes on as a dome, what is beside it fades away.
 
-The colours at the border are all there is to go on with. A crown that a head lacks may have them; drawn out farther
-they are streaks, and they end in a straight edge when the head comes down or in from the side.
+The colours at the border are all there is to go on with. A crown that a head lacks may have them, softened; what is
+farther fades, or it would end in a straight edge when the head comes down or in from the side.
 """
 
 import numpy as np
@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 
 from conf.face.control_points import INDEX
 from conf.face.portrait import contours
+from conf.face.portrait.outline import OVERLAP
 from conf.face.portrait.shape import FaceShape
 
 CROWN = (0.62, 0.75)  # of the face's width to the sides, and of its height above and below: as far as a head goes
 RISE = 0.12  # of the face's height: the head's middle lies above the face's
 FADE = (0.85, 1.2)  # of the way to there: between them the head ends
+END = 0.6  # of what is drawn beyond the border: over it the head ends in any case
 
 _OVAL = contours.rows(contours.OVAL)
 
@@ -31,6 +33,8 @@ def presence(flat: NDArray[np.float64], places: NDArray[np.float64], shape: Face
     size = high - low
     away = np.linalg.norm((upright - (low + high) / 2 - (0.0, RISE * size[1])) / (size * CROWN), axis=1)
     t = np.clip((FADE[1] - away) / (FADE[1] - FADE[0]), 0, 1)
-    cut_off = np.max(np.abs(places) - (shape.aspect / 2, 0.5), axis=1) > 1e-9
+    outside = np.max(np.abs(places) - (shape.aspect / 2, 0.5), axis=1)
+    cut_off = outside > 1e-9
     beside_head = cut_off & (upright[:, 1] > upright[INDEX["chin_bottom"], 1])
+    t = np.minimum(t, np.clip((OVERLAP - outside) / (END * OVERLAP), 0, 1))
     return np.asarray(np.where(beside_head, t * t * (3 - 2 * t), 1.0))

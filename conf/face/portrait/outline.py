@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 BORDER = 0.97  # of the way from the picture's middle to its border: what reaches it is cut off by it
-OVERLAP = 0.15  # picture heights that the person goes on beyond the border: hair cut off there goes on a little
+OVERLAP = 0.25  # picture heights that the person goes on beyond the border: hair cut off there goes on a little
 OUTLINE_MARGIN_CM = 0.8  # beyond the outline, over which the person's edge fades
 
 

@@ -19,6 +19,7 @@ from conf.face.portrait.sprite import FeatureMap
 from conf.receiver.portrait.album import Album, Sitter, Sticker
 from conf.receiver.portrait.choice import blend_shares, layers
 from conf.receiver.portrait.layer import Layer, load_texture
+from conf.receiver.portrait.surround import draw_out
 from conf.receiver.programs import program
 from conf.receiver.scene import View, rotation
 
@@ -102,9 +103,11 @@ class _Set:
         half = np.array([warp.shape.aspect / 2, 0.5])
         uvs = np.column_stack([mesh.places[:, 0] / half[0], -mesh.places[:, 1] / half[1]]) / 2 + 0.5
         whole = np.ones(len(uvs))
-        person = load_texture(ctx, sitter.cutout.colours, sitter.cutout.share)
+        colours, share, margin = draw_out(sitter.cutout.colours, sitter.cutout.share)
+        within = (uvs + margin) / (1 + 2 * margin)
+        person = load_texture(ctx, colours, share)
         self._person = Layer(
-            ctx, photo_program, self._places, uvs=uvs, shares=warp.presence, triangles=mesh.triangles, texture=person
+            ctx, photo_program, self._places, uvs=within, shares=warp.presence, triangles=mesh.triangles, texture=person
         )
         inside = mesh.triangles[mesh.in_mouth]
         plain = load_texture(ctx, np.zeros((1, 1, 3), np.uint8))

@@ -3,6 +3,7 @@ import numpy as np
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.beyond import presence
 from conf.face.portrait.mesh import build_mesh
+from conf.face.portrait.outline import OVERLAP
 from tests.face.portrait.synthetic import POSE, face_shape
 
 # A head so large and high that the picture's upper border cuts its crown off.
@@ -20,6 +21,7 @@ def test_a_crown_goes_on_beyond_the_border_and_streaks_do_not() -> None:
     over_the_face = np.abs(places[:, 0] - pose.position[0]) < 0.1
     assert shown[above & over_the_face].max() > 0.9
     assert shown[above & (np.abs(places[:, 0]) > 0.6)].max() == 0
+    assert shown[places[:, 1] > 0.5 + 0.99 * OVERLAP].max() < 0.01  # no straight edge where the mesh ends
 
 
 def test_shoulders_go_on_below_and_beside() -> None:

@@ -1,0 +1,22 @@
+"""What lies beyond a photograph's border: its colours go on, softer the farther out, or a head cut off has streaks."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.face.portrait.outline import OVERLAP
+from conf.receiver.portrait.backdrop import flow_in
+
+
+def draw_out(
+    colours: NDArray[np.uint8], share: NDArray[np.uint8], /
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.float64]]:
+    """Return colours and share with a margin all around, and the margin's width and height as shares of the picture's.
+
+    colours : (H, W, 3) uint8; share : (H, W) uint8
+    """
+    height, width = share.shape
+    margin = int(np.ceil(OVERLAP * height))
+    both = np.pad(np.dstack([colours, share]).astype(np.float32), ((margin, margin), (margin, margin), (0, 0)))
+    known = np.pad(np.ones((height, width), bool), margin)
+    filled = np.clip(np.rint(flow_in(both, known)), 0, 255).astype(np.uint8)
+    return filled[..., :3], filled[..., 3], np.array([margin / width, margin / height])
