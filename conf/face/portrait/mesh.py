@@ -5,6 +5,7 @@ never thinner than the points make them. The outlines are dense beside the grid,
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from scipy.spatial import Delaunay, cKDTree
 from conf.face.portrait import contours
 from conf.face.portrait.eyeballs import Eyeball, part_eyeballs
 from conf.face.portrait.outline import OUTLINE_MARGIN_CM, OVERLAP, go_on, show_person
-from conf.face.portrait.parting import between_lines, open_lips_and_lids, part_lips_and_lids
+from conf.face.portrait.parting import FACING, between_lines, open_lips_and_lids, part_lips_and_lids
 from conf.face.portrait.shape import FaceShape, project
 
 SPACING_CM = {"feature": 0.5, "face": 0.9, "rest": 2.2}  # between the grid's points
@@ -56,7 +57,7 @@ def build_mesh(shape: FaceShape, /) -> PhotoMesh:
     centimetre = float(np.exp(shape.pose.log_scale))
     points = part_lips_and_lids(project(shape.points, shape.pose), centimetre)
     places = np.concatenate([points, _grid(points, centimetre, shape.aspect)])
-    triangles = _triangulate(places, open_lips_and_lids(places, points, centimetre))
+    triangles = _keep_lines(places, _triangulate(places, open_lips_and_lids(places, points, centimetre)))
     outline = go_on(shape.outline, shape.aspect)
     triangles = triangles[show_person(places, triangles, outline, OUTLINE_MARGIN_CM * centimetre)]
     places, triangles, eyeballs = part_eyeballs(places, triangles)
@@ -115,6 +116,26 @@ def _triangulate(places: NDArray[np.float64], opened: NDArray[np.float64]) -> ND
     if signed_areas(places, triangles).min() > 0:
         return triangles
     return _counter_clockwise(places, Delaunay(places).simplices.astype(np.int32))
+
+
+def _keep_lines(places: NDArray[np.float64], triangles: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return triangles whose sides include those of lips and lids: one across a lip would hold the mouth together.
+
+    Two triangles whose common side crosses a line are exchanged for the two that share the line's.
+    """
+    kept = triangles.copy()
+    for line in (line for pair in FACING for line in pair):
+        for a, b in pairwise(line):
+            with_a, with_b = (np.flatnonzero((kept == end).any(axis=1)) for end in (a, b))
+            if np.intersect1d(with_a, with_b).size:
+                continue
+            for i, j in ((i, j) for i in with_a for j in with_b):
+                common = np.intersect1d(kept[i], kept[j])
+                exchanged = np.array([[a, b, c] for c in common], np.int32)
+                if len(common) == 2 and signed_areas(places, exchanged).prod() < 0:
+                    kept[[i, j]] = _counter_clockwise(places, exchanged)
+                    break
+    return kept
 
 
 def _counter_clockwise(places: NDArray[np.float64], triangles: NDArray[np.int32]) -> NDArray[np.int32]:
