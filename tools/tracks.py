@@ -54,9 +54,16 @@ class Track:
 
 @dataclass(frozen=True)
 class StillFace:
-    """One frame: landmarks (478, 3) cm without the head's pose, control points (n, 3) cm of the neutral pose in use."""
+    """One frame.
 
-    landmarks: NDArray[np.float64]
+    landmarks : (478, 3) px; aligned : the same in cm, without the head's pose; size : of the picture, px
+    neutral : (n, 3) cm, control points of the neutral pose in use
+    """
+
+    landmarks: NDArray[np.float32]
+    size: tuple[int, int]
+    aligned: NDArray[np.float64]
+    motion: MotionFrame
     neutral: NDArray[np.float64]
 
 
@@ -90,8 +97,9 @@ class TrackReader:
         landmarks, size = _load(path, fps)
         extractor = MotionExtractor(self._canonical, size)
         for number, points in enumerate(landmarks):
-            self._motion(extractor, points, number / fps)
-            yield StillFace(remove_head_pose(points, self._canonical, size)[0], extractor.neutral_points)
+            motion = self._motion(extractor, points, number / fps)
+            aligned, _ = remove_head_pose(points, self._canonical, size)
+            yield StillFace(points, size, aligned, motion, extractor.neutral_points)
 
     def _motion(self, extractor: MotionExtractor, points: NDArray[np.float32], timestamp: float) -> MotionFrame:
         return extractor.update(Tracking(points, self._blendshapes.find(points), presence=1.0), timestamp)

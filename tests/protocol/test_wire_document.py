@@ -14,11 +14,13 @@ from conf.protocol.bodies import decode_body
 from conf.protocol.codec import PROFILES
 from conf.protocol.codec.bundle import BundleHeader, code_header
 from conf.protocol.codec.symbols import Reader
+from conf.protocol.portrait.model import REGIONS
+from conf.protocol.portrait.patch import encode_patch
 from conf.protocol.portrait.photograph import decode_photograph, encode_photograph
 from conf.protocol.session.packet import parse
 from conf.protocol.session.reasons import Reason
-from tests.protocol.portrait.pictures import photograph
-from tests.protocol.wire_reader import PayloadReader, read_shape
+from tests.protocol.portrait.pictures import patch, photograph
+from tests.protocol.wire_reader import PayloadReader, read_patch, read_shape
 from tools.golden_wire import BODIES, FOLDER, HEADS
 
 TEXT = (Path(bodies.__file__).parent / "WIRE.md").read_text()
@@ -73,6 +75,16 @@ def test_a_photographs_shape_is_read_by_the_text_alone() -> None:
     np.testing.assert_allclose(np.array(points) * 0.02, photo.points, atol=1e-9)
     np.testing.assert_allclose(np.array(neutral) * 0.02, photo.neutral, atol=1e-9)
     np.testing.assert_allclose(np.array(outline) / 255, photo.outline, atol=1e-9)
+
+
+@pytest.mark.parametrize("region", range(len(REGIONS)))
+def test_a_patch_is_read_by_the_text_alone(region: int) -> None:
+    sent = patch(region=region)
+    told = read_patch(encode_patch(sent)[3:], REGIONS[region])
+    assert (told.keys, told.size, told.step) == (sent.keys.tolist(), sent.size, sent.step)
+    np.testing.assert_array_equal(told.points, np.rint(sent.points * 127.5))
+    for mine, theirs in zip(sent.planes, told.planes, strict=True):
+        np.testing.assert_array_equal(theirs, mine)
 
 
 @pytest.mark.parametrize("path", sorted(FOLDER.glob("session_[!i]*.bin")), ids=lambda path: path.stem)

@@ -78,20 +78,34 @@ def read_number(string: Range, tables: list[list[int]], scale: int) -> int:
     return -size if negative else size
 
 
+def live_tables() -> list[list[int]]:
+    """Return the tables that a portrait's numbers are read with."""
+    tables: list[list[int]] = np.load(ASSETS / "codec.npz")["live_frequencies"].tolist()
+    return tables
+
+
+def read_tree(string: Range, name: str) -> list[list[int]]:
+    """Return the points of a tree."""
+    tables, arrays = live_tables(), np.load(ASSETS / "portrait.npz")
+    mean, order, parents, spread = (
+        arrays[f"{name}_{part}"].tolist() for part in ("mean", "order", "parents", "spread")
+    )
+    off: list[list[int]] = []
+    points = [[0]] * len(mean)
+    for point, parent, scales in zip(order, parents, spread, strict=True):
+        base = off[parent] if parent >= 0 else [0] * len(scales)
+        off.append([base[axis] + read_number(string, tables, scale) for axis, scale in enumerate(scales)])
+        points[point] = [middle + by for middle, by in zip(mean[point], off[-1], strict=True)]
+    return points
+
+
 def read_shape(data: bytes, corners: int) -> tuple[list[list[int]], list[list[int]], list[list[int]]]:
     """Return points, neutral pose and outline of a photograph, all in steps."""
-    tables = np.load(ASSETS / "codec.npz")["live_frequencies"].tolist()
-    face = {name: array.tolist() for name, array in np.load(ASSETS / "portrait.npz").items()}
-    string = Range(data)
-    off: list[list[int]] = []
-    points = [[0, 0, 0]] * len(face["mean"])
-    for point, parent, scales in zip(face["order"], face["parents"], face["spread"], strict=True):
-        base = off[parent] if parent >= 0 else [0, 0, 0]
-        off.append([base[axis] + read_number(string, tables, scales[axis]) for axis in range(3)])
-        points[point] = [face["mean"][point][axis] + off[-1][axis] for axis in range(3)]
+    tables, string = live_tables(), Range(data)
+    points = read_tree(string, "face")
     neutral = [
         [points[i][axis] + read_number(string, tables, scales[axis]) for axis in range(3)]
-        for i, scales in enumerate(face["stir_spread"])
+        for i, scales in enumerate(np.load(ASSETS / "portrait.npz")["stir_spread"].tolist())
     ]
     outline: list[list[int]] = []
     for _ in range(corners):
@@ -99,6 +113,44 @@ def read_shape(data: bytes, corners: int) -> tuple[list[list[int]], list[list[in
         outline.append([before[axis] + read_number(string, tables, 28) for axis in range(2)])
     assert string.end() == data
     return points, neutral, outline
+
+
+@dataclass(frozen=True)
+class PatchString:
+    """What a patch's string says."""
+
+    keys: list[int]
+    points: list[list[int]]
+    size: tuple[int, int]
+    step: int
+    planes: list[list[list[list[int]]]]
+
+
+def read_patch(data: bytes, region: str) -> PatchString:
+    """Return what the string of a patch says, all in steps."""
+    tables, string, arrays = live_tables(), Range(data), np.load(ASSETS / "portrait.npz")
+    keys = [read_number(string, tables, scale) for scale in arrays[f"{region}_key_spread"].tolist()]
+    points = read_tree(string, region)
+    width, height = (1 + string.symbol(flat(96)) for _ in range(2))
+    step = string.symbol(flat(48))
+    planes = []
+    for kind, half in ((0, 1), (1, 2), (1, 2)):
+        coded, last, spread = (arrays[name][kind].tolist() for name in ("coded", "last", "level_spread"))
+        last = [sum(last[:i]) for i in range(len(last) + 1)]
+        rows, columns = (ceil(ceil(side / half) / 8) for side in (height, width))
+        plane: list[list[list[int]]] = []
+        full: dict[tuple[int, int], int] = {}
+        for y in range(rows):
+            plane.append([])
+            for x in range(columns):
+                chance = coded[full.get((y, x - 1), 0) + full.get((y - 1, x), 0)]
+                full[y, x] = string.symbol([0, TOTAL - chance, TOTAL])
+                count = 1 + string.symbol(last) if full[y, x] else 0
+                told = [read_number(string, tables, spread[i]) for i in range(count)]
+                plane[-1].append(told + [0] * (64 - count))
+        planes.append(plane)
+    assert string.end() == data
+    return PatchString(keys, points, (width, height), step, planes)
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,10 @@ class Feature:
 
         flat : (V, 2) cm, picture axes; the first D are contours.ALL
         """
-        distance = cKDTree(flat[contours.rows(self.core)]).query(flat)[0]
+        return self.share(np.asarray(cKDTree(flat[contours.rows(self.core)]).query(flat)[0]))
+
+    def share(self, distance: NDArray[np.float64], /) -> NDArray[np.float64]:
+        """Return how much of a patch is shown at a distance, cm, from the core."""
         t = np.clip((self.reach[1] - distance) / (self.reach[1] - self.reach[0]), 0, 1)
         return np.asarray(t * t * (3 - 2 * t))
 

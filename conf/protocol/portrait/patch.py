@@ -1,37 +1,41 @@
-"""A patch as it travels: a small picture of one region of the face, and the moment it belongs to.
+"""A patch as it travels: how one region of the face differs from the photograph, and the moment it belongs to.
 
-photograph u8, region u8, slot u8, keys u8, points u8, keys x i8, points x (u8, u8), VP8 frame
+photograph u8, region u8, slot u8, then one range-coded string: keys, points, width, height, step, blocks.
 """
 
-import struct
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import ProtocolError
-from conf.protocol.portrait.vp8 import size_of
+from conf.protocol.codec.symbols import Coder, Reader, Writer, flat
+from conf.protocol.portrait.blocks import Planes, code_planes, plane_shapes
+from conf.protocol.portrait.model import PortraitModel, Steps, code_numbers, load_portrait_model
 
-MAX_REGIONS = 4
 MAX_SLOTS = 16  # of each region
-MAX_KEYS = 16
-MAX_POINTS = 64
-MAX_SIDE = 256  # px
+MAX_SIDE = 96  # px
 POINT_STEPS = 127.5  # from one border of the patch to the other
-BEYOND = 0.5  # how far outside the patch a point may lie
-_HEADER = struct.Struct(">BBBBB")
+STEP_COUNT = 48
+STEPS_AN_OCTAVE = 8  # of the quantiser's step
+FINEST = 3.0  # levels of brightness, in an orthonormal transform
+TRADE = 0.12  # squared error, in steps, for a bit
+_HEAD = 3  # bytes
+_SIDES, _STEPS = flat(MAX_SIDE), flat(STEP_COUNT)
 
 
 @dataclass(frozen=True)
 class Patch:
-    """A picture of a region of the face.
+    """What is to be added to the photograph in a region of the face.
 
     photograph : number of the photograph that it is laid over
     region : which part of the face
     slot : it replaces what the slot of its region held
-    keys : (k,) int8, what the face was doing: the receiver shows the patch whose keys are nearest
-    points : (m, 2) the region's control points: 0 to 1 from the patch's upper left corner, a half beyond at most
-    frame : the bare VP8 frame
+    keys : (k,) what the face was doing: the receiver shows the patch whose keys are nearest
+    points : (m, 2) the region's control points: 0 to 1 from the patch's upper left corner, or beyond
+    size : width and height in pixels
+    step : which of STEP_COUNT quantiser steps, the finest first
+    planes : blocks of coefficients of brightness and two tints, in steps; whole numbers once they have travelled
     """
 
     photograph: int
@@ -39,33 +43,55 @@ class Patch:
     slot: int
     keys: NDArray[np.int8]
     points: NDArray[np.float64]
-    frame: bytes
+    size: tuple[int, int]
+    step: int
+    planes: Planes
 
 
-def encode_patch(patch: Patch, /) -> bytes:
-    """Return the bytes of a patch."""
-    header = _HEADER.pack(patch.photograph, patch.region, patch.slot, len(patch.keys), len(patch.points))
-    points = np.clip(np.rint((patch.points + BEYOND) * POINT_STEPS), 0, 255).astype(np.uint8)
-    return header + patch.keys.astype(np.int8).tobytes() + points.tobytes() + patch.frame
+def step_size(step: int, /) -> float:
+    """Return how large a step is, levels of brightness."""
+    return float(FINEST * 2 ** (step / STEPS_AN_OCTAVE))
+
+
+def encode_patch(patch: Patch, /, *, model: PortraitModel | None = None) -> bytes:
+    """Return the bytes of a patch, by the shipped model if none is given. Raises ValueError if it cannot travel."""
+    model = model or load_portrait_model()
+    if not 0 <= patch.region < len(model.regions) or not 0 <= patch.slot < MAX_SLOTS:
+        raise ValueError(f"there is no region {patch.region} with a slot {patch.slot}")
+    points = np.rint(patch.points * POINT_STEPS).astype(np.int64)
+    writer = Writer(trade=TRADE)
+    _code(writer, model, (patch.region, patch.keys.astype(np.int64), points, patch.size, patch.step, patch.planes))
+    return bytes((patch.photograph, patch.region, patch.slot)) + writer.finish()
 
 
 def decode_patch(data: bytes, /) -> Patch:
     """Return the patch. Raises ProtocolError."""
-    if len(data) < _HEADER.size:
+    if len(data) < _HEAD:
         raise ProtocolError("a patch cut off")
-    photograph, region, slot, keys, points = _HEADER.unpack_from(data)
-    if region >= MAX_REGIONS or slot >= MAX_SLOTS or not 0 < keys <= MAX_KEYS or not 3 <= points <= MAX_POINTS:
+    photograph, region, slot = data[:_HEAD]
+    model = load_portrait_model()
+    if region >= len(model.regions) or slot >= MAX_SLOTS:
         raise ProtocolError("a patch for no region or slot")
-    at = _HEADER.size + keys
-    end = at + 2 * points
-    frame = data[end:]
-    if max(size_of(frame)) > MAX_SIDE:
-        raise ProtocolError("a patch that is too large")
-    return Patch(
-        photograph,
-        region,
-        slot,
-        np.frombuffer(data, np.int8, keys, _HEADER.size),
-        np.frombuffer(data, np.uint8, 2 * points, at).reshape(-1, 2) / POINT_STEPS - BEYOND,
-        frame,
-    )
+    known = model.regions[region]
+    reader = Reader(data[_HEAD:])
+    nothing = (region, np.zeros_like(known.key_spread), np.zeros_like(known.points.mean), (0, 0), 0, None)
+    keys, points, size, step, planes = _code(reader, model, nothing)
+    reader.finish()
+    if np.abs(keys).max() > 127 or np.abs(points).max() > 2 * POINT_STEPS:
+        raise ProtocolError("a patch far from the face")
+    return Patch(photograph, region, slot, keys.astype(np.int8), points / POINT_STEPS, size, step, planes)
+
+
+_Wanted = tuple[int, Steps, Steps, tuple[int, int], int, Planes | None]
+
+
+def _code(coder: Coder, model: PortraitModel, wanted: _Wanted) -> tuple[Steps, Steps, tuple[int, int], int, Planes]:
+    region, keys, points, (width, height), step, planes = wanted
+    known = model.regions[region]
+    keys = code_numbers(coder, known.key_spread, keys)
+    points = known.points.code(coder, points)
+    width, height = (coder.symbol(_SIDES, side - 1) + 1 for side in (width, height))
+    step = coder.symbol(_STEPS, step)
+    if planes is None:
+        planes = [np.zeros(shape, np.int64) for shape in plane_shapes(width, height)]
+    return keys, points, (width, height), step, code_planes(coder, model.blocks, planes)

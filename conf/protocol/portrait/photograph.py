@@ -11,13 +11,12 @@ from conf.errors import ProtocolError
 from conf.protocol.portrait.face_shape import (
     OUTLINE_STEPS,
     POINT_STEP,
-    Steps,
     decode_neutral_shape,
     decode_shape,
     encode_neutral_shape,
     encode_shape,
-    load_face_model,
 )
+from conf.protocol.portrait.model import Steps, load_portrait_model
 from conf.protocol.portrait.vp8 import size_of
 
 POSE_STEPS = np.array([5e-4, 5e-4, 5e-4, 5e-4, 5e-4, 5e-4])  # radians, picture heights, log
@@ -69,7 +68,7 @@ def encode_photograph(photo: Photograph, /) -> bytes:
     numbers = [photo.number, *photo.size, len(photo.outline)]
     numbers += [round(value) for value in photo.pose / POSE_STEPS] + _fapu_steps(photo.fapu)
     outline = np.clip(np.rint(photo.outline * OUTLINE_STEPS), 0, OUTLINE_STEPS).astype(np.int64)
-    shape = encode_shape(_point_steps(photo.points), _point_steps(photo.neutral), outline, load_face_model())
+    shape = encode_shape(_point_steps(photo.points), _point_steps(photo.neutral), outline, load_portrait_model())
     return _pack([numbers, shape, photo.frame])
 
 
@@ -83,7 +82,7 @@ def decode_photograph(data: bytes, /) -> Photograph:
     if not 0 <= corners <= MAX_OUTLINE:
         raise ProtocolError("an outline with too many corners")
     size_of(frame)
-    points, neutral, outline = decode_shape(shape, corners, load_face_model())
+    points, neutral, outline = decode_shape(shape, corners, load_portrait_model())
     if outline.size and not 0 <= outline.min() <= outline.max() <= OUTLINE_STEPS:
         raise ProtocolError("an outline outside the picture")
     return Photograph(
@@ -100,7 +99,7 @@ def decode_photograph(data: bytes, /) -> Photograph:
 
 def encode_neutral(update: NeutralUpdate, /) -> bytes:
     """Return the bytes of a neutral pose."""
-    shape = encode_neutral_shape(_point_steps(update.neutral), load_face_model())
+    shape = encode_neutral_shape(_point_steps(update.neutral), load_portrait_model())
     return _pack([[update.photograph, *_fapu_steps(update.fapu)], shape])
 
 
@@ -110,7 +109,7 @@ def decode_neutral(data: bytes, /) -> NeutralUpdate:
     photograph, *fapu = check_numbers(numbers, 6)
     if not 0 <= photograph < 256:
         raise ProtocolError("a neutral pose of no photograph")
-    neutral = decode_neutral_shape(shape, load_face_model())
+    neutral = decode_neutral_shape(shape, load_portrait_model())
     return NeutralUpdate(photograph, _within(neutral * POINT_STEP), _fapu(fapu))
 
 

@@ -9,14 +9,13 @@ from scipy.spatial import QhullError
 from conf.errors import ProtocolError
 from conf.face.fapu import Fapu
 from conf.face.head_pose import HeadPose
-from conf.face.portrait.features import FEATURES
 from conf.face.portrait.shape import FaceShape
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.portrait.patch import Patch
 from conf.protocol.portrait.photograph import NeutralUpdate, Photograph
 from conf.protocol.portrait.things import decode_thing
 from conf.receiver.portrait.backdrop import person_share
-from conf.receiver.portrait.decoding import decode_picture
+from conf.receiver.portrait.decoding import decode_picture, paint_patch
 from conf.receiver.portrait.matte import Cutout, cut_out
 
 MAX_EARLY = 15
@@ -107,10 +106,11 @@ class Album:
         self.sitter.warp.follow_neutral(update.neutral, Fapu(*update.fapu).lengths())
 
     def _take_patch(self, patch: Patch) -> None:
-        if patch.region >= len(FEATURES) or len(patch.points) != len(FEATURES[patch.region].points):
-            raise ProtocolError("a patch for another face than ours")
         if self.sitter is None or self.sitter.number != patch.photograph:
             self._early = [*self._early[-MAX_EARLY:], patch]
             return
-        sticker = Sticker(patch.keys.astype(np.float64), patch.points, decode_picture(patch.frame))
-        self.stickers[patch.region, patch.slot] = sticker
+        try:
+            pixels = paint_patch(patch, self.sitter.pixels, self.sitter.warp)
+        except ValueError as error:  # points that all coincide
+            raise ProtocolError(f"a patch that cannot be laid on: {error}") from error
+        self.stickers[patch.region, patch.slot] = Sticker(patch.keys.astype(np.float64), patch.points, pixels)

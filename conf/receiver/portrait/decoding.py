@@ -1,10 +1,14 @@
-"""From the bare VP8 frames that travel to pixels. Their size was read and bounded before they come here."""
+"""From what travels to pixels. Sizes were read and bounded before it comes here."""
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import ProtocolError
+from conf.face.portrait.features import FEATURES
+from conf.face.portrait.repaint import foretell, from_planes, photo_points
+from conf.face.portrait.warp import PortraitWarp
+from conf.protocol.portrait.patch import Patch, step_size
 from conf.protocol.portrait.vp8 import size_of, wrap
 
 
@@ -18,3 +22,14 @@ def decode_picture(frame: bytes, /) -> NDArray[np.uint8]:
     if pixels is None or pixels.shape != (height, width, 3):
         raise ProtocolError("a picture that cannot be decoded")
     return np.asarray(pixels, dtype=np.uint8)
+
+
+def paint_patch(patch: Patch, photo: NDArray[np.uint8], warp: PortraitWarp, /) -> NDArray[np.uint8]:
+    """Return a patch's picture (h, w, 3) uint8 BGR: the photograph (H, W, 3), moved and corrected.
+
+    Raises ValueError if the patch's points tell no place.
+    """
+    points = photo_points(warp, FEATURES[patch.region])
+    difference = from_planes([plane * step_size(patch.step) for plane in patch.planes], patch.size)
+    painted = foretell(photo, points, patch.points, patch.size) + difference
+    return np.asarray(np.clip(np.rint(painted), 0, 255), dtype=np.uint8)

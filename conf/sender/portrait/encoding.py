@@ -1,4 +1,4 @@
-"""Pixels to the bare VP8 frames that travel, as good as a number of bytes allows."""
+"""Pixels to the bare VP8 frames that travel, as good as a number of bytes allows, and back."""
 
 import io
 
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from conf.protocol.portrait.vp8 import strip
+from conf.protocol.portrait.vp8 import strip, wrap
 
 _TRIES = 5  # of halving the range of qualities: to within three; each takes 5 ms
 
@@ -36,3 +36,10 @@ def _encode(image: Image.Image, quality: int) -> bytes:
     file = io.BytesIO()
     image.save(file, "WEBP", quality=quality, method=6)
     return strip(file.getvalue())
+
+
+def decode_picture(frame: bytes, /) -> NDArray[np.uint8]:
+    """Return a VP8 frame as the receiver will see it, (H, W, 3) uint8 BGR."""
+    pixels = cv2.imdecode(np.frombuffer(wrap(frame), np.uint8), cv2.IMREAD_COLOR)
+    assert pixels is not None, "the sender made this picture"
+    return np.asarray(pixels, dtype=np.uint8)

@@ -6,19 +6,22 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import LANDMARKS
 from conf.face.fapu import Fapu
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.features import EYES, FEATURES, MOUTH, Feature
+from conf.face.portrait.repaint import foretell, photo_points
 from conf.face.portrait.shape import FaceShape
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.messages import MotionFrame
+from conf.protocol.portrait.patch import POINT_STEPS
 from conf.protocol.portrait.photograph import Photograph
 from conf.sender.portrait.agreement import Agreement
-from conf.sender.portrait.patchwork import cut_patch, match_light
+from conf.sender.portrait.encoding import decode_picture
+from conf.sender.portrait.patchwork import cut_out, match_light
 from conf.sender.portrait.photographer import Shot
 from conf.sender.portrait.view import View
 
+FAINT = 0.25  # of a patch: where less of it is shown nothing is corrected
 PATCHABLE_TURN = np.radians(22)  # a patch from a head turned farther against the photograph would not fit
 # By feature: how the skin around it must correlate with the photograph's. With a hand at the mouth it is below 0.77,
 # while speaking mostly above 0.85; around the eyes nods and brows alone can bring it down to a half.
@@ -29,10 +32,12 @@ LEAST_ALIKE = {MOUTH.name: 0.78, EYES.name: 0.5}
 class Hanging:
     """A photograph in use.
 
+    photo, pixels : as the receiver has it, and its picture (H, W, 3) uint8 BGR
     shot : the frame it was made of; taken_at : seconds
     """
 
     photo: Photograph
+    pixels: NDArray[np.uint8]
     shot: Shot
     warp: PortraitWarp
     agreement: Agreement
@@ -41,7 +46,7 @@ class Hanging:
 
     @classmethod
     def of(cls, photo: Photograph, shot: Shot, now: float) -> Self:
-        """Hang a photograph: build the warp that the receiver will build."""
+        """Hang a photograph, as it will have travelled: build the warp that the receiver will build."""
         aspect = photo.size[0] / photo.size[1]
         shape = FaceShape(
             aspect,
@@ -52,7 +57,9 @@ class Hanging:
             (photo.outline - 0.5) * (aspect, -1.0),
         )
         warp = PortraitWarp(shape)
-        return cls(photo, shot, warp, Agreement(warp, shot.pixels), View(warp, shot.pixels), now)
+        return cls(
+            photo, decode_picture(photo.frame), shot, warp, Agreement(warp, shot.pixels), View(warp, shot.pixels), now
+        )
 
     def fits(self, shot: Shot, motion: MotionFrame, region: int) -> bool:
         """Whether a frame's feature can be laid over the photograph: seen from about there, and nothing before it."""
@@ -64,12 +71,17 @@ class Hanging:
         return alike >= LEAST_ALIKE[FEATURES[region].name]
 
 
-def cut_for(
+def differ(
     hanging: Hanging, shot: Shot, motion: MotionFrame, feature: Feature, /
-) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
-    """Return a feature cut out of a frame in the photograph's light, and its control points (m, 2) in the cut-out."""
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return how a frame's feature differs from what the photograph foretells, (h, w, 3), and its points (m, 2).
+
+    What no patch shows does not differ; light is the photograph's.
+    """
     centimetre = float(np.exp(motion.pose[5])) * len(shot.pixels)
-    pixels, points = cut_patch(shot.pixels, shot.landmarks, feature, centimetre=centimetre)
-    size = np.array(hanging.shot.pixels.shape[1::-1])
-    photo_points = hanging.shot.landmarks[LANDMARKS[list(feature.points)], :2] / size
-    return match_light(pixels, points, hanging.shot.pixels, photo_points), points
+    cut = cut_out(shot.pixels, shot.landmarks, feature, centimetre=centimetre)
+    points = np.rint(cut.points * POINT_STEPS) / POINT_STEPS
+    size = cut.pixels.shape[1], cut.pixels.shape[0]
+    foretold = foretell(hanging.pixels, photo_points(hanging.warp, feature), points, size)
+    seen = np.minimum(1.0, cut.seen / FAINT)
+    return (match_light(cut.pixels, foretold) - foretold) * seen[..., None], points

@@ -6,18 +6,21 @@ another one, so that it would be missed least, makes room. Light is matched here
 patch takes over the photograph's colours along its border.
 """
 
+from bisect import bisect_left
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from conf.face.control_points import LANDMARKS
 from conf.face.portrait.features import Feature
-from conf.protocol.portrait.patch import MAX_SLOTS, Patch
-from conf.sender.portrait.encoding import encode_picture
+from conf.face.portrait.repaint import to_planes
+from conf.protocol.portrait.patch import MAX_SIDE, MAX_SLOTS, STEP_COUNT, Patch, encode_patch, step_size
 
-MAX_SIDE = 96  # px
 MARGIN = 1.1  # of the reach: the patch ends where it would not be seen any more
 
 
@@ -25,7 +28,7 @@ MARGIN = 1.1  # of the reach: the patch ends where it would not be seen any more
 class PatchBudget:
     """What patches of a feature may cost, and how different they must be.
 
-    size : bytes of one picture
+    size : bytes of one
     slots : how many are kept, at most MAX_SLOTS
     novelty : key steps from the nearest that is kept
     """
@@ -68,61 +71,94 @@ class Patchwork:
         return min(self._keys, key=alone)
 
 
-def cut_patch(
-    pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], feature: Feature, /, *, centimetre: float
-) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
-    """Cut a feature out of a frame.
+@dataclass(frozen=True)
+class Cut:
+    """A feature cut out of a frame.
 
-    pixels : (H, W, 3) uint8 BGR; landmarks : (478, 3) px; centimetre : its length in px
-    Returns the cut-out and where the feature's control points lie in it, (m, 2) from its upper left corner.
+    pixels : (h, w, 3) uint8 BGR
+    points : (m, 2) where the feature's control points lie in it, 0 to 1 from its upper left corner
+    seen : (h, w) 0 to 1, what of it a patch would show
     """
-    height, width = pixels.shape[:2]
+
+    pixels: NDArray[np.uint8]
+    points: NDArray[np.float64]
+    seen: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a feature is cut out of a frame: corners low and high (2,), px; points (m, 2) in between, 0 to 1."""
+
+    low: NDArray[np.intp]
+    high: NDArray[np.intp]
+    points: NDArray[np.float64]
+
+
+def place_cut(
+    landmarks: NDArray[np.floating], feature: Feature, size: tuple[int, int], /, *, centimetre: float
+) -> Place:
+    """Return where to cut. landmarks : (478, 3) px; size : of the frame, px; centimetre : its length in px."""
     core = landmarks[list(feature.core), :2]
     margin = MARGIN * feature.reach[1] * centimetre
     low = np.maximum(np.floor(core.min(axis=0) - margin), 0).astype(int)
-    high = np.minimum(np.ceil(core.max(axis=0) + margin), (width, height)).astype(int)
-    low, high = np.minimum(low, (width - 8, height - 8)), np.maximum(high, low + 8)
+    high = np.minimum(np.ceil(core.max(axis=0) + margin), size).astype(int)
+    low, high = np.minimum(low, np.array(size) - 8), np.maximum(high, low + 8)
+    points = (landmarks[LANDMARKS[list(feature.points)], :2] - low) / (high - low)
+    return Place(low, high, points.astype(np.float64))
+
+
+def cut_out(
+    pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], feature: Feature, /, *, centimetre: float
+) -> Cut:
+    """Cut a feature out of a frame.
+
+    pixels : (H, W, 3) uint8 BGR; landmarks : (478, 3) px; centimetre : its length in px
+    """
+    place = place_cut(landmarks, feature, (pixels.shape[1], pixels.shape[0]), centimetre=centimetre)
+    low, high = place.low, place.high
     crop = pixels[low[1] : high[1], low[0] : high[0]]
-    points = landmarks[LANDMARKS[list(feature.points)], :2]
     scale = min(1.0, MAX_SIDE / max(crop.shape[:2]))
     small = cv2.resize(crop, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) if scale < 1 else crop
-    return np.ascontiguousarray(small, dtype=np.uint8), np.asarray((points - low) / (high - low), np.float64)
+    rows, columns = small.shape[:2]
+    grid = np.stack(np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5), axis=-1) / (columns, rows)
+    distance = np.asarray(cKDTree(landmarks[list(feature.core), :2]).query(low + grid * (high - low))[0]) / centimetre
+    return Cut(np.ascontiguousarray(small, np.uint8), place.points, feature.share(distance))
 
 
-def match_light(
-    patch: NDArray[np.uint8],
-    points: NDArray[np.float64],
-    photo: NDArray[np.uint8],
-    photo_points: NDArray[np.float64],
-    /,
-) -> NDArray[np.uint8]:
-    """Return the patch with the photograph's brightness and tint along its border.
-
-    points, photo_points : (m, 2) the feature's control points in either picture, 0 to 1
-    """
+def match_light(patch: NDArray[np.uint8], under: NDArray[np.float64], /) -> NDArray[np.float64]:
+    """Return a patch (h, w, 3) with the brightness and tint, along its border, of what it is laid on (h, w, 3)."""
     height, width = patch.shape[:2]
-    size, photo_size = np.array([width, height]), np.array(photo.shape[1::-1])
-    to_photo = similarity(points * size, photo_points * photo_size)
-    under = cv2.warpAffine(photo, to_photo, (width, height), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
     border = np.ones((height, width), bool)
     inset = max(2, min(height, width) // 7)
     border[inset:-inset, inset:-inset] = False
     gain = under[border].mean(axis=0) / np.maximum(patch[border].mean(axis=0), 1)
-    return np.asarray(np.clip(patch * np.clip(gain, 0.6, 1.6), 0, 255), dtype=np.uint8)
-
-
-def similarity(source: NDArray[np.float64], target: NDArray[np.float64], /) -> NDArray[np.float64]:
-    """Return the (2, 3) matrix that turns, sizes and shifts points (m, 2) nearest to others, in least squares."""
-    a, b = source - source.mean(axis=0), target - target.mean(axis=0)
-    over = max(float(np.sum(a * a)), 1e-9)
-    cosine, sine = float(np.sum(a * b)) / over, float(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])) / over
-    turn = np.array([[cosine, -sine], [sine, cosine]])
-    return np.column_stack([turn, target.mean(axis=0) - turn @ source.mean(axis=0)])
+    return np.asarray(np.clip(patch * np.clip(gain, 0.6, 1.6), 0, 255))
 
 
 def make_patch(
-    pixels: NDArray[np.uint8], points: NDArray[np.float64], key: NDArray[np.int8], /, *, where: tuple[int, int, int],
+    difference: NDArray[np.float64],
+    points: NDArray[np.float64],
+    key: NDArray[np.int8],
+    /,
+    *,
+    where: tuple[int, int, int],
     budget: int,
-) -> Patch:  # fmt: skip
-    """Return the patch that travels. `where` is photograph, region and slot."""
-    return Patch(*where, key, points, encode_picture(pixels, budget=budget, best=80))
+) -> Patch:
+    """Return the patch that travels, as fine as a number of bytes allows, or the coarsest.
+
+    difference : (h, w, 3) what is to be added to what the photograph foretells; points : (m, 2) 0 to 1
+    where : photograph, region and slot; budget : bytes
+    """
+    planes = to_planes(difference)
+    size = difference.shape[1], difference.shape[0]
+
+    def at(step: int) -> Patch:
+        return Patch(*where, key, points, size, step, [plane / step_size(step) for plane in planes])
+
+    fits = partial(_fits, at, budget)
+    step = bisect_left(range(STEP_COUNT - 1), True, key=fits)
+    return at(step)
+
+
+def _fits(at: Callable[[int], Patch], budget: int, step: int) -> bool:
+    return len(encode_patch(at(step))) <= budget

@@ -17,12 +17,18 @@ from conf.face.portrait.features import EYES, FEATURES, MOUTH
 from conf.protocol.messages import MotionFrame
 from conf.protocol.portrait.outbox import PortraitOutbox
 from conf.protocol.portrait.patch import MAX_SLOTS
-from conf.protocol.portrait.photograph import LEAST_LOG_SCALE, NeutralUpdate, Photograph
+from conf.protocol.portrait.photograph import (
+    LEAST_LOG_SCALE,
+    NeutralUpdate,
+    Photograph,
+    decode_photograph,
+    encode_photograph,
+)
 from conf.protocol.portrait.things import encode_thing
 from conf.protocol.token_bucket import TokenBucket
 from conf.sender.canonical_face import CanonicalFace
 from conf.sender.portrait.choice import Habit, haste, judge, judge_picture
-from conf.sender.portrait.hanging import Hanging, cut_for
+from conf.sender.portrait.hanging import Hanging, differ
 from conf.sender.portrait.patchwork import PatchBudget, Patchwork, make_patch
 from conf.sender.portrait.photographer import DRAFT, FULL, Shot, develop
 
@@ -43,7 +49,7 @@ PATCH_BYTES_AT_ONCE = 1600
 PRESENT = 0.8  # the tracker must be this sure
 FARTHEST = LEAST_LOG_SCALE + 0.1  # of the head's logarithmic scale: the picture's own pose is not smoothed as this is
 
-BUDGETS = {MOUTH.name: PatchBudget(260, 14, 8.0), EYES.name: PatchBudget(330, 12, 8.0)}
+BUDGETS = {MOUTH.name: PatchBudget(150, 16, 6.0), EYES.name: PatchBudget(180, 16, 6.0)}
 PHOTO_SLOT, NEUTRAL_SLOT, PATCH_SLOTS = 0, 1, 2  # of the outbox
 PHOTO_URGENCY, NEUTRAL_URGENCY, PATCH_URGENCY = 0, 1, 2
 
@@ -155,14 +161,14 @@ class PortraitStudio:
             return
         candidate = developing.candidate
         self._is_draft, self._developing, self._changed_at = developing.draft, None, None
-        self._hanging = Hanging.of(photo, candidate.shot, now)
+        self._hanging = Hanging.of(decode_photograph(encode_photograph(photo)), candidate.shot, now)
         self._shown = candidate
         self._works = [Patchwork(f, BUDGETS[f.name], f.key(candidate.motion.displacements)) for f in FEATURES]
         for slot in range(len(FEATURES) * MAX_SLOTS):
             self._outbox.drop(PATCH_SLOTS + slot)
         self._outbox.drop(NEUTRAL_SLOT)
         self._told = (candidate.shot.neutral, now)
-        self._outbox.put(PHOTO_SLOT, encode_thing(photo), urgency=PHOTO_URGENCY)
+        self._outbox.put(PHOTO_SLOT, encode_thing(self._hanging.photo), urgency=PHOTO_URGENCY)
 
     def _tell_neutral(self, hanging: Hanging, shot: Shot, now: float) -> None:
         told, at = self._told
@@ -185,7 +191,7 @@ class PortraitStudio:
             return
         if not self._allowance.take(budget.size, now):
             return
-        pixels, points = cut_for(hanging, shot, motion, feature)
+        difference, points = differ(hanging, shot, motion, feature)
         slot = work.take(key)
-        patch = make_patch(pixels, points, key, where=(hanging.photo.number, region, slot), budget=budget.size)
+        patch = make_patch(difference, points, key, where=(hanging.photo.number, region, slot), budget=budget.size)
         self._outbox.put(PATCH_SLOTS + region * MAX_SLOTS + slot, encode_thing(patch), urgency=PATCH_URGENCY)

@@ -5,7 +5,8 @@ import io
 import numpy as np
 from PIL import Image
 
-from conf.protocol.portrait.face_shape import load_face_model
+from conf.protocol.portrait.blocks import plane_shapes
+from conf.protocol.portrait.model import load_portrait_model
 from conf.protocol.portrait.patch import Patch
 from conf.protocol.portrait.photograph import Photograph
 from conf.protocol.portrait.vp8 import strip
@@ -23,9 +24,9 @@ def webp(width: int, height: int) -> bytes:
 def photograph(number: int = 1) -> Photograph:
     """Return a photograph with points at random."""
     rng = np.random.default_rng(number)
-    model = load_face_model()
-    places = rng.uniform(-9, 9, (model.point_count, 3))
-    controls = model.control_count
+    model = load_portrait_model()
+    places = rng.uniform(-9, 9, model.face.mean.shape)
+    controls = len(model.stir_spread)
     return Photograph(
         number,
         (320, 240),
@@ -38,8 +39,12 @@ def photograph(number: int = 1) -> Photograph:
     )
 
 
-def patch(photograph: int = 1, region: int = 0, points: int = 21) -> Patch:
-    """Return a patch with points at random."""
+def patch(photograph: int = 1, region: int = 0) -> Patch:
+    """Return a patch with points at random, and a few coefficients in every other block."""
     rng = np.random.default_rng(3)
-    keys = rng.integers(-100, 100, 7).astype(np.int8)
-    return Patch(photograph, region, 3, keys, rng.uniform(0, 1, (points, 2)), strip(webp(48, 40)))
+    known = load_portrait_model().regions[region]
+    keys = rng.integers(-100, 100, len(known.key_spread)).astype(np.int8)
+    planes = [np.zeros(shape, np.int64) for shape in plane_shapes(48, 42)]
+    for plane in planes:
+        plane[::2, :, :5] = rng.integers(-9, 10, (*plane[::2].shape[:2], 5))
+    return Patch(photograph, region, 3, keys, rng.uniform(0, 1, known.points.mean.shape), (48, 42), 7, planes)

@@ -2,29 +2,73 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
-from conf.protocol.portrait.patch import decode_patch, encode_patch
-from conf.protocol.portrait.vp8 import strip
-from tests.protocol.portrait.pictures import patch, webp
+from conf.protocol.portrait.model import REGIONS
+from conf.protocol.portrait.patch import (
+    FINEST,
+    MAX_SIDE,
+    STEP_COUNT,
+    STEPS_AN_OCTAVE,
+    decode_patch,
+    encode_patch,
+    step_size,
+)
+from tests.protocol.portrait.pictures import patch
 
 
-def test_a_patch_survives() -> None:
-    sent = patch()
+@pytest.mark.parametrize("region", range(len(REGIONS)))
+def test_a_patch_survives(region: int) -> None:
+    sent = patch(region=region)
     got = decode_patch(encode_patch(sent))
     np.testing.assert_array_equal(got.keys, sent.keys)
     np.testing.assert_allclose(got.points, sent.points, atol=0.005)
-    assert (got.photograph, got.region, got.slot, got.frame) == (1, 0, 3, sent.frame)
+    assert (got.photograph, got.region, got.slot, got.size, got.step) == (1, region, 3, (48, 42), 7)
+    for mine, theirs in zip(sent.planes, got.planes, strict=True):
+        np.testing.assert_array_equal(theirs, mine)
+
+
+def test_what_is_no_whole_step_is_rounded_or_left_out() -> None:
+    planes = [np.zeros_like(plane, np.float64) for plane in patch().planes]
+    planes[0][1, 2, :3] = (4.7, 0.2, -0.9)
+    planes[0][0, 0, :3] = (0.3, -0.4, 0.3)
+    got = decode_patch(encode_patch(replace(patch(), planes=planes))).planes
+    np.testing.assert_array_equal(got[0][1, 2, :4], (5, 0, -1, 0))
+    assert not got[0][0, 0].any() and not got[1].any() and not got[2].any()
+
+
+def test_a_patch_that_adds_nothing_costs_little_more_than_its_points() -> None:
+    planes = [np.zeros_like(plane) for plane in patch().planes]
+    assert len(encode_patch(patch())) > 2 * len(encode_patch(replace(patch(), planes=planes)))
+
+
+def test_steps_grow_by_octaves() -> None:
+    assert step_size(0) == FINEST
+    assert step_size(STEPS_AN_OCTAVE) == pytest.approx(2 * FINEST)
+
+
+def test_patches_that_cannot_travel_are_refused() -> None:
+    for wrong in (replace(patch(), region=2), replace(patch(), slot=200)):
+        with pytest.raises(ValueError, match="there is no region"):
+            encode_patch(wrong)
 
 
 def test_wrong_patches_are_refused() -> None:
-    for wrong in (
-        replace(patch(), region=9),
-        replace(patch(), slot=200),
-        replace(patch(), points=np.zeros((2, 2))),
-        replace(patch(), frame=strip(webp(300, 20))),
-    ):
+    good = encode_patch(patch())
+    for wrong in (b"", good[:2], good[:1] + b"\2" + good[2:], good[:2] + b"\x10" + good[3:]):
         with pytest.raises(ProtocolError):
-            decode_patch(encode_patch(wrong))
-    with pytest.raises(ProtocolError, match="cut off"):
-        decode_patch(b"\0\0")
+            decode_patch(wrong)
+    with pytest.raises(ProtocolError, match="far from the face"):
+        decode_patch(encode_patch(replace(patch(), points=patch().points + 3)))
+
+
+@given(st.binary(max_size=400))
+def test_whatever_the_bytes_a_patch_is_small_or_refused(data: bytes) -> None:
+    try:
+        got = decode_patch(bytes((1, 0, 0)) + data)
+    except ProtocolError:
+        return
+    assert max(got.size) <= MAX_SIDE and got.step < STEP_COUNT
+    assert np.abs(got.points).max() <= 2

@@ -11,8 +11,10 @@ from PIL import Image
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.fapu import Fapu
 from conf.face.portrait.features import FEATURES
+from conf.face.portrait.repaint import foretell, to_planes
 from conf.face.portrait.shape import project
 from conf.protocol.portrait import Patch, Photograph
+from conf.protocol.portrait.patch import step_size
 from conf.protocol.portrait.vp8 import strip
 from tests.face.portrait.synthetic import POSE, face_points
 
@@ -62,4 +64,7 @@ def patch(region: int = 0, slot: int = 0, *, photograph: int = 1, colour: tuple[
     low, high = points.min(axis=0) - 0.05, points.max(axis=0) + 0.05
     places = (points - (low[0], high[1])) / ((high[0] - low[0]), -(high[1] - low[1]))
     keys = np.full(len(feature.keys(np.zeros((CONTROL_POINT_COUNT, 3)))), 10, np.int8)
-    return Patch(photograph, region, slot, keys, places, vp8(np.full((40, 60, 3), colour, np.uint8)))
+    size = (60, 40)
+    foretold = foretell(draw_person(), points / (SIZE[0] / SIZE[1], -1.0) + 0.5, places, size)
+    planes = [plane / step_size(0) for plane in to_planes(np.array(colour) - foretold)]
+    return Patch(photograph, region, slot, keys, places, size, 0, planes)

@@ -1,13 +1,14 @@
-import cv2
 import numpy as np
 import pytest
 
-from conf.face.control_points import LANDMARKS
 from conf.face.portrait.features import MOUTH
-from conf.protocol.portrait import decode_thing, encode_thing
-from conf.sender.portrait.patchwork import PatchBudget, Patchwork, cut_patch, make_patch, match_light, similarity
+from conf.protocol.portrait.model import load_portrait_model
+from conf.protocol.portrait.patch import POINT_STEPS, STEP_COUNT, encode_patch
+from conf.sender.portrait.patchwork import PatchBudget, Patchwork, cut_out, make_patch, match_light
 from tests.receiver.portrait.people import draw_person
 from tests.sender.portrait.subjects import landmarks
+
+MODEL = load_portrait_model().regions[0]
 
 
 def keys(*values: int) -> np.ndarray[tuple[int], np.dtype[np.int8]]:
@@ -36,37 +37,38 @@ def test_more_slots_than_travel_are_refused() -> None:
 
 def test_a_cut_out_has_its_points_where_they_are_seen() -> None:
     pixels = draw_person()
-    crop, points = cut_patch(pixels, landmarks(), MOUTH, centimetre=7.2)
-    assert crop.shape[1] > crop.shape[0]
-    upper = points[MOUTH.points.index(1)] * crop.shape[1::-1]
+    cut = cut_out(pixels, landmarks(), MOUTH, centimetre=7.2)
+    assert cut.pixels.shape[1] > cut.pixels.shape[0]
+    upper = cut.points[MOUTH.points.index(1)] * cut.pixels.shape[1::-1]
     x, y = landmarks()[13, :2].astype(int)
-    np.testing.assert_array_equal(crop[int(upper[1]), int(upper[0])], pixels[y, x])
+    np.testing.assert_array_equal(cut.pixels[int(upper[1]), int(upper[0])], pixels[y, x])
+    assert cut.seen[int(upper[1]), int(upper[0])] == 1 and cut.seen[0, 0] == 0
 
 
 def test_a_face_at_the_picture_s_edge_is_cut_all_the_same() -> None:
     aside = landmarks() + np.array([150, 110, 0], np.float32)
-    crop, _ = cut_patch(draw_person(), aside, MOUTH, centimetre=7.2)
-    assert min(crop.shape[:2]) >= 8
+    cut = cut_out(draw_person(), aside, MOUTH, centimetre=7.2)
+    assert min(cut.pixels.shape[:2]) >= 8 and cut.seen.shape == cut.pixels.shape[:2]
 
 
 def test_light_is_matched_along_the_border() -> None:
-    photo = draw_person()
-    crop, points = cut_patch(photo, landmarks(), MOUTH, centimetre=7.2)
+    crop = cut_out(draw_person(), landmarks(), MOUTH, centimetre=7.2).pixels
     dark = np.clip(crop * 0.7, 0, 255).astype(np.uint8)
-    photo_points = landmarks()[LANDMARKS[list(MOUTH.points)], :2] / (320, 240)
-    matched = match_light(dark, points, photo, photo_points)
-    assert np.abs(matched.astype(float) - crop).mean() < 4 < np.abs(dark.astype(float) - crop).mean()
+    matched = match_light(dark, crop.astype(np.float64))
+    assert np.abs(matched - crop).mean() < 4 < np.abs(dark.astype(float) - crop).mean()
 
 
-def test_similarity_is_found_again() -> None:
-    rng = np.random.default_rng(0)
-    points = rng.uniform(0, 50, (12, 2))
-    matrix = cv2.getRotationMatrix2D((3, 4), 30, 1.3)
-    np.testing.assert_allclose(similarity(points, points @ matrix[:, :2].T + matrix[:, 2]), matrix, atol=1e-9)
+def test_a_patch_is_as_fine_as_its_budget_allows() -> None:
+    noise = np.random.default_rng(0).normal(0, 25, (40, 60, 3))
+    points, key = MODEL.points.mean / POINT_STEPS, np.zeros(len(MODEL.key_spread), np.int8)
+    sizes, steps = [], []
+    for budget in (150, 400, 1200):
+        patch = make_patch(noise, points, key, where=(1, 0, 2), budget=budget)
+        sizes.append(len(encode_patch(patch)) / budget)
+        steps.append(patch.step)
+    assert all(0.6 < size <= 1 for size in sizes) and steps == sorted(steps, reverse=True)
 
 
-def test_a_patch_is_small_and_travels() -> None:
-    crop, points = cut_patch(draw_person(), landmarks(), MOUTH, centimetre=7.2)
-    data = encode_thing(make_patch(crop, points, keys(1, 2, 3), where=(1, 0, 2), budget=250))
-    assert len(data) < 330
-    assert decode_thing(data)
+def test_a_budget_for_nothing_gives_the_coarsest_patch() -> None:
+    points, key = MODEL.points.mean / POINT_STEPS, np.zeros(len(MODEL.key_spread), np.int8)
+    assert make_patch(np.zeros((8, 8, 3)), points, key, where=(0, 0, 0), budget=1).step == STEP_COUNT - 1
