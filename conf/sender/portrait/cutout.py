@@ -21,7 +21,7 @@ HUE_SPREAD = 12  # a plain wall is darker here and there, but of one hue
 KEY_DISTANCE = 22.0  # in Lab's colour plane, from the wall's colour
 
 LEAST_PX = 20  # of person and of background
-STEPS, ROUNDS = 4, 2  # of GrabCut: so many times so many rounds
+STEPS = 8  # of GrabCut, a round each
 
 Mask = NDArray[np.uint8]
 
@@ -148,7 +148,7 @@ def _by_colour(small: NDArray[np.uint8], figure: Figure) -> Mask | None:
 
 
 class _Grown:
-    """GrabCut, a few rounds at a time: once more for the head, lest hair be lost that has the colour of a dark room."""
+    """GrabCut, a round at a time: once more for the head, lest hair be lost that has the colour of a dark room."""
 
     def __init__(self, small: NDArray[np.uint8], figure: Figure) -> None:
         labels = np.full(small.shape[:2], cv2.GC_BGD, np.uint8)
@@ -158,7 +158,7 @@ class _Grown:
         self._whole, self._head = _Part(small, labels), _Part(small[:chin], labels[:chin])
 
     def grow(self) -> Mask:
-        """Go some rounds on and return (H, W) uint8, 1 where the person is."""
+        """Go a round on and return (H, W) uint8, 1 where the person is."""
         mask, head = self._whole.grow(), self._head.grow()
         mask[: len(head)] |= head
         return mask
@@ -177,7 +177,7 @@ class _Part:
         if min(mine.sum(), (~mine).sum()) < LEAST_PX:  # nothing to tell apart, nothing to learn a colour from
             return mine.astype(np.uint8)
         cv2.setRNGSeed(1)  # GrabCut's mixtures start at random: the same picture, the same cut
-        cv2.grabCut(self._pixels, self._labels, (0, 0, 1, 1), self._models[0], self._models[1], ROUNDS, self._mode)
+        cv2.grabCut(self._pixels, self._labels, (0, 0, 1, 1), self._models[0], self._models[1], 1, self._mode)
         self._mode = cv2.GC_EVAL
         return np.isin(self._labels, (cv2.GC_FGD, cv2.GC_PR_FGD)).astype(np.uint8)
 

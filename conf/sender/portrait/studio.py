@@ -32,6 +32,7 @@ from conf.sender.portrait.hanging import Hanging, differ
 from conf.sender.portrait.patchwork import PatchBudget, Patchwork, make_patch
 from conf.sender.portrait.photographer import DRAFT, FULL, Shot, develop
 
+DRAFT_STEPS = 3  # of developing a draft that a frame's time has room for
 FIRST_LOOK_S = 0.3  # how long the first photograph is looked for
 GOOD = 2.0  # marks beyond those of the clearest picture seen: a frame this good is taken at once
 DECENT = 2.2  # the same: worse than this the photograph after the draft should not be
@@ -154,9 +155,9 @@ class PortraitStudio:
         return better >= 1 and age * better >= BETWEEN_S
 
     def _develop(self, developing: _Developing, now: float) -> None:
-        """Go a step on with the photograph, with a draft two; when it is done, it takes the place of the one before."""
-        photos = (photo for photo in islice(developing.steps, 2 if developing.draft else 1) if photo is not None)
-        photo = next(photos, None)
+        """Go on with the photograph, faster with a draft; when it is done, it takes the place of the one before."""
+        steps = islice(developing.steps, DRAFT_STEPS if developing.draft else 1)
+        photo = next((photo for photo in steps if photo is not None), None)
         if photo is None:
             return
         candidate = developing.candidate
