@@ -7,9 +7,7 @@ patch takes over the photograph's colours along its border.
 """
 
 from bisect import bisect_left
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import cv2
 import numpy as np
@@ -155,10 +153,4 @@ def make_patch(
     def at(step: int) -> Patch:
         return Patch(*where, key, points, size, step, [plane / step_size(step) for plane in planes])
 
-    fits = partial(_fits, at, budget)
-    step = bisect_left(range(STEP_COUNT - 1), True, key=fits)
-    return at(step)
-
-
-def _fits(at: Callable[[int], Patch], budget: int, step: int) -> bool:
-    return len(encode_patch(at(step))) <= budget
+    return at(bisect_left(range(STEP_COUNT - 1), True, key=lambda step: len(encode_patch(at(step))) <= budget))
