@@ -18,7 +18,9 @@ from conf.receiver.portrait.backdrop import FRINGE, beyond_fringe, fill_behind, 
 
 SURELY = 0.02  # picture heights inside the outline, from where on everything is person
 AROUND = 0.012  # picture heights: the neighbourhood in which the background's unevenness is measured
-TRUST = (8.0, 300.0)  # in the outline: for each grey level squared of the background's unevenness, and always
+TRUST = 300.0  # in the outline, grey levels squared
+UNEVEN = 8.0  # more trust, for each grey level squared of the background's unevenness
+FOREIGN = 4.0  # and for each by which a colour is neither the person's nor the background's, nor between: a window
 TOLD = 0.5  # share from which on the person's own colour is what is left when the background's part is taken out
 FADE = 0.4  # of the fringe: over it the person ends in any case
 
@@ -58,10 +60,12 @@ def cut_out(pixels: NDArray[np.uint8], person: NDArray[np.uint8], /) -> Cutout:
 
 def _share(picture: Image, own: Image, behind: Image, *, prior: Image, unevenness: Image) -> Image:
     """Return (H, W), 0 to 1: how far each colour is on the way from the background's to the person's."""
-    way = own - behind
-    along = np.sum((picture - behind) * way, axis=2)
-    trust = TRUST[0] * unevenness + TRUST[1]
-    return np.asarray(np.clip((along + trust * prior) / (np.sum(way * way, axis=2) + trust), 0, 1), np.float32)
+    way, seen = own - behind, picture - behind
+    along, length = np.sum(seen * way, axis=2), np.sum(way * way, axis=2)
+    reached = np.clip(along / np.maximum(length, 1), 0, 1)[..., None]
+    foreign = np.sum(np.square(seen - reached * way), axis=2)
+    trust = TRUST + UNEVEN * unevenness + FOREIGN * foreign
+    return np.asarray(np.clip((along + trust * prior) / (length + trust), 0, 1), np.float32)
 
 
 def _unevenness(picture: Image, outside: NDArray[np.bool_]) -> Image:
