@@ -30,13 +30,16 @@ def test_what_comes_is_taken_with_its_address_and_answered() -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems do not tell when a datagram came")
 def test_a_datagram_tells_how_long_it_has_waited() -> None:
     with ReceiverSocket(LOOPBACK, 0) as receiver, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
-        before = time.monotonic()
-        other.sendto(b"early", receiver.address)
-        receiver.wait(5)
-        sent = time.monotonic()
-        while time.monotonic() < sent + 0.02:
-            receiver.wait(0.001)
-        (arrival,) = receiver.receive()
+        for _ in range(50):  # the system begins to note times a moment after it was asked
+            before = time.monotonic()
+            other.sendto(b"early", receiver.address)
+            receiver.wait(5)
+            sent = time.monotonic()
+            while time.monotonic() < sent + 0.02:
+                receiver.wait(0.001)
+            (arrival,) = receiver.receive()
+            if arrival.waited >= 0.02:
+                break
         assert 0.02 <= arrival.waited <= time.monotonic() - before
 
 
