@@ -1,10 +1,12 @@
 """What must be known about a photographed face to move it."""
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.face.fapu import Fapu
 from conf.face.head_pose import HeadPose
 
 
@@ -26,6 +28,25 @@ class FaceShape:
     neutral: NDArray[np.float64]
     unit: NDArray[np.float64]
     outline: NDArray[np.float64]
+
+    @classmethod
+    def of_photograph(
+        cls,
+        size: tuple[int, int],
+        pose: NDArray[np.float64],
+        points: NDArray[np.float64],
+        neutral: NDArray[np.float64],
+        fapu: tuple[float, ...],
+        outline: NDArray[np.float64],
+    ) -> Self:
+        """Return the shape of what travels with a photograph.
+
+        size : its width and height in px; pose : (6,), as HeadPose; points, neutral : cm, as here
+        fapu : five distances of the neutral pose, cm; outline : (K, 2) 0 to 1 from the upper left corner
+        """
+        aspect = size[0] / size[1]
+        unit = Fapu(*fapu).lengths()
+        return cls(aspect, HeadPose.from_vector(pose), points, neutral, unit, (outline - 0.5) * (aspect, -1.0))
 
 
 def project(points: NDArray[np.float64], pose: HeadPose, /) -> NDArray[np.float64]:

@@ -8,7 +8,6 @@ from scipy.spatial import QhullError
 
 from conf.errors import ProtocolError
 from conf.face.fapu import Fapu
-from conf.face.head_pose import HeadPose
 from conf.face.portrait.shape import FaceShape
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.portrait.patch import Patch
@@ -74,14 +73,7 @@ class Album:
     def _take_photograph(self, photo: Photograph) -> None:
         pixels = decode_picture(photo.frame)
         person = person_share(photo.outline, (pixels.shape[1], pixels.shape[0]))
-        shape = FaceShape(
-            photo.size[0] / photo.size[1],
-            HeadPose.from_vector(photo.pose),
-            photo.points,
-            photo.neutral,
-            Fapu(*photo.fapu).lengths(),
-            (photo.outline - 0.5) * (photo.size[0] / photo.size[1], -1.0),
-        )
+        shape = FaceShape.of_photograph(photo.size, photo.pose, photo.points, photo.neutral, photo.fapu, photo.outline)
         try:
             warp = PortraitWarp(shape)
         except (ValueError, QhullError) as error:  # points that all coincide, or lie where no mesh can be

@@ -6,7 +6,6 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.fapu import Fapu
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.features import EYES, FEATURES, MOUTH, Feature
 from conf.face.portrait.repaint import foretell, photo_points
@@ -47,19 +46,9 @@ class Hanging:
     @classmethod
     def of(cls, photo: Photograph, shot: Shot, now: float) -> Self:
         """Hang a photograph, as it will have travelled: build the warp that the receiver will build."""
-        aspect = photo.size[0] / photo.size[1]
-        shape = FaceShape(
-            aspect,
-            HeadPose.from_vector(photo.pose),
-            photo.points,
-            photo.neutral,
-            Fapu(*photo.fapu).lengths(),
-            (photo.outline - 0.5) * (aspect, -1.0),
-        )
-        warp = PortraitWarp(shape)
-        return cls(
-            photo, decode_picture(photo.frame), shot, warp, Agreement(warp, shot.pixels), View(warp, shot.pixels), now
-        )
+        shape = FaceShape.of_photograph(photo.size, photo.pose, photo.points, photo.neutral, photo.fapu, photo.outline)
+        warp, pixels = PortraitWarp(shape), decode_picture(photo.frame)
+        return cls(photo, pixels, shot, warp, Agreement(warp, shot.pixels), View(warp, shot.pixels), now)
 
     def fits(self, shot: Shot, motion: MotionFrame, region: int) -> bool:
         """Whether a frame's feature can be laid over the photograph: seen from about there, and nothing before it."""
