@@ -24,7 +24,8 @@ _SMOOTHING = 1e-3
 # Brightness and two tints of blue, green and red; and back. Source: ITU-R BT.601.
 _TO_PLANES = np.array([[0.114, 0.587, 0.299], [0.5, -0.33126, -0.16874], [-0.08131, -0.41869, 0.5]])
 _FROM_PLANES = np.linalg.inv(_TO_PLANES)
-ZIGZAG = np.array(sorted(range(BLOCK * BLOCK), key=lambda i: (i // BLOCK + i % BLOCK, i // BLOCK)))
+# A block's coefficients as they are told: the lowest row + column first, of those the lowest row.
+_RISING = np.array(sorted(range(BLOCK * BLOCK), key=lambda i: (i // BLOCK + i % BLOCK, i // BLOCK)))
 
 Picture = NDArray[np.float64]
 
@@ -48,10 +49,9 @@ def foretell(
     kernel = KERNELS["thin-plate"]
     operator = build_operator(places, centres, kernel=kernel, epsilon=1 / max(size), smoothing=_SMOOTHING)
     at = operator.matrix.astype(np.float64) @ (photo_points * photo.shape[1::-1]) - 0.5
-    channels = [
-        map_coordinates(photo[..., c].astype(np.float64), at.T[::-1], order=1, mode="nearest") for c in range(3)
-    ]
-    return np.stack(channels, axis=-1).reshape(height, width, 3)
+    channels = np.moveaxis(photo.astype(np.float64), -1, 0)
+    seen = [map_coordinates(channel, at.T[::-1], order=1, mode="nearest") for channel in channels]
+    return np.stack(seen, axis=-1).reshape(height, width, 3)
 
 
 def photo_points(warp: PortraitWarp, feature: Feature, /) -> NDArray[np.float64]:
@@ -76,17 +76,15 @@ def from_planes(planes: Sequence[NDArray[np.floating]], size: tuple[int, int], /
 
 def _blocks(plane: Picture) -> NDArray[np.float64]:
     rows, columns = (-(-side // BLOCK) for side in plane.shape)
-    padded = np.pad(
-        plane, [(0, BLOCK * n - side) for n, side in zip((rows, columns), plane.shape, strict=True)], "edge"
-    )
+    padded = np.pad(plane, [(0, -side % BLOCK) for side in plane.shape], "edge")
     blocks = padded.reshape(rows, BLOCK, columns, BLOCK).swapaxes(1, 2)
-    return np.asarray(dctn(blocks, axes=(2, 3), norm="ortho").reshape(rows, columns, -1)[..., ZIGZAG])
+    return np.asarray(dctn(blocks, axes=(2, 3), norm="ortho").reshape(rows, columns, -1)[..., _RISING])
 
 
 def _pixels(plane: NDArray[np.floating], shape: tuple[int, int]) -> Picture:
     rows, columns, _ = plane.shape
     blocks = np.zeros(plane.shape)
-    blocks[..., ZIGZAG] = plane
+    blocks[..., _RISING] = plane
     pixels = idctn(blocks.reshape(rows, columns, BLOCK, BLOCK), axes=(2, 3), norm="ortho")
     return np.asarray(pixels.swapaxes(1, 2).reshape(rows * BLOCK, columns * BLOCK)[: shape[0], : shape[1]])
 

@@ -1,7 +1,7 @@
 """Blocks of coefficients to symbols: which are not empty, where each ends, and its numbers.
 
 Brightness comes first, then the two tints with half its rows and columns; blocks from left to right and from above, the
-coefficients of each in zigzag order. Whether the neighbours are empty says how likely a block is.
+coefficients of each with the lowest frequencies first. Whether the neighbours are empty says how likely a block is.
 """
 
 from collections.abc import Sequence

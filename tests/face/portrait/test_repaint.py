@@ -4,6 +4,7 @@ import pytest
 from conf.face.portrait.features import MOUTH
 from conf.face.portrait.repaint import foretell, from_planes, photo_points, to_planes
 from conf.face.portrait.warp import PortraitWarp
+from conf.protocol.portrait.blocks import plane_shapes
 from tests.face.portrait.synthetic import face_shape
 
 CORNERS = np.array([(0.1, 0.1), (0.9, 0.1), (0.1, 0.9), (0.9, 0.9), (0.5, 0.5), (0.4, 0.7)])
@@ -36,6 +37,7 @@ def test_points_that_all_coincide_are_an_error_or_finite() -> None:
 @pytest.mark.parametrize("size", [(48, 40), (33, 17), (1, 1)])
 def test_a_difference_comes_back_from_its_coefficients(size: tuple[int, int]) -> None:
     smooth = ramp(*size).astype(float) - 60
+    assert [plane.shape for plane in to_planes(smooth)] == plane_shapes(*size), "what the wire expects"
     np.testing.assert_allclose(from_planes(to_planes(smooth), size), smooth, atol=4)
     grey = np.repeat(np.random.default_rng(0).normal(0, 30, (size[1], size[0], 1)), 3, axis=2)
     np.testing.assert_allclose(from_planes(to_planes(grey), size), grey, atol=1e-3)
