@@ -25,7 +25,7 @@ from conf.protocol.inbound import Inbound
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.server import ReceiverSessions
-from tests.protocol.codec.faces import talking
+from tests.support.synthetic_motion import talking
 from tools.bench_session import CODE, RECEIVER, SENDER, mutate
 from tools.golden_codec import FOLDER
 

@@ -12,7 +12,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from conf.protocol.codec import PROFILES, Decoder, Encoder
-from tests.protocol.codec.faces import grimace, talking
+from tests.support.synthetic_motion import grimace, talking
 
 FOLDER = Path(__file__).resolve().parents[1] / "tests" / "data"
 MEANING = FOLDER / "codec_golden.json"

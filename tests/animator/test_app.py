@@ -26,11 +26,11 @@ Facts = dict[str, Any]
 
 
 class Session:
-    """The program of animator_session.py, its keyboard and its mouse. It answers once a frame."""
+    """The program of animator_process.py, its keyboard and its mouse. It answers once a frame."""
 
     def __init__(self, display: str, *arguments: str) -> None:
         self._env = os.environ | {"DISPLAY": display, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-        command = [sys.executable, "-W", "error", "-m", "tests.animator.animator_session", *arguments]
+        command = [sys.executable, "-W", "error", "-m", "tests.support.animator_process", *arguments]
         pipe = subprocess.PIPE
         self.process = subprocess.Popen(command, cwd=REPOSITORY, env=self._env, stdin=pipe, stdout=pipe, text=True)
         self._watchdog = threading.Timer(LIMIT_S, self.process.kill)

@@ -11,7 +11,7 @@ from conf.face.default_head import DEFAULT_HEAD, default_joints, default_points
 from conf.face.geodesics import Surface
 from conf.face.mesh import Mesh, load_mesh
 from conf.face.mesh_parts import part_of
-from tests.face.conftest import SheetFace
+from tests.support.sheet_face import SheetFace
 
 
 def found(mesh: Mesh, points: np.ndarray) -> Anatomy:

@@ -1,7 +1,7 @@
 import numpy as np
 
 from conf.face.anchors import choose_anchors
-from tests.face.conftest import SheetFace
+from tests.support.sheet_face import SheetFace
 
 
 def test_anchors_lie_on_the_face_far_from_what_moves(face: SheetFace) -> None:

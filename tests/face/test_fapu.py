@@ -3,7 +3,7 @@ import pytest
 
 from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
 from conf.face.fapu import UNITS_PER_DISTANCE, Fapu
-from tests.face.conftest import SheetFace
+from tests.support.sheet_face import SheetFace
 
 
 def test_measures_the_five_distances(face: SheetFace) -> None:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from conf.face.geodesics import Surface
-from tests.face.conftest import SheetFace
+from tests.support.sheet_face import SheetFace
 
 
 def strip(count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -12,7 +12,7 @@ from conf.face.head import DEFAULT_HEAD, Deformer, FaceModel, load_face, make_fa
 from conf.face.kernels import KERNELS
 from conf.face.ppc import write_ppc
 from conf.face.shapes import load_shapes
-from tests.face.conftest import SheetFace
+from tests.support.sheet_face import SheetFace
 
 CORNERS = indices("inner_lip_corner", "outer_lip_corner")
 

@@ -5,7 +5,7 @@ from conf.face.learned import jaw_shares, refine_operator, shape_weights, withou
 from conf.face.regions import Field, Regions
 from conf.face.rig import CHIN, Jaw
 from conf.face.shapes import Shapes
-from tests.face.conftest import SheetFace
+from tests.support.sheet_face import SheetFace
 
 V, N, S = 40, 6, 12
 WHOLE = Regions.whole(V)

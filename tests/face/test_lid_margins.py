@@ -8,7 +8,7 @@ from conf.face.lid_margins import MIXTURES, OWNERS, fold_margins, measured_margi
 from conf.face.margins import Shells
 from conf.face.rbf import build_operator
 from conf.face.regions import split_regions
-from tests.face.conftest import SheetFace
+from tests.support.sheet_face import SheetFace
 
 
 def test_helper_points_lie_between_the_corners_of_their_eye(face: SheetFace) -> None:

@@ -10,7 +10,7 @@ from conf.face.geodesics import Surface
 from conf.face.head import make_face
 from conf.face.mesh import Mesh
 from conf.face.mouth_opening import lips_are_cut, open_lips
-from tests.face.conftest import SheetFace
+from tests.support.sheet_face import SheetFace
 
 INNER = [INDEX[f"inner_lip_{lip}_mid"] for lip in ("upper", "lower")]
 

@@ -9,7 +9,7 @@ from conf.face.default_head import DEFAULT_HEAD, EYE_MIDDLE, default_joints, def
 from conf.face.mesh import Mesh, load_mesh
 from conf.face.own_face import OwnFace, find_placement, settle
 from conf.face.plain_paint import PICTURE
-from tests.face.conftest import SheetFace
+from tests.support.sheet_face import SheetFace
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from conf.errors import FileFormatError
 from conf.face.ppc import read_ppc, write_ppc
-from tests.face.conftest import SheetFace
+from tests.support.sheet_face import SheetFace
 
 
 def test_what_is_written_is_read(tmp_path: Path, face: SheetFace) -> None:

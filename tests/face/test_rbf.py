@@ -9,7 +9,7 @@ from scipy.interpolate import RBFInterpolator
 from conf.face.kernels import KERNELS, Kernel
 from conf.face.rbf import build_operator
 from conf.face.regions import Field, Regions
-from tests.face.conftest import SheetFace
+from tests.support.sheet_face import SheetFace
 
 kernels = pytest.mark.parametrize("kernel", KERNELS.values(), ids=KERNELS)
 MULTIQUADRIC = KERNELS["multiquadric"]

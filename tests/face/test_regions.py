@@ -8,7 +8,7 @@ from conf.face.geodesics import Surface
 from conf.face.kernels import KERNELS
 from conf.face.rbf import build_operator
 from conf.face.regions import Regions, split_regions
-from tests.face.conftest import SheetFace
+from tests.support.sheet_face import SheetFace
 
 NO_ANCHORS = np.empty((0, 3))
 

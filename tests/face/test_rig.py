@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.face.rig import CHIN, JAW_RANGE, MAX_GAZE, Eye, Jaw, cross_matrix, gaze_rotation, swing
-from tests.face.conftest import SheetFace
+from tests.support.sheet_face import SheetFace
 
 small = st.floats(-5, 5)
 AXIS = np.array([1.0, 0.0, 0.0])

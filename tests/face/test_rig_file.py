@@ -12,7 +12,7 @@ from conf.face.mesh import Mesh, load_mesh
 from conf.face.ppc import read_ppc
 from conf.face.rig_file import load_rig
 from conf.face.shapes import load_shapes
-from tests.face.conftest import SheetFace
+from tests.support.sheet_face import SheetFace
 
 RIG = DEFAULT_HEAD.with_name("rig.json")
 

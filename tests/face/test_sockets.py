@@ -12,7 +12,7 @@ from conf.face.geodesics import Surface
 from conf.face.mesh import Mesh, load_mesh
 from conf.face.mesh_parts import part_of
 from conf.face.sockets import fill_sockets
-from tests.face.conftest import SheetFace
+from tests.support.sheet_face import SheetFace
 
 
 @pytest.fixture(scope="module")

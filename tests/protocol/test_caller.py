@@ -11,7 +11,7 @@ from conf.protocol.caller import LinkOptions, top_rung
 from conf.protocol.codec import PROFILES
 from conf.protocol.congestion import BREAK_AFTER_S, LADDER
 from conf.protocol.session.events import Connected, Lost, NoAnswer, WrongCode
-from tests.protocol.calls import RECEIVER, WRONG, End, Line, World, talk
+from tests.support.simulated_calls import RECEIVER, WRONG, End, Line, World, talk
 
 OFF = 160  # FAPU units, mean of all points; a lone blink, which no face was trained on, costs 130 without any loss
 

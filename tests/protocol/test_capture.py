@@ -13,8 +13,8 @@ from cryptography.hazmat.primitives.ciphers.aead import AESCCM
 from spake2 import SPAKE2_A
 
 from conf.protocol.session.limits import Address
-from tests.protocol.calls import CODE, RECEIVER, End, World
-from tests.protocol.wire_reader import PayloadReader
+from tests.protocol.independent_decoder import PayloadReader
+from tests.support.simulated_calls import CODE, RECEIVER, End, World
 
 FIELDS = {0: 48, 1: 16, 2: 40, 3: 25, 4: 25, 5: 10, 6: 1}
 COUNTS = {0: 10, 1: 2, 3: 1}  # fields of the bodies that are a plain array

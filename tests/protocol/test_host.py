@@ -7,7 +7,7 @@ from conf.protocol.messages import MotionFrame
 from conf.protocol.session.events import Connected, Lost, Refused
 from conf.protocol.session.handshake import Refusal
 from conf.protocol.session.server import MAX_SESSIONS
-from tests.protocol.calls import Line, Motion, World, talk
+from tests.support.simulated_calls import Line, Motion, World, talk
 
 
 def nodding(amount: float) -> Motion:

@@ -19,8 +19,8 @@ from conf.protocol.portrait.patch import encode_patch
 from conf.protocol.portrait.photograph import decode_photograph, encode_photograph
 from conf.protocol.session.packet import parse
 from conf.protocol.session.reasons import Reason
-from tests.protocol.portrait.pictures import patch, photograph
-from tests.protocol.wire_reader import PayloadReader, read_patch, read_shape
+from tests.protocol.independent_decoder import PayloadReader, read_patch, read_shape
+from tests.support.portrait_objects import patch, photograph
 from tools.golden_wire import BODIES, FOLDER, HEADS
 
 TEXT = (Path(bodies.__file__).parent / "WIRE.md").read_text()

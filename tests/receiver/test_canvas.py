@@ -2,7 +2,7 @@ import numpy as np
 
 from conf.receiver.canvas import WALL, Canvas, paint_wall
 from conf.receiver.offscreen import OffscreenWindow
-from tests.receiver.conftest import SIZE
+from tests.support.stand_in_head import SIZE
 
 
 def test_the_wall_is_soft_dark_and_without_bands() -> None:

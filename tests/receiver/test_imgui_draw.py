@@ -2,8 +2,8 @@ from imgui_bundle import imgui
 
 from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.overlay import Overlay
-from tests.receiver.conftest import SIZE
-from tests.receiver.pictures import box
+from tests.support.image_measures import box
+from tests.support.stand_in_head import SIZE
 
 
 def test_colours_and_pixels_are_exact_and_clipping_is_kept(window: OffscreenWindow, overlay: Overlay) -> None:

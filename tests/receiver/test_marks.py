@@ -9,7 +9,7 @@ from conf.receiver.marks import CELL, DOT, GRID, ControlPointMarks, paint_labels
 from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.renderer import FaceRenderer
 from conf.receiver.scene import View, clip_matrix, project
-from tests.receiver.conftest import SIZE
+from tests.support.stand_in_head import SIZE
 
 FRONT = HeadPose(np.zeros(3), np.zeros(2), float(np.log(0.03)))
 LONELY = [INDEX[name] for name in ("brow_outer_l", "brow_outer_r", "cheekbone_l", "cheekbone_r", "cheek_center_l")]

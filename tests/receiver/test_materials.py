@@ -10,6 +10,8 @@ def test_any_group_that_is_not_known_is_skin() -> None:
     assert material_of("skin") is SKIN
 
 
-@pytest.mark.parametrize("material", {*MATERIALS.values(), SKIN}, ids=lambda material: material.shader)
+@pytest.mark.parametrize(
+    "material", sorted({*MATERIALS.values(), SKIN}, key=repr), ids=lambda material: material.shader
+)
 def test_every_material_has_its_shader(material: object) -> None:
     assert (files("conf.receiver") / "shaders" / f"{getattr(material, 'shader')}.frag.glsl").is_file()  # noqa: B009

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from conf.receiver.meter import MARGIN, WIDTH, MeterReading, bitrate, draw_meter, rows, saved
 from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.overlay import Overlay
-from tests.receiver.pictures import box
+from tests.support.image_measures import box
 
 READING = MeterReading(
     "receiving", 29.8, 48.2, 5.78, 230400.0, 27648.0, 4783.0, 99.979, 50, 320, 240, 1234, 3, 1, 67.0, 4.12, 24.0,

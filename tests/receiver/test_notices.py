@@ -4,7 +4,7 @@ from conf.receiver.events import KEYS
 from conf.receiver.notices import draw_help, draw_notice, help_lines
 from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.overlay import Overlay
-from tests.receiver.pictures import box
+from tests.support.image_measures import box
 
 
 def test_the_help_names_every_key_and_the_mouse() -> None:

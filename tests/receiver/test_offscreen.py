@@ -4,7 +4,7 @@ import pytest
 
 from conf.errors import GraphicsError
 from conf.receiver.offscreen import OffscreenWindow
-from tests.receiver.conftest import SIZE
+from tests.support.stand_in_head import SIZE
 
 
 def test_read_gives_blue_green_red_with_the_first_row_on_top(window: OffscreenWindow) -> None:

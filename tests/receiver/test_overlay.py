@@ -6,8 +6,8 @@ from imgui_bundle import imgui
 
 from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.overlay import Overlay, interface_scale, lines_height, panel
-from tests.receiver.conftest import SIZE
-from tests.receiver.pictures import box
+from tests.support.image_measures import box
+from tests.support.stand_in_head import SIZE
 
 sides = st.integers(64, 4000)
 

@@ -13,7 +13,7 @@ from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.pipeline import ReceivingLoop
 from conf.receiver.stage import Window
 from conf.receiver.udp import Arrival
-from tests.receiver.calls import FakeCaller, new_host
+from tests.support.fake_senders import FakeCaller, new_host
 
 FPS = 8.0
 Datagrams = list[tuple[bytes, Address]]

@@ -1,7 +1,7 @@
 import pytest
 
 from conf.receiver.readings import HISTORY_EVERY_S, HISTORY_LENGTH, Readings, state_of
-from tests.receiver.calls import PARAMETERS, FakeCaller, new_host, talk
+from tests.support.fake_senders import PARAMETERS, FakeCaller, new_host, talk
 
 
 def test_nobody_is_waited_for() -> None:

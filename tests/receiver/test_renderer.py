@@ -12,8 +12,8 @@ from conf.face.head_pose import HeadPose
 from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.renderer import FaceRenderer, ordered_groups
 from conf.receiver.scene import View, clip_matrix, project
-from tests.receiver.conftest import SIZE
-from tests.receiver.pictures import Pixels, box, drawn
+from tests.support.image_measures import Pixels, box, drawn
+from tests.support.stand_in_head import SIZE
 
 ASPECT = SIZE[0] / SIZE[1]
 

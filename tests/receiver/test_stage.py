@@ -10,8 +10,8 @@ from conf.receiver.meter import covered_width
 from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.scene import View
 from conf.receiver.stage import Stage, grid
-from tests.receiver.conftest import SIZE
-from tests.receiver.pictures import box
+from tests.support.image_measures import box
+from tests.support.stand_in_head import SIZE
 
 COVERED = round(covered_width(SIZE, 1.0))
 

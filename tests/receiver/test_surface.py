@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from conf.receiver.surface import Surface, inside_out
-from tests.receiver.conftest import ball, ball_triangles
+from tests.support.stand_in_head import ball, ball_triangles
 
 VERTICES, TRIANGLES = ball(np.zeros(3), 2.0, 32).astype(np.float32), ball_triangles(32)
 

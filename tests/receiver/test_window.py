@@ -16,19 +16,19 @@ import pytest
 
 from conf.errors import GraphicsError
 from conf.receiver.window import GlfwWindow
-from tests.receiver.pictures import Pixels, drawn
+from tests.support.image_measures import Pixels, drawn
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 LIMIT_S = 60.0
 
 
 class Session:
-    """The program of window_session.py, its keyboard and its mouse."""
+    """The program of window_process.py, its keyboard and its mouse."""
 
     def __init__(self, display: str, picture: Path) -> None:
         self.picture = picture
         self._env = os.environ | {"DISPLAY": display, "OPENBLAS_NUM_THREADS": "1"}
-        command = [sys.executable, "-W", "error", "-m", "tests.receiver.window_session", str(picture)]
+        command = [sys.executable, "-W", "error", "-m", "tests.support.window_process", str(picture)]
         self.process = subprocess.Popen(command, cwd=REPOSITORY, env=self._env, stdout=subprocess.PIPE, text=True)
         self._watchdog = threading.Timer(LIMIT_S, self.process.kill)
         self._watchdog.start()

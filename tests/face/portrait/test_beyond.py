@@ -4,7 +4,7 @@ from conf.face.head_pose import HeadPose
 from conf.face.portrait.beyond import presence
 from conf.face.portrait.mesh import build_mesh
 from conf.face.portrait.outline import OVERLAP
-from tests.face.portrait.synthetic import POSE, face_shape
+from tests.support.synthetic_portrait import POSE, face_shape
 
 # A head so large and high that the picture's upper border cuts its crown off.
 LARGE = face_shape(HeadPose(POSE.rotation, np.array([0.1, 0.15]), float(np.log(0.04))))

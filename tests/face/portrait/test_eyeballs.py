@@ -2,7 +2,7 @@ import numpy as np
 
 from conf.face.control_points import INDEX
 from conf.face.portrait.mesh import build_mesh, signed_areas
-from tests.face.portrait.synthetic import face_shape
+from tests.support.synthetic_portrait import face_shape
 
 MESH = build_mesh(face_shape())
 PLACES = MESH.places

@@ -4,7 +4,7 @@ import pytest
 from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
 from conf.face.portrait import contours
 from conf.face.portrait.features import EYES, FEATURES, MOUTH, Feature
-from tests.face.portrait.synthetic import face_points
+from tests.support.synthetic_portrait import face_points
 
 
 @pytest.mark.parametrize("feature", FEATURES, ids=lambda f: f.name)

@@ -3,7 +3,7 @@ import numpy as np
 from conf.face.control_points import LOWER_LID, LOWER_LIP, UPPER_LIP
 from conf.face.portrait import contours
 from conf.face.portrait.fields import split_fields
-from tests.face.portrait.synthetic import face_points
+from tests.support.synthetic_portrait import face_points
 
 
 def test_shares_add_up_and_a_lip_is_carried_by_its_own_points() -> None:

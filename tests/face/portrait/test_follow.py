@@ -4,7 +4,7 @@ from conf.face.control_points import INDEX
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.follow import SHOULDERS, head_share
 from conf.face.portrait.mesh import build_mesh
-from tests.face.portrait.synthetic import POSE, face_shape
+from tests.support.synthetic_portrait import POSE, face_shape
 
 
 def test_head_follows_wholly_shoulders_in_part_and_the_bottom_not_at_all() -> None:

@@ -3,7 +3,7 @@ import numpy as np
 from conf.face.head_pose import HeadPose
 from conf.face.portrait import contours
 from conf.face.portrait.mesh import build_mesh, signed_areas
-from tests.face.portrait.synthetic import POSE, face_shape
+from tests.support.synthetic_portrait import POSE, face_shape
 
 
 def test_triangles_are_counter_clockwise_and_outlines_are_vertices() -> None:

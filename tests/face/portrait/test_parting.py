@@ -2,7 +2,7 @@ import numpy as np
 
 from conf.face.portrait import contours
 from conf.face.portrait.parting import LEAST_GAP_CM, between_lines, open_lips_and_lids, part_lips_and_lids
-from tests.face.portrait.synthetic import face_points
+from tests.support.synthetic_portrait import face_points
 
 UPPER, LOWER = (contours.rows(line[1:-1]) for line in (contours.UPPER_INNER_LIP, contours.LOWER_INNER_LIP))
 

@@ -5,7 +5,7 @@ from conf.face.portrait.features import MOUTH
 from conf.face.portrait.repaint import foretell, from_planes, photo_points, to_planes
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.portrait.blocks import plane_shapes
-from tests.face.portrait.synthetic import face_shape
+from tests.support.synthetic_portrait import face_shape
 
 CORNERS = np.array([(0.1, 0.1), (0.9, 0.1), (0.1, 0.9), (0.9, 0.9), (0.5, 0.5), (0.4, 0.7)])
 

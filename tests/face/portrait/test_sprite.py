@@ -5,7 +5,7 @@ from conf.face.portrait.features import MOUTH
 from conf.face.portrait.mesh import signed_areas
 from conf.face.portrait.sprite import FeatureMap
 from conf.face.portrait.warp import PortraitWarp
-from tests.face.portrait.synthetic import face_shape
+from tests.support.synthetic_portrait import face_shape
 
 SIZE = (100, 80)
 WARP = PortraitWarp(face_shape())

@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 
 from conf.face.portrait.mesh import build_mesh, signed_areas
 from conf.face.portrait.unfold import unfold
-from tests.face.portrait.synthetic import face_shape
+from tests.support.synthetic_portrait import face_shape
 
 MESH = build_mesh(face_shape())
 

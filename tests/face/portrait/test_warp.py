@@ -9,7 +9,7 @@ from conf.face.head_pose import HeadPose
 from conf.face.portrait.mesh import signed_areas
 from conf.face.portrait.shape import project
 from conf.face.portrait.warp import MAX_TURN, PortraitWarp, ease_turn
-from tests.face.portrait.synthetic import POSE, face_shape
+from tests.support.synthetic_portrait import POSE, face_shape
 
 WARP = PortraitWarp(face_shape())
 STILL = np.zeros((CONTROL_POINT_COUNT, 3))

@@ -6,7 +6,7 @@ from conf.face.control_points import INDEX
 from conf.protocol.codec.corrections import WORTH_KEEPING, choose_corrections
 from conf.protocol.codec.model import load_models
 from conf.protocol.codec.syntax import MAX_CORRECTIONS
-from tests.protocol.codec.faces import grimace, still
+from tests.support.synthetic_motion import grimace, still
 
 MODEL = load_models()["live"]
 

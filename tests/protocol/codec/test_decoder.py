@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from conf.errors import ProtocolError
 from conf.protocol.codec import LIVE, NARROW, PROFILES, RICH, Decoder, Encoder, MissingReferenceError, Profile
 from conf.protocol.codec.decoder import MAX_PAYLOAD
-from tests.protocol.codec.faces import talking
+from tests.support.synthetic_motion import talking
 
 
 def call(profile: Profile, frames: int, *, ack_delay: int) -> list[tuple[int, bytes]]:

@@ -7,7 +7,7 @@ from conf.protocol.codec import LIVE, NARROW, RICH, Decoder, Encoder
 from conf.protocol.codec.bundle import MAX_FRAMES
 from conf.protocol.codec.model import load_models
 from conf.protocol.messages import MotionFrame
-from tests.protocol.codec.faces import grimace, still, talking
+from tests.support.synthetic_motion import grimace, still, talking
 
 
 def steps_off(frame: MotionFrame, displacements: np.ndarray, pose: np.ndarray) -> float:

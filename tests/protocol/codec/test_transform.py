@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from conf.protocol.codec.model import load_models
 from conf.protocol.codec.quantised import LOG_SCALE, POSE_VALUES, QuantisedFrame
-from tests.protocol.codec.faces import talking
+from tests.support.synthetic_motion import talking
 
 TRANSFORM = load_models()["live"].transform
 COUNT = len(TRANSFORM.lean)

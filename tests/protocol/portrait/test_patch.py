@@ -16,7 +16,7 @@ from conf.protocol.portrait.patch import (
     encode_patch,
     step_size,
 )
-from tests.protocol.portrait.pictures import patch
+from tests.support.portrait_objects import patch
 
 
 @pytest.mark.parametrize("region", range(len(REGIONS)))

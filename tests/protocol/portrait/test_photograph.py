@@ -14,7 +14,7 @@ from conf.protocol.portrait.photograph import (
     encode_neutral,
     encode_photograph,
 )
-from tests.protocol.portrait.pictures import photograph
+from tests.support.portrait_objects import photograph
 
 
 def test_a_photograph_survives_within_its_steps() -> None:

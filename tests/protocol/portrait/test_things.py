@@ -3,7 +3,7 @@ from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
 from conf.protocol.portrait import NeutralUpdate, decode_thing, encode_thing
-from tests.protocol.portrait.pictures import patch, photograph
+from tests.support.portrait_objects import patch, photograph
 
 THINGS = [photograph(), patch(), NeutralUpdate(1, photograph().neutral, (6.4, 5.0, 2.5, 5.2, 0.9))]
 BYTES = [encode_thing(thing) for thing in THINGS]

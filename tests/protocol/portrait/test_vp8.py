@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
 from conf.protocol.portrait.vp8 import size_of, strip, wrap
-from tests.protocol.portrait.pictures import webp
+from tests.support.portrait_objects import webp
 
 
 def test_twenty_bytes_are_left_out_and_put_back() -> None:

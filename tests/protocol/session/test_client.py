@@ -14,7 +14,7 @@ from conf.protocol.session.initiator import CONFIRM_TIMEOUT_S
 from conf.protocol.session.limits import Address
 from conf.protocol.session.packet import Kind, handshake_datagram
 from conf.protocol.session.reasons import Reason
-from tests.protocol.session.world import RECEIVER, SENDER, WRONG, World, at_once
+from tests.support.simulated_sessions import RECEIVER, SENDER, WRONG, World, at_once
 
 # What becomes of the first datagrams, one entry each: the delays of the copies that arrive. Later ones arrive.
 FATES = st.lists(st.lists(st.sampled_from([0.0, 0.1, 0.3, 1.0, 3.0]), max_size=3), max_size=24)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.protocol.session.code import NUMBERS, WORDS, make_code, normalise_code
-from tests.protocol.session.world import seeded
+from tests.support.simulated_sessions import seeded
 
 CODES = st.tuples(st.sampled_from(WORDS), st.sampled_from(WORDS), st.sampled_from(WORDS), st.integers(0, NUMBERS - 1))
 

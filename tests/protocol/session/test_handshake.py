@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from conf.protocol.session.handshake import proof, receiver_secrets, sender_secrets, sender_share
 from conf.protocol.session.reasons import DatagramError, Reason
-from tests.protocol.session.world import CODE, WRONG, seeded
+from tests.support.simulated_sessions import CODE, WRONG, seeded
 
 ATTEMPT = b"attempt1"
 

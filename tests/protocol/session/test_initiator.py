@@ -6,7 +6,7 @@ from conf.protocol.session.handshake import PROOF_BYTES, Refusal, SessionSecrets
 from conf.protocol.session.initiator import CONFIRM_TIMEOUT_S, Established, Initiator, Rejected
 from conf.protocol.session.packet import HandshakePacket, Kind, handshake_datagram, parse
 from conf.protocol.session.reasons import DatagramError, Reason
-from tests.protocol.session.world import CODE, seeded, state
+from tests.support.simulated_sessions import CODE, seeded, state
 
 COOKIE = b"cookie!!"
 

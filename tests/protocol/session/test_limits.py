@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.protocol.session.limits import COOKIE_SLOT_S, MAX_WRONG_CODES, WRONG_CODES_PERIOD_S, CookieJar, WrongCodeLimit
-from tests.protocol.session.world import SENDER, seeded
+from tests.support.simulated_sessions import SENDER, seeded
 
 
 def test_a_cookie_is_good_for_its_address_content_and_time_only() -> None:

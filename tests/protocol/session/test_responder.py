@@ -5,7 +5,7 @@ from conf.protocol.session.limits import MAX_WRONG_CODES, Address
 from conf.protocol.session.packet import FIELDS, HandshakePacket, Kind, parse
 from conf.protocol.session.reasons import DatagramError, Reason
 from conf.protocol.session.responder import ATTEMPT_LIFE_S, MAX_ATTEMPTS_PER_HOST, SHARES_AT_ONCE, Responder
-from tests.protocol.session.world import CODE, SENDER, WRONG, seeded
+from tests.support.simulated_sessions import CODE, SENDER, WRONG, seeded
 
 
 class Caller:

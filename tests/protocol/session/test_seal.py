@@ -8,7 +8,7 @@ from conf.protocol.session import seal
 from conf.protocol.session.packet import DataPacket, parse
 from conf.protocol.session.reasons import DatagramError, Reason
 from conf.protocol.session.seal import CounterExhausted, KeyChain, Opener, Sealer
-from tests.protocol.session.world import state
+from tests.support.simulated_sessions import state
 
 SECRET = bytes(range(32))
 

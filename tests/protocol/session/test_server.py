@@ -10,7 +10,7 @@ from conf.protocol.session.packet import VERSION, Kind, handshake_datagram, pars
 from conf.protocol.session.reasons import DatagramError, Reason
 from conf.protocol.session.responder import RETRIES_PER_SECOND
 from conf.protocol.session.server import HINTS_PER_SECOND, IDLE_S, ReceiverSessions
-from tests.protocol.session.world import CODE, RECEIVER, SENDER, WRONG, World, at_once, seeded, state
+from tests.support.simulated_sessions import CODE, RECEIVER, SENDER, WRONG, World, at_once, seeded, state
 
 ELSEWHERE = ("203.0.113.9", 40001)
 

@@ -10,8 +10,8 @@ from conf.face.portrait.features import FEATURES
 from conf.protocol.portrait import NeutralUpdate, encode_thing
 from conf.protocol.portrait.patch import MAX_SLOTS
 from conf.receiver.portrait.album import Album
-from tests.face.portrait.synthetic import POSE
-from tests.receiver.portrait.people import patch, photograph
+from tests.support.drawn_person import patch, photograph
+from tests.support.synthetic_portrait import POSE
 
 
 def test_a_photograph_and_its_patches_are_kept() -> None:

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
 from conf.receiver.portrait.decoding import decode_picture
-from tests.receiver.portrait.people import draw_person, vp8
+from tests.support.drawn_person import draw_person, vp8
 
 
 def test_a_picture_comes_back() -> None:

@@ -3,7 +3,7 @@ import numpy as np
 from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.portrait.layer import Layer, load_texture
 from conf.receiver.programs import program
-from tests.receiver.portrait.glsupport import requires_gl
+from tests.support.opengl import requires_gl
 
 
 @requires_gl

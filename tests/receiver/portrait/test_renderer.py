@@ -13,9 +13,9 @@ from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.portrait.album import Album
 from conf.receiver.portrait.renderer import PortraitRenderer
 from conf.receiver.scene import View
-from tests.face.portrait.synthetic import POSE
-from tests.receiver.portrait.glsupport import requires_gl
-from tests.receiver.portrait.people import SIZE, draw_person, patch, photograph, to_pixels
+from tests.support.drawn_person import SIZE, draw_person, patch, photograph, to_pixels
+from tests.support.opengl import requires_gl
+from tests.support.synthetic_portrait import POSE
 
 STILL = np.zeros((CONTROL_POINT_COUNT, 3))
 AHEAD = View()

@@ -4,9 +4,9 @@ import numpy as np
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.portrait.warp import PortraitWarp
 from conf.sender.portrait.agreement import Agreement
-from tests.face.portrait.synthetic import POSE, face_shape
-from tests.receiver.portrait.people import draw_person
-from tests.sender.portrait.subjects import landmarks
+from tests.support.drawn_person import draw_person
+from tests.support.portrait_subjects import landmarks
+from tests.support.synthetic_portrait import POSE, face_shape
 
 STILL = np.zeros((CONTROL_POINT_COUNT, 3))
 

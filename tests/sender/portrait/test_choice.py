@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
 from conf.face.head_pose import HeadPose
 from conf.sender.portrait.choice import LOOK_EVERY_S, LOOKS, Habit, haste, judge, sharpness
-from tests.receiver.portrait.people import draw_person
-from tests.sender.portrait.subjects import landmarks, motion
+from tests.support.drawn_person import draw_person
+from tests.support.portrait_subjects import landmarks, motion
 
 FRONTAL = HeadPose(np.zeros(3), np.zeros(2), -3.5)
 TURNED = HeadPose(np.array([0, 0.4, 0]), np.zeros(2), -3.5)

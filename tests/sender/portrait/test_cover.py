@@ -3,8 +3,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.sender.portrait.cover import AREAS, roughness
-from tests.sender.portrait.subjects import landmarks
 from tests.sender.portrait.test_agreement import shaded
+from tests.support.portrait_subjects import landmarks
 
 
 def face() -> NDArray[np.float32]:

@@ -4,8 +4,8 @@ import pytest
 from numpy.typing import NDArray
 
 from conf.sender.portrait.cutout import MAX_CORNERS, outline_person
-from tests.receiver.portrait.people import SIZE, draw_person
-from tests.sender.portrait.subjects import landmarks
+from tests.support.drawn_person import SIZE, draw_person
+from tests.support.portrait_subjects import landmarks
 
 
 def drawn(background: NDArray[np.uint8] | tuple[int, int, int]) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:

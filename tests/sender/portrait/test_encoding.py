@@ -3,7 +3,7 @@ import numpy as np
 
 from conf.protocol.portrait.vp8 import size_of, wrap
 from conf.sender.portrait.encoding import encode_picture
-from tests.receiver.portrait.people import draw_person
+from tests.support.drawn_person import draw_person
 
 
 def test_the_picture_keeps_to_its_budget_and_is_as_good_as_that_allows() -> None:

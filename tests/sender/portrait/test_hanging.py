@@ -4,9 +4,9 @@ from conf.face.head_pose import HeadPose
 from conf.face.portrait.features import FEATURES, MOUTH
 from conf.sender.portrait.hanging import Hanging, differ
 from conf.sender.portrait.photographer import take_photograph
-from tests.face.portrait.synthetic import POSE
-from tests.sender.portrait.subjects import canonical, landmarks, motion, shot
 from tests.sender.portrait.test_agreement import shaded
+from tests.support.portrait_subjects import canonical, landmarks, motion, shot
+from tests.support.synthetic_portrait import POSE
 
 
 def test_what_looks_like_the_photograph_fits_and_what_is_turned_away_does_not() -> None:

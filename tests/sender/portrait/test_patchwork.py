@@ -5,8 +5,8 @@ from conf.face.portrait.features import MOUTH
 from conf.protocol.portrait.model import load_portrait_model
 from conf.protocol.portrait.patch import POINT_STEPS, STEP_COUNT, encode_patch
 from conf.sender.portrait.patchwork import PatchBudget, Patchwork, cut_out, make_patch, match_light
-from tests.receiver.portrait.people import draw_person
-from tests.sender.portrait.subjects import landmarks
+from tests.support.drawn_person import draw_person
+from tests.support.portrait_subjects import landmarks
 
 MODEL = load_portrait_model().regions[0]
 

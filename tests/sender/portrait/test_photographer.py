@@ -3,9 +3,9 @@ import numpy as np
 from conf.protocol.portrait import decode_thing, encode_thing
 from conf.protocol.portrait.vp8 import size_of
 from conf.sender.portrait.photographer import DRAFT, FULL, develop, soften, take_photograph
-from tests.face.portrait.synthetic import POSE, face_points
-from tests.receiver.portrait.people import draw_person
-from tests.sender.portrait.subjects import canonical, landmarks, shot
+from tests.support.drawn_person import draw_person
+from tests.support.portrait_subjects import canonical, landmarks, shot
+from tests.support.synthetic_portrait import POSE, face_points
 
 
 def test_a_photograph_knows_pose_and_points_of_the_face() -> None:

@@ -9,9 +9,9 @@ from conf.protocol.portrait import NeutralUpdate, Patch, Photograph, PortraitInb
 from conf.protocol.portrait.photograph import LEAST_LOG_SCALE
 from conf.sender.portrait.photographer import DRAFT
 from conf.sender.portrait.studio import BETWEEN_VIEWS_S, DRAFT_LASTS_S, FIRST_LOOK_S, PortraitStudio
-from tests.face.portrait.synthetic import POSE
-from tests.sender.portrait.subjects import canonical, motion, shot
 from tests.sender.portrait.test_agreement import shaded
+from tests.support.portrait_subjects import canonical, motion, shot
+from tests.support.synthetic_portrait import POSE
 
 STILL = np.zeros((CONTROL_POINT_COUNT, 3))
 OPEN = STILL.copy()

@@ -4,9 +4,9 @@ from numpy.typing import NDArray
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.warp import PortraitWarp
 from conf.sender.portrait.view import EVERY_S, LIGHT_LOOKS, PLACE_LOOKS, View
-from tests.face.portrait.synthetic import POSE, face_shape
-from tests.sender.portrait.subjects import motion
 from tests.sender.portrait.test_agreement import shaded
+from tests.support.portrait_subjects import motion
+from tests.support.synthetic_portrait import POSE, face_shape
 
 
 class Camera:

@@ -16,7 +16,7 @@ from conf.face.portrait.shape import project
 from conf.protocol.portrait import Patch, Photograph
 from conf.protocol.portrait.patch import step_size
 from conf.protocol.portrait.vp8 import strip
-from tests.face.portrait.synthetic import POSE, face_points
+from tests.support.synthetic_portrait import POSE, face_points
 
 SIZE = (320, 240)
 SKIN, LIPS, WALL = (130, 160, 210), (90, 90, 180), (160, 140, 40)  # BGR

@@ -1,6 +1,6 @@
 """The animator as a program for tests: answers each line on stdin with where its widgets are and what it shows.
 
-python -m tests.animator.animator_session FOLDER [FACE.obj]
+python -m tests.support.animator_process FOLDER [FACE.obj]
 """
 
 import json

@@ -1,6 +1,6 @@
 """A program with a window, for test_window: draws a stand-in face, reports each event as a line of JSON.
 
-python -m tests.receiver.window_session PICTURE.png
+python -m tests.support.window_process PICTURE.png
 """
 
 import json
@@ -20,7 +20,7 @@ from conf.receiver.recorder import save_picture
 from conf.receiver.renderer import FaceRenderer
 from conf.receiver.scene import View
 from conf.receiver.window import GlfwWindow
-from tests.receiver.conftest import control_points, stand_in_mesh
+from tests.support.stand_in_head import control_points, stand_in_mesh
 
 POSE = HeadPose(np.zeros(3), np.zeros(2), float(np.log(0.03)))
 

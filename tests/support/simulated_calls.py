@@ -17,7 +17,7 @@ from conf.protocol.session.events import Connected, Event
 from conf.protocol.session.limits import Address
 from conf.protocol.session.server import ReceiverSessions
 from conf.protocol.statistics import HEADER_BYTES
-from tests.protocol.codec.faces import talking
+from tests.support.synthetic_motion import talking
 
 CODE = "acorn-tulip-river-42"
 WRONG = "acorn-tulip-river-43"
@@ -29,7 +29,7 @@ FACES = talking(47 * 360)
 
 
 def talk(timestamp: float) -> MotionFrame:
-    """Return the talking face of tests/protocol/codec/faces.py at any time, in between its frames too."""
+    """Return the talking face of tests/support/synthetic_motion.py at any time, in between its frames too."""
     tick, share = divmod(timestamp * 15, 1)
     a, b = FACES[int(tick) % len(FACES)], FACES[int(tick + 1) % len(FACES)]
     return MotionFrame(

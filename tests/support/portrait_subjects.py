@@ -11,8 +11,8 @@ from conf.face.portrait.shape import project
 from conf.protocol.messages import MotionFrame
 from conf.sender.canonical_face import CanonicalFace
 from conf.sender.portrait.photographer import Shot
-from tests.face.portrait.synthetic import POSE, face_points
-from tests.receiver.portrait.people import SIZE, draw_person, to_pixels
+from tests.support.drawn_person import SIZE, draw_person, to_pixels
+from tests.support.synthetic_portrait import POSE, face_points
 
 
 def landmarks(points: NDArray[np.float64] | None = None, pose: HeadPose = POSE) -> NDArray[np.float32]:

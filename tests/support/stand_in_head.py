@@ -1,0 +1,120 @@
+"""A small head without files, and OpenGL when there is some."""
+
+import os
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from conf.errors import GraphicsError
+from conf.face.control_points import CONTROL_POINTS
+from conf.face.fapu import Fapu
+from conf.face.head import FaceModel
+from conf.face.mesh import Mesh, build_mesh
+from conf.face.obj import RawMesh
+from conf.receiver.offscreen import OffscreenWindow
+from conf.receiver.overlay import Overlay
+
+SIZE = (320, 240)
+SKULL = (np.array([0.0, 1.0, -2.0]), np.array([7.0, 9.5, 7.0]))  # centre and radii, cm
+EYE_RADIUS = 1.2
+
+# Where the control points lie on the stand-in, x to the left, y up, cm; the right side mirrors the left.
+PLACES = {
+    "chin": (0.8, -7.0), "inner_lip_upper": (0.5, -3.6), "inner_lip_lower": (0.5, -4.0),
+    "inner_lip_corner": (2.2, -3.8), "outer_lip_upper": (0.8, -3.0), "outer_lip_lower": (0.8, -4.8),
+    "outer_lip_corner": (2.5, -3.8), "cupids": (0.4, -2.9),
+    "eyelid_upper": (3.2, 3.1), "eyelid_lower": (3.2, 2.1), "pupil": (3.2, 2.6), "eye_outer": (4.4, 2.6),
+    "eye_inner": (2.0, 2.6), "eye_lower": (3.2, 1.6), "eye_upper": (3.2, 3.6), "brow_inner": (1.5, 4.4),
+    "brow_top": (3.2, 4.8), "brow_outer": (4.8, 4.2), "cheek_center": (3.2, -1.2), "cheekbone": (4.8, 0.6),
+    "nostril": (1.4, -0.8), "nose_bottom": (0.7, -1.4),
+}  # fmt: skip
+
+
+def ball(centre: NDArray[np.float64], radii: NDArray[np.float64] | float, count: int) -> NDArray[np.float64]:
+    """Return the vertices of a closed ball, rows from the south pole to the north pole."""
+    up = np.linspace(-np.pi / 2, np.pi / 2, count // 2 + 1)
+    round_ = np.linspace(0.0, 2 * np.pi, count, endpoint=False)
+    y, x = np.meshgrid(up, round_, indexing="ij")
+    unit = np.stack([np.cos(y) * np.sin(x), np.sin(y), np.cos(y) * np.cos(x)], axis=-1)
+    return (centre + radii * unit).reshape(-1, 3)
+
+
+def ball_triangles(count: int) -> NDArray[np.int64]:
+    """Return the triangles of `ball`, counter-clockwise from outside; around the poles they are slivers."""
+    rows, columns = np.meshgrid(np.arange(count // 2), np.arange(count), indexing="ij")
+    a, b = (rows * count + columns).ravel(), (rows * count + (columns + 1) % count).ravel()
+    return np.concatenate([np.stack([a, b, b + count], axis=1), np.stack([a, b + count, a + count], axis=1)])
+
+
+def on_skull(x: float, y: float) -> tuple[float, float, float]:
+    """Return the point of the skull's front at x, y."""
+    centre, radii = SKULL
+    u, v = (x - centre[0]) / radii[0], (y - centre[1]) / radii[1]
+    return x, y, float(centre[2] + radii[2] * np.sqrt(1 - u * u - v * v))
+
+
+def control_points() -> NDArray[np.float64]:
+    """Return (50, 3), cm."""
+    points = []
+    for point in CONTROL_POINTS:
+        x, y = next(place for prefix, place in PLACES.items() if point.name.startswith(prefix))
+        side = {"l": 1.0, "r": -1.0}.get(point.name.rsplit("_", 1)[1], 0.0)
+        points.append(on_skull(side * x, y))
+    return np.array(points)
+
+
+def stand_in_mesh() -> Mesh:
+    """Return a skull of skin, two eyeballs, a tongue inside and hair on top."""
+    centre, radii = SKULL
+    balls = {
+        "skin": (centre, radii),
+        "eye_l": (np.array([3.2, 2.6, 3.8]), EYE_RADIUS),
+        "eye_r": (np.array([-3.2, 2.6, 3.8]), EYE_RADIUS),
+        "tongue": (np.array([0.0, -3.8, 2.0]), 1.0),
+    }
+    positions, corners, groups, count = [], [], {}, 24
+    for name, (middle, radius) in balls.items():
+        first, start = sum(map(len, positions)), sum(map(len, corners))
+        positions.append(ball(middle, radius, count))
+        corners.append(ball_triangles(count) + first)
+        groups[name] = np.arange(start, start + len(corners[-1]))
+    triangles = np.concatenate(corners)
+    skull = ball_triangles(count)
+    positions.append(ball(centre, radii * 1.06, count))
+    crown = skull[(positions[-1][skull][..., 1] > 6.0).all(axis=1)]
+    groups["hair"] = np.arange(len(triangles), len(triangles) + len(crown))
+    triangles = np.concatenate([triangles, crown + sum(map(len, positions[:-1]))])
+    no_uv = np.full_like(triangles, -1)
+    return build_mesh(
+        RawMesh(np.concatenate(positions), np.empty((0, 2)), np.stack([triangles, no_uv], axis=2), groups, None)
+    )
+
+
+@pytest.fixture(scope="session")
+def face() -> FaceModel:
+    """A stand-in face that no control point moves."""
+    mesh, points = stand_in_mesh(), control_points()
+    return FaceModel(mesh, points, Fapu.measure(points), np.zeros((len(mesh.vertices), len(points)), np.float32))
+
+
+@pytest.fixture
+def window() -> Iterator[OffscreenWindow]:
+    """An offscreen window; without OpenGL the test is skipped, or fails when CONF_REQUIRE_GL says so."""
+    try:
+        window = OffscreenWindow(*SIZE)
+    except GraphicsError as error:
+        if os.environ.get("CONF_REQUIRE_GL"):
+            raise
+        pytest.skip(str(error))
+    with window:
+        yield window
+
+
+@pytest.fixture
+def overlay(window: OffscreenWindow) -> Iterator[Overlay]:
+    """The ImGui context on the offscreen window."""
+    overlay = Overlay(window.ctx)
+    yield overlay
+    overlay.release()
