@@ -7,21 +7,26 @@ from pathlib import Path
 import pytest
 
 EVERYTHING = {"animator", "commands", "sender", "receiver", "face", "protocol", "errors"}
+EVERYTHING |= {"render", "output", "transport", "mesh_fitting"}
 ROOT = Path(__file__).resolve().parents[1] / "conf"
 MAY_IMPORT = {
     "errors": set(),
     "face": {"face", "errors"},
     "protocol": {"protocol", "errors"},
-    "sender": {"sender", "face", "protocol", "errors"},
-    "receiver": {"receiver", "face", "protocol", "errors"},
-    "animator": {"animator", "receiver", "face", "protocol", "errors"},
+    "render": {"render", "face", "errors", "animator", "receiver"},
+    "transport": {"transport", "protocol", "errors"},
+    "output": {"output", "render", "face", "protocol", "errors", "animator"},
+    "mesh_fitting": {"mesh_fitting", "render", "sender", "face", "errors", "commands"},
+    "sender": {"sender", "transport", "face", "protocol", "errors"},
+    "receiver": {"receiver", "output", "render", "transport", "face", "protocol", "errors"},
+    "animator": {"animator", "output", "render", "receiver", "face", "protocol", "errors"},
     "commands": EVERYTHING,
     "cli": EVERYTHING,
     "__main__": {"cli"},
 }
 PURE = {"face", "protocol"}
 NOT_PURE = {"cv2", "moderngl", "glfw", "imgui_bundle", "socket", "threading", "time", "asyncio", "random", "secrets"}
-SOCKETS = {"sender/udp.py", "receiver/udp.py"}
+SOCKETS = {"transport/sender_udp.py", "transport/udp.py", "sender/udp.py", "receiver/udp.py"}
 MODULES = sorted(ROOT.rglob("*.py"))
 
 

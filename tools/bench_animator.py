@@ -37,8 +37,8 @@ from conf.face.kernels import KERNELS
 from conf.face.mesh import build_mesh
 from conf.face.obj import RawMesh
 from conf.face.ppc import write_ppc
-from conf.receiver.offscreen import OffscreenWindow
-from conf.receiver.window import GlfwWindow
+from conf.render.window.glfw_window import GlfwWindow
+from conf.render.window.offscreen import OffscreenWindow
 from tools.bench_deform import head_of
 
 WARM_UP = 20

@@ -26,10 +26,10 @@ from conf.face.head_pose import HeadPose
 from conf.protocol.caller import LinkOptions
 from conf.protocol.codec import LIVE
 from conf.protocol.messages import StreamParameters
-from conf.receiver.framing import Framer
-from conf.receiver.offscreen import OffscreenWindow
-from conf.receiver.renderer import FaceRenderer
-from conf.receiver.scene import View
+from conf.render.auto_framing import Framer
+from conf.render.camera import View
+from conf.render.face_renderer import FaceRenderer
+from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.canonical_face import read_canonical_face
 from conf.sender.models import fetch_models
 from conf.sender.motion import MotionExtractor

@@ -29,9 +29,9 @@ from conf.face.head import FaceModel, load_face
 from conf.face.mesh import load_mesh
 from conf.face.orientation import turn_upright
 from conf.face.ppc import read_ppc, write_ppc
-from conf.receiver.offscreen import OffscreenWindow
-from conf.receiver.renderer import FaceRenderer
-from conf.receiver.scene import View, clip_matrix, project
+from conf.render.camera import View, clip_matrix, project
+from conf.render.face_renderer import FaceRenderer
+from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.canonical_face import read_canonical_face
 from conf.sender.models import fetch_models
 from tools.fit_heads import Head, write_heads, write_mesh

@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 
 from conf.protocol.codec import LIVE, NARROW, RICH, Profile
 from conf.protocol.statistics import HEADER_BYTES, raw_bytes
-from conf.receiver.chart import Dot, scatter_chart
 from conf.receiver.recorder import save_picture
+from conf.render.ui.charts import Dot, scatter_chart
 from conf.sender.canonical_face import read_canonical_face
 from conf.sender.models import fetch_models
 from conf.sender.motion import MotionExtractor

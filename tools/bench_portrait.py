@@ -29,10 +29,10 @@ from numpy.typing import NDArray
 from conf.face.head_pose import HeadPose
 from conf.protocol.codec import Decoder, Encoder
 from conf.protocol.portrait import PortraitInbox, PortraitOutbox
-from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.portrait.album import Album
 from conf.receiver.portrait.renderer import PortraitRenderer
-from conf.receiver.scene import View
+from conf.render.camera import View
+from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.canonical_face import read_canonical_face
 from conf.sender.models import fetch_models
 from conf.sender.motion import MotionExtractor

@@ -24,10 +24,10 @@ from conf.protocol.codec.decoder import Decoder
 from conf.protocol.codec.encoder import Encoder
 from conf.protocol.messages import MotionFrame
 from conf.receiver.meter import MeterReading, draw_meter
-from conf.receiver.offscreen import OffscreenWindow
-from conf.receiver.overlay import Overlay
-from conf.receiver.renderer import FaceRenderer
-from conf.receiver.scene import View
+from conf.render.camera import View
+from conf.render.face_renderer import FaceRenderer
+from conf.render.ui.imgui_overlay import Overlay
+from conf.render.window.offscreen import OffscreenWindow
 
 STEPS = ("decode", "deform", "normals", "upload", "draw", "meter", "read_back")
 WARM_UP = 20

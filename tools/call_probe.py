@@ -31,10 +31,10 @@ from conf.protocol.host import Host
 from conf.protocol.session.limits import Address
 from conf.protocol.session.server import ReceiverSessions
 from conf.protocol.statistics import HEADER_BYTES
-from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.pipeline import ReceivingLoop
 from conf.receiver.stage import Window
 from conf.receiver.udp import ReceiverSocket
+from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.pipeline import SenderStatus, SendingLoop
 
 EVERY_S = 1.0

@@ -26,9 +26,9 @@ from conf.face.face_muscles import MuscleFace
 from conf.face.head import FaceModel, load_face, make_face
 from conf.face.head_pose import HeadPose
 from conf.face.muscles import LinearMuscle
-from conf.receiver.offscreen import OffscreenWindow
-from conf.receiver.renderer import FaceRenderer
-from conf.receiver.scene import View
+from conf.render.camera import View
+from conf.render.face_renderer import FaceRenderer
+from conf.render.window.offscreen import OffscreenWindow
 
 Picture = NDArray[np.uint8]
 

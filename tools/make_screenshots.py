@@ -31,10 +31,10 @@ from conf.protocol.caller import LinkOptions
 from conf.protocol.codec import LIVE
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.session.limits import Address
-from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.pipeline import ReceivingLoop
 from conf.receiver.stage import Window
-from conf.receiver.window import GlfwWindow
+from conf.render.window.glfw_window import GlfwWindow
+from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.canonical_face import read_canonical_face
 from conf.sender.models import fetch_demo_clip, fetch_models
 from conf.sender.motion import MotionExtractor

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from conf.face.head import DEFAULT_HEAD
 from conf.face.plain_paint import COLOURS, EYE_ARC, EYE_MIDDLE, EYE_RIM, PICTURE
-from conf.receiver.renderer import PLAIN_SKIN
+from conf.render.face_renderer import PLAIN_SKIN
 from tools.head.eyeballs import CAP_ANGLE, IRIS_ANGLE, eye_uv
 from tools.head.noise import smoothstep
 from tools.head.part import FRAMES

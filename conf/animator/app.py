@@ -13,7 +13,6 @@ from conf.animator.desk import Facts
 from conf.animator.director import Director
 from conf.animator.expressing import Expressing
 from conf.animator.fitting import Fit
-from conf.animator.hands import Hands, dropped_files
 from conf.animator.interface import Interface
 from conf.animator.layout import Layout, scale_of
 from conf.animator.player import REST_POSE
@@ -25,9 +24,10 @@ from conf.animator.touch import Touch, Wishes
 from conf.errors import ConfError
 from conf.face.head import Deformer
 from conf.face.idle import IdleMotion
-from conf.receiver.overlay import Overlay
 from conf.receiver.recorder import ClipRecorder, free_name
 from conf.receiver.stage import Window
+from conf.render.ui.imgui_input import Hands, dropped_files
+from conf.render.ui.imgui_overlay import Overlay
 
 FPS = 60.0
 CLIP_FPS = 30.0

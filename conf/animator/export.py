@@ -27,8 +27,8 @@ from conf.face.head import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.face.playback import displacements_at, pose_at
 from conf.face.ppc import write_ppc
-from conf.receiver.offscreen import read_pixels
 from conf.receiver.recorder import CLIPS, PICTURES, ClipRecorder, save_picture
+from conf.render.window.offscreen import read_pixels
 
 SIDES = (16, 4096)  # least and most pixels of a picture's side
 RATES = (1.0, 120.0)

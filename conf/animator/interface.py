@@ -22,8 +22,8 @@ from conf.animator.requests import Request
 from conf.animator.theme import column
 from conf.animator.touch import KEYS, Touch
 from conf.face.head import load_face
-from conf.receiver.overlay import ACCENT, QUIET, Overlay, lines_height, panel
-from conf.receiver.scene import clip_matrix
+from conf.render.camera import clip_matrix
+from conf.render.ui.imgui_overlay import ACCENT, QUIET, Overlay, lines_height, panel
 
 Panel = Callable[[Desk, Facts], tuple[Desk, list[Request]]]
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from conf.face.control_points import INDEX, PUPILS
 from conf.face.gaze import EYE_RADIUS, LID_FOLLOWS, gaze_angles
 from conf.face.head_pose import HeadPose
-from conf.receiver.scene import View, rotation
+from conf.render.camera import View, rotation
 
 STYLES = ("rendered", "wireframe", "regions")
 CONTACT_LIMIT = (0.45, 0.75)  # radians: up to the first eyes follow wholly, from the second on they look ahead

@@ -8,7 +8,7 @@ from conf.animator.picking import Rect
 from conf.animator.picture import FacePicture
 from conf.animator.placing import Placing
 from conf.animator.theme import GREEN
-from conf.receiver.overlay import ACCENT, Overlay
+from conf.render.ui.imgui_overlay import ACCENT, Overlay
 
 DOT = 3.2  # pixels at scale 1
 BEHIND = 0.22  # opacity of a point on the far side

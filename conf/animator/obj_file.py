@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from conf.errors import ConfError
 from conf.face.mesh import Mesh
-from conf.receiver.materials import material_of
+from conf.render.materials import material_of
 
 COMMON = (".png", ".jpg", ".jpeg", ".bmp", ".tga")  # pictures that every program with OBJ files reads
 SOLID, CLEAR = "face", "hair"

@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 
 from conf.face.casting import first_hits
 from conf.face.mesh import Mesh
-from conf.receiver.materials import material_of
+from conf.render.materials import material_of
 
 SNAP_CM = 1.5  # a mirrored place farther from the mesh's front than this goes to the nearest vertex instead
 

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from conf.animator.influence import point_colours, region_colours
 from conf.animator.look import Look
-from conf.animator.tinted import TintedFace
 from conf.face.head import FaceModel
 from conf.face.head_pose import HeadPose
-from conf.receiver.canvas import Canvas
-from conf.receiver.lighting import LIGHTS
-from conf.receiver.renderer import FaceRenderer
+from conf.render.face_renderer import FaceRenderer
+from conf.render.lighting import LIGHTS
+from conf.render.render_target import Canvas
+from conf.render.vertex_colour_renderer import TintedFace
 
 
 class FacePicture:

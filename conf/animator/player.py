@@ -12,7 +12,7 @@ from conf.face.dpc import Motion, read_dpc
 from conf.face.fapu import Fapu
 from conf.face.head_pose import HeadPose
 from conf.face.playback import PlaybackClock, displacements_at, duration_of, pose_at
-from conf.receiver.framing import CENTRE, LOG_SCALE
+from conf.render.auto_framing import CENTRE, LOG_SCALE
 
 REST_POSE = HeadPose(np.zeros(3), CENTRE, LOG_SCALE)
 

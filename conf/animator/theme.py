@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from imgui_bundle import imgui
 
 from conf.animator.picking import Rect
-from conf.receiver.overlay import ACCENT, QUIET, TEXT
+from conf.render.ui.imgui_overlay import ACCENT, QUIET, TEXT
 
 BACKDROP = (0.052, 0.060, 0.076, 1.0)
 RAISED = (0.118, 0.138, 0.170, 1.0)

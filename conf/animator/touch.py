@@ -8,13 +8,22 @@ from numpy.typing import NDArray
 
 from conf.animator import requests as ask
 from conf.animator.director import Director
-from conf.animator.hands import is_typing
 from conf.animator.layout import Layout
 from conf.animator.picking import nearest_mark
 from conf.animator.placing import Placing
 from conf.animator.player import REST_POSE
-from conf.receiver.events import Dragged, Event, KeyHeld, KeyPressed, MouseButton, MouseMoved, Scrolled, apply
-from conf.receiver.scene import clip_matrix
+from conf.render.camera import clip_matrix
+from conf.render.ui.imgui_input import is_typing
+from conf.render.window.input_events import (
+    Dragged,
+    Event,
+    KeyHeld,
+    KeyPressed,
+    MouseButton,
+    MouseMoved,
+    Scrolled,
+    apply,
+)
 
 REACH = 9.0  # pixels at scale 1: a press nearer than this takes hold of a point
 STILL = 5.0  # pixels at scale 1: a press that moves less is a click

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from imgui_bundle import imgui
 
 from conf.animator.theme import AMBER, CHOSEN, CHOSEN_HOVERED
-from conf.receiver.overlay import QUIET
+from conf.render.ui.imgui_overlay import QUIET
 
 LABEL_SHARE = 0.40  # of a row
 LONG_LABEL_SHARE = 0.58

@@ -14,7 +14,7 @@ from conf.errors import ConfError
 from conf.face.action_units import load_emotions
 from conf.face.epc import read_epc
 from conf.face.ppc import read_ppc
-from conf.receiver.window import GlfwWindow
+from conf.render.window.glfw_window import GlfwWindow
 
 SIZE = (1280, 800)
 

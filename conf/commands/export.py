@@ -19,7 +19,7 @@ from conf.face.head import Deformer, FaceModel
 from conf.face.idle import IdleMotion
 from conf.face.performance import Envelope
 from conf.face.playback import duration_of
-from conf.receiver.offscreen import OffscreenWindow
+from conf.render.window.offscreen import OffscreenWindow
 
 EMOTION_FPS = 30.0
 SEED = 2007  # of the idle life beside an emotion: the same command writes the same file

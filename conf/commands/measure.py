@@ -14,8 +14,8 @@ from conf.protocol.caller import LinkOptions
 from conf.protocol.codec import LIVE, PROFILES
 from conf.protocol.messages import StreamParameters
 from conf.protocol.statistics import raw_bytes
-from conf.receiver.chart import Bar, bar_chart
 from conf.receiver.recorder import save_picture
+from conf.render.ui.charts import Bar, bar_chart
 from conf.sender.canonical_face import read_canonical_face
 from conf.sender.models import fetch_models
 from conf.sender.motion import MotionExtractor

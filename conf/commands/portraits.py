@@ -19,9 +19,9 @@ from conf.face.fapu import Fapu
 from conf.face.head import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.face.mesh import Mesh
-from conf.receiver.offscreen import OffscreenWindow
-from conf.receiver.renderer import FaceRenderer
-from conf.receiver.scene import View, clip_matrix
+from conf.render.camera import View, clip_matrix
+from conf.render.face_renderer import FaceRenderer
+from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.tracker import FaceTracker
 
 SIDE = 640  # pixels: the tracker looks at 256 x 256 of the face, so more adds nothing

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import LANDMARKS
-from conf.receiver.events import KeyPressed
-from conf.receiver.window import GlfwWindow
+from conf.render.window.glfw_window import GlfwWindow
+from conf.render.window.input_events import KeyPressed
 from conf.sender.sources import Frame
 from conf.sender.tracker import Tracking
 

@@ -13,7 +13,7 @@ from conf.face.mesh import Mesh
 from conf.face.mesh_parts import part_of, welded
 from conf.face.orientation import turn_upright
 from conf.face.similarity import Similarity
-from conf.receiver.offscreen import OffscreenWindow
+from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.models import fetch_models
 from conf.sender.tracker import FaceTracker
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from imgui_bundle import imgui, implot
 
-from conf.receiver.overlay import ACCENT, PADDING, QUIET, TITLE_PX, Overlay, interface_scale, lines_height, panel
+from conf.render.ui.imgui_overlay import ACCENT, PADDING, QUIET, TITLE_PX, Overlay, interface_scale, lines_height, panel
 
 WIDTH = 158.0  # of what the panel holds, at interface scale 1, pixels
 CURVE_HEIGHT = 46.0

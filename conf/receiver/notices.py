@@ -2,8 +2,8 @@
 
 from imgui_bundle import imgui
 
-from conf.receiver.events import KEYS, MOUSE
-from conf.receiver.overlay import ACCENT, QUIET, Overlay, lines_height, panel
+from conf.render.ui.imgui_overlay import ACCENT, QUIET, Overlay, lines_height, panel
+from conf.render.window.input_events import KEYS, MOUSE
 
 HELP_OPACITY = 0.88  # it may lie over the meter
 KEY_NAMES = {"space": "Space", "home": "Home", "escape": "Esc"}

@@ -13,11 +13,11 @@ from conf.protocol.session.events import Connected, Event, Lost, Roamed, WrongCo
 from conf.protocol.statistics import TrafficSnapshot
 from conf.receiver.meter import draw_meter
 from conf.receiver.notices import draw_help, draw_label, draw_notice
-from conf.receiver.overlay import Overlay
 from conf.receiver.readings import Readings
 from conf.receiver.stage import Cell, Stage, Window
 from conf.receiver.udp import ReceiverSocket
 from conf.receiver.viewer import Viewer
+from conf.render.ui.imgui_overlay import Overlay
 
 SLICE = 512  # datagrams between two looks at the clock: a few milliseconds of junk
 

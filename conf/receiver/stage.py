@@ -8,14 +8,14 @@ from itertools import pairwise
 from conf.face.head import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.protocol.messages import MotionFrame
-from conf.receiver.framing import Area, Framer, rest
 from conf.receiver.meter import covered_width
-from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.portrait.album import Album
 from conf.receiver.portrait.renderer import PortraitRenderer
-from conf.receiver.renderer import FaceRenderer
-from conf.receiver.scene import View
-from conf.receiver.window import GlfwWindow
+from conf.render.auto_framing import Area, Framer, rest
+from conf.render.camera import View
+from conf.render.face_renderer import FaceRenderer
+from conf.render.window.glfw_window import GlfwWindow
+from conf.render.window.offscreen import OffscreenWindow
 
 Window = GlfwWindow | OffscreenWindow
 Cell = tuple[int, int, int, int]  # x, y of the lower left corner, width, height, in pixels

@@ -5,12 +5,12 @@ from pathlib import Path
 
 from conf.errors import ConfError
 from conf.protocol.messages import MotionFrame
-from conf.receiver.events import KeyPressed, action_of, apply
 from conf.receiver.feelings import Feelings
 from conf.receiver.motion_recorder import MotionRecorder
 from conf.receiver.recorder import ClipRecorder, free_name, save_picture
-from conf.receiver.scene import View
 from conf.receiver.stage import Window
+from conf.render.camera import View
+from conf.render.window.input_events import KeyPressed, action_of, apply
 
 NOTICE_S = 3.0
 CLIP_FPS = 30.0

@@ -6,7 +6,7 @@ from conf.animator.actor import Actor, unplaced
 from conf.animator.muscling import Muscling
 from conf.animator.subject import Subject
 from conf.face.head import Deformer
-from tests.animator.conftest import Stage
+from tests.support.imgui_stage import Stage
 
 
 def test_an_operator_is_built_behind_the_picture_and_muscles_attach(stage: Stage, subject: Subject) -> None:

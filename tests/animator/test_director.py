@@ -16,7 +16,8 @@ from conf.face.action_units import load_emotions
 from conf.face.epc import Expressions, write_epc
 from conf.face.head import Deformer
 from conf.face.mesh import load_mesh
-from tests.animator.conftest import TO_FILE, Stage
+from tests.animator.conftest import TO_FILE
+from tests.support.imgui_stage import Stage
 
 
 @pytest.fixture

@@ -20,8 +20,8 @@ from conf.face.mesh import load_mesh
 from conf.face.performance import Envelope
 from conf.face.ppc import read_ppc
 from conf.face.similarity import Similarity
-from conf.receiver.lighting import LIGHTS
-from conf.receiver.offscreen import OffscreenWindow
+from conf.render.lighting import LIGHTS
+from conf.render.window.offscreen import OffscreenWindow
 
 
 @pytest.fixture(scope="module")

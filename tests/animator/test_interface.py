@@ -13,7 +13,7 @@ from conf.animator.subject import Subject
 from conf.animator.theme import themed
 from conf.animator.touch import Touch
 from conf.face.head import Deformer
-from tests.animator.conftest import Stage
+from tests.support.imgui_stage import Stage
 
 
 def test_notice_help_and_reference_face_show_when_they_should(stage: Stage, subject: Subject, facts: Facts) -> None:

@@ -7,7 +7,7 @@ from conf.animator.picking import Picker, Rect, nearest_mark
 from conf.animator.player import REST_POSE
 from conf.animator.subject import Subject
 from conf.face.control_points import INDEX
-from conf.receiver.scene import View, clip_matrix
+from conf.render.camera import View, clip_matrix
 
 RECT = Rect(100, 20, 700, 500)
 SEEN = [

@@ -5,8 +5,8 @@ from conf.animator.picture import FacePicture
 from conf.animator.player import REST_POSE
 from conf.face.control_points import INDEX
 from conf.face.head import FaceModel
-from conf.receiver.scene import View, clip_matrix
-from tests.animator.conftest import Stage
+from conf.render.camera import View, clip_matrix
+from tests.support.imgui_stage import Stage
 
 
 def test_styles_follow_each_other_without_a_trace(stage: Stage, head: FaceModel) -> None:

@@ -7,7 +7,7 @@ from conf.animator.player import REST_POSE, Player, Recording, centred, open_rec
 from conf.errors import ConfError
 from conf.face.dpc import Motion, write_dpc
 from conf.face.head import FaceModel
-from conf.receiver.framing import CENTRE, LOG_SCALE
+from conf.render.auto_framing import CENTRE, LOG_SCALE
 
 
 def motion(frames: int = 11, points: int = 50, units: str = "fapu") -> Motion:

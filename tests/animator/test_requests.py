@@ -5,7 +5,7 @@ from conf.animator.actor import Actor
 from conf.animator.director import Director
 from conf.animator.subject import Subject
 from conf.face.head import Deformer
-from tests.animator.conftest import Stage
+from tests.support.imgui_stage import Stage
 
 
 def test_the_director_can_carry_out_every_request(stage: Stage, subject: Subject) -> None:

@@ -1,7 +1,7 @@
 from imgui_bundle import imgui
 
 from conf.animator.theme import CHOSEN, column
-from tests.animator.conftest import Stage
+from tests.support.imgui_stage import Stage
 
 
 def test_the_look_is_there_inside_and_gone_outside(stage: Stage) -> None:

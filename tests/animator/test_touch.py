@@ -8,8 +8,8 @@ from conf.animator.layout import Layout
 from conf.animator.subject import Subject
 from conf.animator.touch import Touch
 from conf.face.head import Deformer
-from conf.receiver.events import Dragged, Event, KeyPressed, MouseButton, MouseMoved, Scrolled
-from tests.animator.conftest import Stage
+from conf.render.window.input_events import Dragged, Event, KeyPressed, MouseButton, MouseMoved, Scrolled
+from tests.support.imgui_stage import Stage
 
 LAYOUT = Layout.of((1280, 800), 1.0)
 

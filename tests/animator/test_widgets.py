@@ -2,7 +2,7 @@ import pytest
 from imgui_bundle import imgui
 
 from conf.animator.widgets import buttons, choice, strength
-from tests.animator.conftest import Stage
+from tests.support.imgui_stage import Stage
 
 
 def test_buttons_fill_rows_and_say_which_was_pressed(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:

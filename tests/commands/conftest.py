@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from conf.errors import GraphicsError, ModelError
-from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.recorder import ClipRecorder
+from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.models import fetch_models
 from conf.sender.sources import open_clip
 

@@ -15,7 +15,7 @@ from conf.face.head import DEFAULT_HEAD
 from conf.face.mesh import Mesh, load_mesh
 from conf.face.orientation import turn_upright
 from conf.face.ppc import read_ppc
-from conf.receiver.offscreen import OffscreenWindow
+from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.canonical_face import CanonicalFace, read_canonical_face
 from conf.sender.models import fetch_models
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.commands.portraits import Sight, pose_towards, triangulate
-from conf.receiver.scene import View, clip_matrix
+from conf.render.camera import View, clip_matrix
 
 POINTS = np.random.default_rng(4).uniform(-6, 6, (30, 3))
 

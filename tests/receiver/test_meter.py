@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.receiver.meter import MARGIN, WIDTH, MeterReading, bitrate, draw_meter, rows, saved
-from conf.receiver.offscreen import OffscreenWindow
-from conf.receiver.overlay import Overlay
+from conf.render.ui.imgui_overlay import Overlay
+from conf.render.window.offscreen import OffscreenWindow
 from tests.support.image_measures import box
 
 READING = MeterReading(

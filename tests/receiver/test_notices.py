@@ -1,9 +1,9 @@
 import numpy as np
 
-from conf.receiver.events import KEYS
 from conf.receiver.notices import draw_help, draw_notice, help_lines
-from conf.receiver.offscreen import OffscreenWindow
-from conf.receiver.overlay import Overlay
+from conf.render.ui.imgui_overlay import Overlay
+from conf.render.window.input_events import KEYS
+from conf.render.window.offscreen import OffscreenWindow
 from tests.support.image_measures import box
 
 

@@ -9,10 +9,10 @@ from conf.face.head import FaceModel
 from conf.protocol.session.limits import Address
 from conf.protocol.statistics import TrafficSnapshot
 from conf.receiver.meter import MeterReading
-from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.pipeline import ReceivingLoop
 from conf.receiver.stage import Window
 from conf.receiver.udp import Arrival
+from conf.render.window.offscreen import OffscreenWindow
 from tests.support.fake_senders import FakeCaller, new_host
 
 FPS = 8.0

@@ -5,11 +5,11 @@ from hypothesis import strategies as st
 
 from conf.face.head import FaceModel
 from conf.protocol.messages import MotionFrame
-from conf.receiver.framing import Area, head_box, rest
 from conf.receiver.meter import covered_width
-from conf.receiver.offscreen import OffscreenWindow
-from conf.receiver.scene import View
 from conf.receiver.stage import Stage, grid
+from conf.render.auto_framing import Area, head_box, rest
+from conf.render.camera import View
+from conf.render.window.offscreen import OffscreenWindow
 from tests.support.image_measures import box
 from tests.support.stand_in_head import SIZE
 

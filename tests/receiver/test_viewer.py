@@ -7,9 +7,9 @@ import pytest
 
 from conf.face.dpc import read_dpc
 from conf.protocol.messages import MotionFrame
-from conf.receiver.events import Dragged, Event, KeyPressed
-from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.viewer import CLIP_FPS, NOTICE_S, TimedClip, Viewer
+from conf.render.window.input_events import Dragged, Event, KeyPressed
+from conf.render.window.offscreen import OffscreenWindow
 
 
 def press(monkeypatch: pytest.MonkeyPatch, viewer: Viewer, window: OffscreenWindow, *events: Event | str) -> None:

@@ -17,8 +17,8 @@ from conf.animator.app import Animator
 from conf.animator.layout import Layout
 from conf.animator.player import REST_POSE
 from conf.animator.subject import open_subject
-from conf.receiver.scene import clip_matrix
-from conf.receiver.window import GlfwWindow
+from conf.render.camera import clip_matrix
+from conf.render.window.glfw_window import GlfwWindow
 
 WATCHED = ("button", "radio_button", "checkbox", "slider_float", "combo", "begin_tab_item_simple", "input_text",
            "input_text_with_hint", "invisible_button")  # fmt: skip

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.receiver.canvas import paint_wall
+from conf.render.render_target import paint_wall
 
 Pixels = NDArray[np.uint8]
 

@@ -7,7 +7,7 @@ from functools import wraps
 import pytest
 
 from conf.errors import GraphicsError
-from conf.receiver.offscreen import create_offscreen_context
+from conf.render.window.offscreen import create_offscreen_context
 
 
 def requires_gl(test: Callable[..., None]) -> Callable[..., None]:

@@ -13,8 +13,8 @@ from conf.face.fapu import Fapu
 from conf.face.head import FaceModel
 from conf.face.mesh import Mesh, build_mesh
 from conf.face.obj import RawMesh
-from conf.receiver.offscreen import OffscreenWindow
-from conf.receiver.overlay import Overlay
+from conf.render.ui.imgui_overlay import Overlay
+from conf.render.window.offscreen import OffscreenWindow
 
 SIZE = (320, 240)
 SKULL = (np.array([0.0, 1.0, -2.0]), np.array([7.0, 9.5, 7.0]))  # centre and radii, cm

@@ -13,13 +13,13 @@ import numpy as np
 from conf.face.fapu import Fapu
 from conf.face.head import FaceModel
 from conf.face.head_pose import HeadPose
-from conf.receiver.events import action_of, apply
 from conf.receiver.notices import draw_help
-from conf.receiver.overlay import Overlay
 from conf.receiver.recorder import save_picture
-from conf.receiver.renderer import FaceRenderer
-from conf.receiver.scene import View
-from conf.receiver.window import GlfwWindow
+from conf.render.camera import View
+from conf.render.face_renderer import FaceRenderer
+from conf.render.ui.imgui_overlay import Overlay
+from conf.render.window.glfw_window import GlfwWindow
+from conf.render.window.input_events import action_of, apply
 from tests.support.stand_in_head import control_points, stand_in_mesh
 
 POSE = HeadPose(np.zeros(3), np.zeros(2), float(np.log(0.03)))

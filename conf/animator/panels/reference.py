@@ -11,9 +11,9 @@ from conf.animator.theme import AMBER, GREEN
 from conf.face.control_points import CONTROL_POINTS
 from conf.face.head import FaceModel
 from conf.face.head_pose import HeadPose
-from conf.receiver.overlay import ACCENT, Overlay
-from conf.receiver.renderer import FaceRenderer
-from conf.receiver.scene import View, clip_matrix
+from conf.render.camera import View, clip_matrix
+from conf.render.face_renderer import FaceRenderer
+from conf.render.ui.imgui_overlay import ACCENT, Overlay
 
 SIDE = 640  # pixels, width of the picture of the reference face
 SPAN_CM = 20.0  # what its height shows

@@ -21,7 +21,7 @@ from conf.animator.requests import (
 )
 from conf.animator.widgets import lit, path_field
 from conf.face.playback import SPEEDS
-from conf.receiver.overlay import QUIET
+from conf.render.ui.imgui_overlay import QUIET
 
 BUTTON = 58.0  # pixels at scale 1
 NARROW = 30.0

@@ -11,8 +11,8 @@ from conf.animator.look import STYLES
 from conf.animator.requests import Request
 from conf.animator.widgets import buttons, check, choice, heading, quiet
 from conf.face.control_points import CONTROL_POINTS
-from conf.receiver.canvas import PLAIN, WALLS
-from conf.receiver.lighting import LIGHTS
+from conf.render.lighting import LIGHTS
+from conf.render.render_target import PLAIN, WALLS
 
 ALL = "all regions"
 ANGLES = {"front": 0.0, "half left": math.pi / 5, "half right": -math.pi / 5, "left": math.pi / 2,

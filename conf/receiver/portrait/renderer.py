@@ -20,8 +20,8 @@ from conf.receiver.portrait.album import Album, Sitter, Sticker
 from conf.receiver.portrait.choice import blend_shares, layers
 from conf.receiver.portrait.layer import Layer, load_texture
 from conf.receiver.portrait.surround import draw_out
-from conf.receiver.programs import program
-from conf.receiver.scene import View, rotation
+from conf.render.camera import View, rotation
+from conf.render.shader_programs import program
 
 SURROUND = (0.13, 0.14, 0.17)  # beside a picture of another shape than the window
 OVER = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE, moderngl.ONE)

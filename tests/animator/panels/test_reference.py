@@ -4,7 +4,7 @@ from conf.animator.picking import Rect
 from conf.animator.placing import Placing
 from conf.face.control_points import INDEX
 from conf.face.head import FaceModel
-from tests.animator.conftest import Stage
+from tests.support.imgui_stage import Stage
 
 
 def test_every_point_is_in_the_picture_and_a_click_picks_it(stage: Stage, head: FaceModel) -> None:

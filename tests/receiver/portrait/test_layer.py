@@ -1,8 +1,8 @@
 import numpy as np
 
-from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.portrait.layer import Layer, load_texture
-from conf.receiver.programs import program
+from conf.render.shader_programs import program
+from conf.render.window.offscreen import OffscreenWindow
 from tests.support.opengl import requires_gl
 
 

@@ -9,10 +9,10 @@ from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.features import MOUTH
 from conf.protocol.portrait import encode_thing
-from conf.receiver.offscreen import OffscreenWindow
 from conf.receiver.portrait.album import Album
 from conf.receiver.portrait.renderer import PortraitRenderer
-from conf.receiver.scene import View
+from conf.render.camera import View
+from conf.render.window.offscreen import OffscreenWindow
 from tests.support.drawn_person import SIZE, draw_person, patch, photograph, to_pixels
 from tests.support.opengl import requires_gl
 from tests.support.synthetic_portrait import POSE

@@ -1,0 +1,1 @@
+"""Drawing a face: OpenGL renderers, cameras and light, windows, and what Dear ImGui lays over them."""

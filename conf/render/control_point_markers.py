@@ -1,0 +1,75 @@
+"""The control points on the face: a dot each with its number, hidden where the face hides them."""
+
+import cv2
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from conf.render.shader_programs import program, set_matrix
+
+GRID = (10, 5)
+CELL = 64  # pixels a side in the atlas
+MARK_SCALE = 0.56  # of a cell, in a picture up to 640 pixels high
+DOT_RADIUS = 5
+DOT = (120, 240, 255)  # sRGB
+NUMBER = (255, 255, 255)
+
+
+def paint_labels(count: int) -> NDArray[np.uint8]:
+    """Return (H, W, 4) uint8 RGBA, first row on top: a grid of dots, each with its number to the upper right."""
+    columns, rows = GRID
+    ink = np.zeros((rows * CELL, columns * CELL, 3), np.uint8)
+    cover = np.zeros(ink.shape[:2], np.uint8)
+    middle = CELL // 2
+    for i in range(count):
+        x, y = i % columns * CELL, i // columns * CELL
+        at, text_at = (x + middle, y + middle), (x + middle + 2, y + middle - 7)
+        cv2.circle(cover, at, DOT_RADIUS + 2, 190, -1, cv2.LINE_AA)
+        cv2.circle(ink, at, DOT_RADIUS, DOT, -1, cv2.LINE_AA)
+        cv2.circle(cover, at, DOT_RADIUS, 255, -1, cv2.LINE_AA)
+        font, size = cv2.FONT_HERSHEY_DUPLEX, 0.62
+        cv2.putText(cover, str(i), text_at, font, size, 170, 5, cv2.LINE_AA)
+        cv2.putText(ink, str(i), text_at, font, size, NUMBER, 1, cv2.LINE_AA)
+        cv2.putText(cover, str(i), text_at, font, size, 255, 1, cv2.LINE_AA)
+    return np.dstack([ink, cover])
+
+
+class ControlPointMarks:
+    """Marks that travel with the vertices nearest to the control points."""
+
+    def __init__(
+        self, ctx: moderngl.Context, control_points: NDArray[np.float64], vertices: NDArray[np.float64]
+    ) -> None:
+        """control_points : (n, 3), vertices : (V, 3), both of the neutral face."""
+        self._ctx = ctx
+        self._nearest: NDArray[np.intp] = np.asarray(KDTree(vertices).query(control_points)[1])
+        self._offsets = (control_points - vertices[self._nearest]).astype(np.float32)
+        labels = paint_labels(len(control_points))
+        self._labels = ctx.texture((labels.shape[1], labels.shape[0]), 4, np.ascontiguousarray(labels[::-1]).tobytes())
+        self._labels.build_mipmaps()
+        self._program = program(ctx, "markers", "markers")
+        self._program["labels"] = 0
+        self._program["depth"] = 1
+        self._program["grid"] = GRID
+        self._points = ctx.buffer(reserve=len(control_points) * 12)
+        self._array = ctx.vertex_array(self._program, [(self._points, "3f4", "in_position")])
+
+    def places(self, vertices: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the (n, 3) control points of the deformed (V, 3) vertices."""
+        return vertices[self._nearest] + self._offsets
+
+    def draw(self, places: NDArray[np.float32], clip: bytes, depth: moderngl.Texture) -> None:
+        """Draw over the current framebuffer; depth is that of the face's picture, clip as for the face."""
+        self._points.write(np.ascontiguousarray(places, dtype=np.float32))
+        self._ctx.enable_only(moderngl.BLEND | moderngl.PROGRAM_POINT_SIZE)
+        self._labels.use(0)
+        depth.use(1)
+        set_matrix(self._program, "clip", clip)
+        self._program["side"] = CELL * MARK_SCALE * max(1.0, depth.height / 640)
+        self._array.render(moderngl.POINTS)
+
+    def release(self) -> None:
+        """Free everything on the card."""
+        for thing in (self._array, self._points, self._labels, self._program):
+            thing.release()

@@ -1,0 +1,49 @@
+"""Shaders: GLSL files beside this module, with `#include "file"` for what they share."""
+
+import re
+from collections.abc import Mapping
+from importlib.resources import files
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+VERSION = "#version 330\n"
+_INCLUDE = re.compile(r'^#include "([\w.]+)"$', re.MULTILINE)
+_CONSTANT = re.compile(r"^(const \w+ (\w+) = )([^;]+);", re.MULTILINE)
+
+
+def source(name: str) -> str:
+    """Return the GLSL of a file in shaders/, its includes put in, without the version line."""
+    text = (files("conf.render") / "shaders" / name).read_text(encoding="utf-8")
+    return _INCLUDE.sub(lambda match: source(match[1]), text)
+
+
+def program(
+    ctx: moderngl.Context, vertex: str, fragment: str, constants: Mapping[str, str] | None = None
+) -> moderngl.Program:
+    """Build a program from shaders/{vertex}.vert.glsl and shaders/{fragment}.frag.glsl.
+
+    constants : name -> GLSL, in place of what the files' constants of that name are
+    """
+    return ctx.program(
+        vertex_shader=VERSION + with_constants(source(f"{vertex}.vert.glsl"), constants or {}),
+        fragment_shader=VERSION + with_constants(source(f"{fragment}.frag.glsl"), constants or {}),
+    )
+
+
+def with_constants(text: str, constants: Mapping[str, str]) -> str:
+    """Return GLSL whose constants have other values; a name that does not occur changes nothing."""
+    return _CONSTANT.sub(lambda match: f"{match[1]}{constants.get(match[2], match[3])};", text)
+
+
+def columns(matrix: NDArray[np.float64]) -> bytes:
+    """Return a matrix as shaders take it: float32, column after column."""
+    return matrix.T.astype(np.float32).tobytes()
+
+
+def set_matrix(step: moderngl.Program, name: str, matrix: bytes) -> None:
+    """Give a program a matrix from `columns`; a program that does not use it is left alone."""
+    uniform = step.get(name, None)
+    if isinstance(uniform, moderngl.Uniform):
+        uniform.write(matrix)

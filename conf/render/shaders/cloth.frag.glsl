@@ -1,0 +1,20 @@
+#include "lighting.glsl"
+
+uniform sampler2D atlas;
+
+in vec3 normal;
+in vec2 uv;
+in float open;
+
+out vec4 colour;
+
+// Cloth: no shine, a little fuzz that catches the light at the edges.
+void main() {
+    vec3 n = normalize(normal);
+    vec3 albedo = to_linear(texture(atlas, uv).rgb);
+    float key = clamp((dot(n, KEY) + 0.25) / 1.25, 0.0, 1.0) * open;
+    float fill = clamp(dot(n, FILL) * 0.6 + 0.4, 0.0, 1.0);
+    float fuzz = 1.0 - clamp(n.z, 0.0, 1.0);
+    vec3 light = KEY_COLOUR * key + FILL_COLOUR * fill + ambient(n);
+    colour = finish(albedo * light * (1.0 + fuzz * fuzz), 1.0);
+}

@@ -1,0 +1,1 @@
+"""Dear ImGui: its renderer, its input, charts."""

@@ -1,0 +1,1 @@
+"""A window on a display, and one in memory with the same interface."""

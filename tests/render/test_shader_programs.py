@@ -1,0 +1,31 @@
+import moderngl
+import numpy as np
+import pytest
+
+from conf.render.shader_programs import columns, program, set_matrix, source
+from conf.render.window.offscreen import OffscreenWindow
+
+PAIRS = [
+    ("face_shadowed", "skin"), ("face_shadowed", "cloth"),
+    ("face", "eye"), ("face", "mouth"), ("face", "hair"), ("face", "wireframe"),
+    ("markers", "markers"), ("depth_only", "depth_only"), ("fullscreen", "compose"), ("fullscreen", "antialias"),
+    ("imgui", "imgui"), ("vertex_colour", "vertex_colour"), ("portrait", "portrait"), ("portrait", "portrait_mouth"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("vertex", "fragment"), PAIRS)
+def test_every_pair_of_shaders_builds(window: OffscreenWindow, vertex: str, fragment: str) -> None:
+    assert isinstance(program(window.ctx, vertex, fragment), moderngl.Program)
+
+
+def test_includes_are_put_in() -> None:
+    assert "#include" not in source("skin.frag.glsl")
+    assert "vec3 to_linear" in source("skin.frag.glsl")
+
+
+def test_matrices_go_column_after_column_and_unused_ones_nowhere(window: OffscreenWindow) -> None:
+    step = program(window.ctx, "depth_only", "depth_only")
+    matrix = np.arange(16.0).reshape(4, 4)
+    set_matrix(step, "light", columns(matrix))
+    set_matrix(step, "not there", columns(matrix))
+    assert step["light"].value == tuple(matrix.T.ravel())

@@ -1,0 +1,5 @@
+"""A picture to draw panels on."""
+
+from tests.support.imgui_stage import stage
+
+__all__ = ["stage"]

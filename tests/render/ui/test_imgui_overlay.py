@@ -1,0 +1,55 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from imgui_bundle import imgui
+
+from conf.render.ui.imgui_overlay import Overlay, interface_scale, lines_height, panel
+from conf.render.window.offscreen import OffscreenWindow
+from tests.support.image_measures import box
+from tests.support.stand_in_head import SIZE
+
+sides = st.integers(64, 4000)
+
+
+@given(sides, sides, st.sampled_from([1.0, 1.5, 2.0]))
+def test_text_grows_with_the_picture_slower_than_it_and_stays_readable(width: int, height: int, ratio: float) -> None:
+    scale = interface_scale((width, height), ratio)
+    assert 0.8 * ratio <= scale <= 2.5 * ratio
+    assert interface_scale((2 * width, 2 * height), ratio) >= scale
+    assert interface_scale((round(width * ratio), round(height * ratio)), ratio) == pytest.approx(
+        interface_scale((width, height), 1.0) * ratio, rel=0.02
+    )
+
+
+def test_a_panel_covers_its_place_and_nothing_else(window: OffscreenWindow, overlay: Overlay) -> None:
+    window.begin()
+    window.framebuffer.clear(1.0, 1.0, 1.0)
+    with overlay.frame(window.framebuffer, SIZE, 1.0):
+        padding = imgui.get_style().window_padding
+        with panel("test", (300, 200), (1.0, 1.0), (100, lines_height(2))):
+            imgui.text("first")
+            imgui.text("second")
+        expected = (round(300 - 100 - 2 * padding.x), 200 - lines_height(2) - 2 * padding.y, 300, 200)
+    np.testing.assert_allclose(box((window.read() != 255).any(axis=2)), expected, atol=1)
+
+
+def test_the_context_can_be_made_again_after_it_was_released(window: OffscreenWindow) -> None:
+    before = imgui.get_current_context()
+    for _ in range(2):
+        overlay = Overlay(window.ctx)
+        with overlay.frame(window.framebuffer, SIZE, 1.0):
+            pass
+        overlay.release()
+    assert imgui.get_current_context() in (None, before)
+
+
+def test_a_frame_that_fails_does_not_spoil_the_next(window: OffscreenWindow, overlay: Overlay) -> None:
+    with pytest.raises(RuntimeError, match="mine"), overlay.frame(window.framebuffer, SIZE, 1.0):
+        raise RuntimeError("mine")
+    with overlay.frame(window.framebuffer, SIZE, 1.0):
+        pass
+
+
+def test_no_settings_file_is_written(window: OffscreenWindow, overlay: Overlay) -> None:
+    assert not imgui.get_io().get_ini_filename()
