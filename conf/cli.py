@@ -180,7 +180,7 @@ def _demo(options: argparse.Namespace) -> None:
 def _receive(options: argparse.Namespace) -> None:
     from conf.commands.receive import Showing, receive
     from conf.protocol.session.code import make_code
-    from conf.receiver.udp import ReceiverSocket
+    from conf.transport.udp import ReceiverSocket
 
     code = options.code or make_code(os.urandom)
     with ReceiverSocket(*options.listen) as link:

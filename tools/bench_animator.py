@@ -28,7 +28,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import numpy as np
 
 from conf.animator.app import Animator
-from conf.animator.obj_file import write_obj
 from conf.animator.requests import Play
 from conf.animator.subject import Subject, open_subject
 from conf.errors import GraphicsError
@@ -37,6 +36,7 @@ from conf.face.kernels import KERNELS
 from conf.face.mesh import build_mesh
 from conf.face.obj import RawMesh
 from conf.face.ppc import write_ppc
+from conf.output.obj_writer import write_obj
 from conf.render.window.glfw_window import GlfwWindow
 from conf.render.window.offscreen import OffscreenWindow
 from tools.bench_deform import head_of

@@ -24,9 +24,9 @@ import msgpack
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.output.media_writer import save_picture
 from conf.protocol.codec import LIVE, NARROW, RICH, Profile
 from conf.protocol.statistics import HEADER_BYTES, raw_bytes
-from conf.receiver.recorder import save_picture
 from conf.render.ui.charts import Dot, scatter_chart
 from conf.sender.canonical_face import read_canonical_face
 from conf.sender.models import fetch_models

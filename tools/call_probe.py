@@ -33,9 +33,9 @@ from conf.protocol.session.server import ReceiverSessions
 from conf.protocol.statistics import HEADER_BYTES
 from conf.receiver.pipeline import ReceivingLoop
 from conf.receiver.stage import Window
-from conf.receiver.udp import ReceiverSocket
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.pipeline import SenderStatus, SendingLoop
+from conf.transport.udp import ReceiverSocket
 
 EVERY_S = 1.0
 

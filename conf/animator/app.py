@@ -24,7 +24,7 @@ from conf.animator.touch import Touch, Wishes
 from conf.errors import ConfError
 from conf.face.head import Deformer
 from conf.face.idle import IdleMotion
-from conf.receiver.recorder import ClipRecorder, free_name
+from conf.output.media_writer import ClipRecorder, free_name
 from conf.receiver.stage import Window
 from conf.render.ui.imgui_input import Hands, dropped_files
 from conf.render.ui.imgui_overlay import Overlay

@@ -15,12 +15,10 @@ from conf.animator.desk import RECORDING, SHOWN, Desk
 from conf.animator.export import Camera, Export, check_output, export, parse_fps, parse_size
 from conf.animator.film import emotion_motion, peak
 from conf.animator.fitting import Fit, Fitting
-from conf.animator.obj_file import write_obj
 from conf.animator.placing import Placing, left_points, reflected
 from conf.animator.player import Player, Recording, open_recording
 from conf.animator.puppet import Moment
 from conf.animator.subject import USUAL, open_subject, place_points, save_points, stood
-from conf.animator.take import Take
 from conf.errors import ConfError
 from conf.face.action_units import load_emotions
 from conf.face.dpc import Motion
@@ -28,7 +26,9 @@ from conf.face.epc import Expressions, read_epc
 from conf.face.idle import IdleMotion
 from conf.face.ppc import read_ppc, write_ppc
 from conf.face.symmetry import PARTNERS
-from conf.receiver.recorder import CLIPS, PICTURES, free_name, save_picture
+from conf.output.media_writer import CLIPS, PICTURES, free_name, save_picture
+from conf.output.obj_writer import write_obj
+from conf.output.sampled_motion_recorder import Take
 
 MESHES = (".obj", ".ply", ".glb", ".stl")
 SEED = 2007  # of the idle life beside an exported emotion

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from conf.animator.film import resampled, stretch
 from conf.animator.look import Look, with_eye_contact
-from conf.animator.obj_file import write_obj
 from conf.animator.picture import FacePicture
 from conf.animator.player import REST_POSE
 from conf.errors import ConfError
@@ -27,7 +26,8 @@ from conf.face.head import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.face.playback import displacements_at, pose_at
 from conf.face.ppc import write_ppc
-from conf.receiver.recorder import CLIPS, PICTURES, ClipRecorder, save_picture
+from conf.output.media_writer import CLIPS, PICTURES, ClipRecorder, save_picture
+from conf.output.obj_writer import write_obj
 from conf.render.window.offscreen import read_pixels
 
 SIDES = (16, 4096)  # least and most pixels of a picture's side

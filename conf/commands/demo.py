@@ -10,8 +10,8 @@ from conf.commands.receive import Showing, receive
 from conf.errors import ConfError
 from conf.protocol.session.code import make_code
 from conf.protocol.statistics import TrafficSnapshot
-from conf.receiver.udp import ReceiverSocket
 from conf.sender.models import fetch_demo_clip
+from conf.transport.udp import ReceiverSocket
 
 LOOPBACK = "127.0.0.1"
 CODE_VARIABLE = "CONF_CODE"

@@ -5,11 +5,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from conf.errors import ConfError
-from conf.receiver.udp import ReceiverSocket
 from conf.render.window.glfw_window import GlfwWindow
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.models import fetch_models
 from conf.sender.sources import open_camera
+from conf.transport.udp import ReceiverSocket
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,11 @@ from conf.commands.rehearsal import Rehearsal
 from conf.commands.tracking import Progress, track_clip
 from conf.errors import CameraError
 from conf.face.control_points import CONTROL_POINT_COUNT
+from conf.output.media_writer import save_picture
 from conf.protocol.caller import LinkOptions
 from conf.protocol.codec import LIVE, PROFILES
 from conf.protocol.messages import StreamParameters
 from conf.protocol.statistics import raw_bytes
-from conf.receiver.recorder import save_picture
 from conf.render.ui.charts import Bar, bar_chart
 from conf.sender.canonical_face import read_canonical_face
 from conf.sender.models import fetch_models

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from conf.face.head import load_face
+from conf.output.media_writer import save_picture
 from conf.protocol.host import Host
 from conf.protocol.session.server import ReceiverSessions
 from conf.protocol.statistics import TrafficSnapshot
 from conf.receiver.pipeline import ReceivingLoop
-from conf.receiver.recorder import save_picture
-from conf.receiver.udp import ReceiverSocket
 from conf.receiver.viewer import TimedClip
 from conf.render.window.glfw_window import GlfwWindow
 from conf.render.window.offscreen import OffscreenWindow
+from conf.transport.udp import ReceiverSocket
 
 SIZE = (640, 480)
 WINDOW_FPS = 60.0

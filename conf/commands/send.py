@@ -21,7 +21,7 @@ from conf.sender.pipeline import SenderStatus, SendingLoop
 from conf.sender.portrait.studio import PortraitStudio
 from conf.sender.sources import Frame, open_camera, open_clip
 from conf.sender.tracker import FaceTracker, Tracking
-from conf.sender.udp import SenderSocket
+from conf.transport.sender_udp import SenderSocket
 
 FPS = 15.0
 

@@ -15,9 +15,9 @@ from conf.receiver.meter import draw_meter
 from conf.receiver.notices import draw_help, draw_label, draw_notice
 from conf.receiver.readings import Readings
 from conf.receiver.stage import Cell, Stage, Window
-from conf.receiver.udp import ReceiverSocket
 from conf.receiver.viewer import Viewer
 from conf.render.ui.imgui_overlay import Overlay
+from conf.transport.udp import ReceiverSocket
 
 SLICE = 512  # datagrams between two looks at the clock: a few milliseconds of junk
 

@@ -13,7 +13,7 @@ from conf.protocol.session.events import Connected, Event, Lost, NoAnswer, Refus
 from conf.protocol.session.handshake import Refusal
 from conf.sender.pace import Pace
 from conf.sender.performance import Performance
-from conf.sender.udp import SenderSocket
+from conf.transport.sender_udp import SenderSocket
 
 STATUS_EVERY_S = 0.25
 POLL_S = 0.1

@@ -9,11 +9,11 @@ import pytest
 from conf.animator.builder import FaceBuilder
 from conf.animator.desk import Desk, Facts
 from conf.animator.interface import Panel
-from conf.animator.obj_file import write_obj
 from conf.animator.requests import Request
 from conf.animator.subject import Subject, open_subject
 from conf.face.action_units import load_emotions
 from conf.face.head import Deformer, FaceModel
+from conf.output.obj_writer import write_obj
 from tests.support.imgui_stage import Stage, stage
 
 __all__ = ["stage"]

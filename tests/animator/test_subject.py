@@ -3,13 +3,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from conf.animator.obj_file import write_obj
 from conf.animator.subject import Subject, open_subject, place_points, save_points, stood
 from conf.errors import ConfError
 from conf.face.control_points import PUPILS
 from conf.face.default_head import EYE_MIDDLE
 from conf.face.orientation import turn_upright
 from conf.face.ppc import read_ppc, write_ppc
+from conf.output.obj_writer import write_obj
 from tests.animator.conftest import TO_FILE
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from conf.errors import GraphicsError, ModelError
-from conf.receiver.recorder import ClipRecorder
+from conf.output.media_writer import ClipRecorder
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.models import fetch_models
 from conf.sender.sources import open_clip

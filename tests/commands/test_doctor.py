@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from conf.commands.doctor import examine
-from conf.receiver.udp import ReceiverSocket
+from conf.transport.udp import ReceiverSocket
 
 
 def test_what_does_not_work_comes_with_what_to_do(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

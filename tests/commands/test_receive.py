@@ -5,7 +5,7 @@ import pytest
 
 from conf.commands.receive import HEADLESS_FPS, SIZE, Showing, has_display, receive
 from conf.errors import ConfError
-from conf.receiver.udp import ReceiverSocket
+from conf.transport.udp import ReceiverSocket
 
 CODE = "amber-canoe-tiger-7"
 

@@ -5,8 +5,8 @@ import pytest
 from conf.commands.send import Sending, send
 from conf.errors import CameraError, NetworkError
 from conf.protocol.caller import Caller
-from conf.receiver.udp import ReceiverSocket
 from conf.sender.performance import TrackedPerformance
+from conf.transport.udp import ReceiverSocket
 
 CODE = "amber-canoe-tiger-7"
 

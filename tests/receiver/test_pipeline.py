@@ -11,8 +11,8 @@ from conf.protocol.statistics import TrafficSnapshot
 from conf.receiver.meter import MeterReading
 from conf.receiver.pipeline import ReceivingLoop
 from conf.receiver.stage import Window
-from conf.receiver.udp import Arrival
 from conf.render.window.offscreen import OffscreenWindow
+from conf.transport.udp import Arrival
 from tests.support.fake_senders import FakeCaller, new_host
 
 FPS = 8.0

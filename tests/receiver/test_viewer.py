@@ -119,7 +119,7 @@ def test_a_disk_that_fills_up_ends_the_recording_and_not_the_call(
     press(monkeypatch, viewer, window, "r")
     paint(window, 0.5)
     viewer.picture_drawn(0.0)
-    monkeypatch.setattr("conf.receiver.recorder.shutil.disk_usage", lambda _: SimpleNamespace(free=1000))
+    monkeypatch.setattr("conf.output.media_writer.shutil.disk_usage", lambda _: SimpleNamespace(free=1000))
     viewer.picture_drawn(2.0)
     path = tmp_path / "conf-001.avi"
     full = f"{path}: the disk is full; free some space or choose another folder"

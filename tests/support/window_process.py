@@ -13,8 +13,8 @@ import numpy as np
 from conf.face.fapu import Fapu
 from conf.face.head import FaceModel
 from conf.face.head_pose import HeadPose
+from conf.output.media_writer import save_picture
 from conf.receiver.notices import draw_help
-from conf.receiver.recorder import save_picture
 from conf.render.camera import View
 from conf.render.face_renderer import FaceRenderer
 from conf.render.ui.imgui_overlay import Overlay

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 import pytest
 
 from conf.errors import NetworkError
-from conf.sender.udp import SenderSocket
+from conf.transport.sender_udp import SenderSocket
 
 LOOPBACK = "127.0.0.1"
 

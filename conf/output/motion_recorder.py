@@ -6,8 +6,8 @@ import numpy as np
 
 from conf.errors import FileFormatError
 from conf.face.dpc import Motion, write_dpc
+from conf.output.media_writer import RecordingError
 from conf.protocol.messages import MotionFrame
-from conf.receiver.recorder import RecordingError
 
 FPS = 30.0
 MAX_FRAMES = 108_000  # an hour: 70 MB of memory

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from conf.face.dpc import read_dpc
+from conf.output.media_writer import RecordingError
+from conf.output.motion_recorder import FPS, MotionRecorder
 from conf.protocol.messages import MotionFrame
-from conf.receiver.motion_recorder import FPS, MotionRecorder
-from conf.receiver.recorder import RecordingError
 
 
 def frame(value: float) -> MotionFrame:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from conf.receiver.recorder import ClipRecorder, RecordingError, free_name, save_picture
+from conf.output.media_writer import ClipRecorder, RecordingError, free_name, save_picture
 
 
 def ramp(width: int = 64, height: int = 48) -> NDArray[np.uint8]:

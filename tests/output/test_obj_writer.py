@@ -5,37 +5,42 @@ import cv2
 import numpy as np
 import pytest
 
-from conf.animator.obj_file import write_obj
-from conf.animator.subject import Subject
 from conf.errors import ConfError
-from conf.face.mesh import load_mesh
+from conf.face.default_head import DEFAULT_HEAD
+from conf.face.mesh import Mesh, load_mesh
+from conf.output.obj_writer import write_obj
 
 
-def test_a_written_mesh_is_read_as_it_was(tmp_path: Path, subject: Subject) -> None:
-    write_obj(tmp_path / "a.obj", subject.mesh, subject.mesh.vertices)
+@pytest.fixture(scope="module")
+def head() -> Mesh:
+    return load_mesh(DEFAULT_HEAD)
+
+
+def test_a_written_mesh_is_read_as_it_was(tmp_path: Path, head: Mesh) -> None:
+    write_obj(tmp_path / "a.obj", head, head.vertices)
     mesh = load_mesh(tmp_path / "a.obj")
-    np.testing.assert_allclose(mesh.vertices, subject.mesh.vertices, atol=1e-5)
-    np.testing.assert_array_equal(mesh.triangles, subject.mesh.triangles)
-    for name, triangles in subject.mesh.groups.items():
+    np.testing.assert_allclose(mesh.vertices, head.vertices, atol=1e-5)
+    np.testing.assert_array_equal(mesh.triangles, head.triangles)
+    for name, triangles in head.groups.items():
         np.testing.assert_array_equal(mesh.groups[name], triangles)
     assert mesh.texture == tmp_path / "a-texture.png", "WebP is made what every program reads"
-    shade, again = (cv2.imread(str(m.texture), cv2.IMREAD_UNCHANGED) for m in (subject.mesh, mesh))
+    shade, again = (cv2.imread(str(m.texture), cv2.IMREAD_UNCHANGED) for m in (head, mesh))
     assert shade is not None and np.array_equal(shade, again)
     text, library = ((tmp_path / name).read_text() for name in ("a.obj", "a.mtl"))
     assert text.index("usemtl face") < text.index("g hair\nusemtl hair") and "map_d a-texture.png" in library
 
 
-def test_a_picture_of_a_common_kind_is_copied_and_a_bare_mesh_has_none(tmp_path: Path, subject: Subject) -> None:
+def test_a_picture_of_a_common_kind_is_copied_and_a_bare_mesh_has_none(tmp_path: Path, head: Mesh) -> None:
     cv2.imwrite(str(tmp_path / "skin.jpg"), np.zeros((4, 4, 3), np.uint8))
-    painted = replace(subject.mesh, texture=tmp_path / "skin.jpg")
+    painted = replace(head, texture=tmp_path / "skin.jpg")
     write_obj(tmp_path / "b.obj", painted, painted.vertices)
     assert (tmp_path / "b-texture.jpg").read_bytes() == (tmp_path / "skin.jpg").read_bytes()
     write_obj(tmp_path / "b.obj", load_mesh(tmp_path / "b.obj"), painted.vertices)
     assert load_mesh(tmp_path / "b.obj").texture == tmp_path / "b-texture.jpg", "written over itself"
-    write_obj(tmp_path / "c.obj", replace(subject.mesh, texture=None), subject.mesh.vertices)
+    write_obj(tmp_path / "c.obj", replace(head, texture=None), head.vertices)
     assert not (tmp_path / "c.mtl").exists() and "usemtl" not in (tmp_path / "c.obj").read_text()
 
 
-def test_a_folder_that_is_not_there_is_named(tmp_path: Path, subject: Subject) -> None:
+def test_a_folder_that_is_not_there_is_named(tmp_path: Path, head: Mesh) -> None:
     with pytest.raises(ConfError, match=r"a\.obj cannot be written \(No such file or directory\)"):
-        write_obj(tmp_path / "none" / "a.obj", subject.mesh, subject.mesh.vertices)
+        write_obj(tmp_path / "none" / "a.obj", head, head.vertices)

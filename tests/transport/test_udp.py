@@ -5,7 +5,7 @@ import time
 import pytest
 
 from conf.errors import NetworkError
-from conf.receiver.udp import ReceiverSocket
+from conf.transport.udp import ReceiverSocket
 
 LOOPBACK = "127.0.0.1"
 

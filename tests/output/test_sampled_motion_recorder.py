@@ -1,7 +1,7 @@
 import numpy as np
 
-from conf.animator.take import Take
 from conf.face.head_pose import NEUTRAL_POSE
+from conf.output.sampled_motion_recorder import Take
 
 
 def test_a_take_at_uneven_times_becomes_even() -> None:

@@ -1,0 +1,1 @@
+"""Datagrams in and out: the only package that opens sockets."""
