@@ -96,7 +96,7 @@ def test_measure_counts_every_stage(demo_clip: Path, tmp_path: Path) -> None:
 
 
 def test_extract_writes_a_motion_that_can_be_read(demo_clip: Path, tmp_path: Path) -> None:
-    from conf.face.dpc import read_dpc
+    from conf.face.formats.dpc import read_dpc
 
     result = run("extract", str(demo_clip), "-o", "motion.dpc", "--json", cwd=tmp_path)
     figures = json.loads(result.stdout)

@@ -31,11 +31,11 @@ from conf.animator.app import Animator
 from conf.animator.requests import Play
 from conf.animator.subject import Subject, open_subject
 from conf.errors import GraphicsError
-from conf.face.head import Deformer
-from conf.face.kernels import KERNELS
-from conf.face.mesh import build_mesh
-from conf.face.obj import RawMesh
-from conf.face.ppc import write_ppc
+from conf.face.deformation.face_model import Deformer
+from conf.face.deformation.kernels import KERNELS
+from conf.face.formats.obj import RawMesh
+from conf.face.formats.ppc import write_ppc
+from conf.face.mesh.mesh import build_mesh
 from conf.output.obj_writer import write_obj
 from conf.render.window.glfw_window import GlfwWindow
 from conf.render.window.offscreen import OffscreenWindow

@@ -29,21 +29,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import RBFInterpolator
 
-from conf.face.anchors import choose_anchors
 from conf.face.control_points import LOWER_LIP, PUPILS, UPPER_LIP, indices
-from conf.face.geodesics import Surface
-from conf.face.head import DEFAULT_HEAD, Deformer, load_face
+from conf.face.deformation.anchors import choose_anchors
+from conf.face.deformation.blendshapes import Shapes, load_shapes
+from conf.face.deformation.eyelid_helpers import fold_margins, with_margins
+from conf.face.deformation.face_model import DEFAULT_HEAD, Deformer, load_face
+from conf.face.deformation.kernels import KERNELS
+from conf.face.deformation.rbf import build_operator
+from conf.face.deformation.regions import Regions, split_regions
+from conf.face.deformation.ridge_refinement import refine_operator, without_jaw
+from conf.face.deformation.rig import swing
+from conf.face.deformation.rig_json import load_rig
+from conf.face.formats.ppc import read_ppc
 from conf.face.head_pose import ES0_CM
-from conf.face.kernels import KERNELS
-from conf.face.learned import refine_operator, without_jaw
-from conf.face.lid_margins import fold_margins, with_margins
-from conf.face.mesh import Mesh, load_mesh
-from conf.face.ppc import read_ppc
-from conf.face.rbf import build_operator
-from conf.face.regions import Regions, split_regions
-from conf.face.rig import swing
-from conf.face.rig_file import load_rig
-from conf.face.shapes import Shapes, load_shapes
+from conf.face.mesh.mesh import Mesh, load_mesh
+from conf.face.mesh.surface_graph import Surface
 
 SIZES = (5_000, 10_000, 20_000)
 KERNEL = KERNELS["multiquadric"]
@@ -94,7 +94,7 @@ def head_of(mesh: Mesh, count: int) -> tuple[NDArray[np.float64], NDArray[np.int
 
 
 def rbf_matrix(vertices: NDArray[np.float64], points: NDArray[np.float64], regions: Regions) -> NDArray[np.float32]:
-    """Return the split RBF operator, as conf.face.head builds it."""
+    """Return the split RBF operator, as conf.face.deformation.face_model builds it."""
     centres, fields = with_margins(points, regions)
     operator = build_operator(
         vertices, centres, kernel=KERNEL, epsilon=KERNEL.epsilon, regions=fields, smoothing=SMOOTHING

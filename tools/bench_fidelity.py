@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.commands.rehearsal import ONE_WAY_S, Rehearsal
-from conf.face.head import load_face
+from conf.face.deformation.face_model import load_face
 from conf.face.head_pose import HeadPose
 from conf.protocol.caller import LinkOptions
 from conf.protocol.codec import LIVE

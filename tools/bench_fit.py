@@ -24,11 +24,11 @@ from numpy.typing import NDArray
 
 from conf.commands.fit import fit
 from conf.face.control_points import CONTROL_POINTS, INDEX, LOWER_LIP, UPPER_LIP
-from conf.face.geodesics import Surface
-from conf.face.head import FaceModel, load_face
-from conf.face.mesh import load_mesh
-from conf.face.orientation import turn_upright
-from conf.face.ppc import read_ppc, write_ppc
+from conf.face.deformation.face_model import FaceModel, load_face
+from conf.face.formats.ppc import read_ppc, write_ppc
+from conf.face.mesh.axes import turn_upright
+from conf.face.mesh.mesh import load_mesh
+from conf.face.mesh.surface_graph import Surface
 from conf.render.camera import View, clip_matrix, project
 from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow

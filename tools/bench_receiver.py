@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import numpy as np
 
-from conf.face.head import load_face
+from conf.face.deformation.face_model import load_face
 from conf.face.head_pose import HeadPose
 from conf.protocol.codec.decoder import Decoder
 from conf.protocol.codec.encoder import Encoder

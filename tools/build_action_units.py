@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from conf.face.action_units import ASSETS, EMOTIONS, NAMES, compose, label
+from conf.face.animation.action_units import ASSETS, EMOTIONS, NAMES, compose, label
 from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.face.epc import Expressions, write_epc
-from conf.face.sculpted import load_sculpted
+from conf.face.formats.epc import Expressions, write_epc
+from conf.face.retargeting.arkit_shapes import load_sculpted
 from conf.face.symmetry import mirrored
 
 # Which sculpted shapes make an action unit at full strength; a name without a side stands for both.

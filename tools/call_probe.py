@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from conf.commands import send as sending
 from conf.commands.receive import SIZE, WINDOW_FPS
 from conf.errors import NetworkError
-from conf.face.head import load_face
+from conf.face.deformation.face_model import load_face
 from conf.protocol.host import Host
 from conf.protocol.session.limits import Address
 from conf.protocol.session.server import ReceiverSessions

@@ -19,13 +19,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.action_units import label as unit_label
-from conf.face.action_units import load_action_units, load_emotions
+from conf.face.animation.action_units import label as unit_label
+from conf.face.animation.action_units import load_action_units, load_emotions
 from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
-from conf.face.face_muscles import MuscleFace
-from conf.face.head import FaceModel, load_face, make_face
+from conf.face.deformation.face_model import FaceModel, load_face, make_face
+from conf.face.deformation.facial_muscles import MuscleFace
+from conf.face.deformation.waters_muscles import LinearMuscle
 from conf.face.head_pose import HeadPose
-from conf.face.muscles import LinearMuscle
 from conf.render.camera import View
 from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow

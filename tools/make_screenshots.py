@@ -26,7 +26,7 @@ from conf.commands.measure import measure, plot
 from conf.commands.rehearsal import ONE_WAY_S, RECEIVER, Rehearsal
 from conf.commands.tracking import track_clip
 from conf.face.control_points import INDEX
-from conf.face.head import load_face
+from conf.face.deformation.face_model import load_face
 from conf.protocol.caller import LinkOptions
 from conf.protocol.codec import LIVE
 from conf.protocol.messages import MotionFrame, StreamParameters

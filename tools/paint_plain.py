@@ -13,8 +13,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.head import DEFAULT_HEAD
-from conf.face.plain_paint import COLOURS, EYE_ARC, EYE_MIDDLE, EYE_RIM, PICTURE
+from conf.face.deformation.face_model import DEFAULT_HEAD
+from conf.face.fitting.default_texture import COLOURS, EYE_ARC, EYE_MIDDLE, EYE_RIM, PICTURE
 from conf.render.face_renderer import PLAIN_SKIN
 from tools.head.eyeballs import CAP_ANGLE, IRIS_ANGLE, eye_uv
 from tools.head.noise import smoothstep

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.portrait.features import FEATURES
-from conf.face.portrait.repaint import to_planes
+from conf.face.portrait.patch_features import FEATURES
+from conf.face.portrait.patch_prediction import to_planes
 from conf.protocol.codec.range_coder import TOTAL
 from conf.protocol.codec.symbols import SCALES_AN_OCTAVE
 from conf.protocol.portrait.blocks import Planes

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.portrait import contours
-from conf.face.portrait.features import FEATURES
+from conf.face.portrait.patch_features import FEATURES
 from conf.protocol.codec.symbols import SCALES_AN_OCTAVE
 from conf.protocol.portrait.face_shape import POINT_STEP, encode_shape
 from conf.protocol.portrait.model import MODEL_FILE, PointTree, PortraitModel, RegionModel, Steps

@@ -16,10 +16,10 @@ from conf.animator.subject import Subject
 from conf.animator.worker import LatestOnly
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.default_head import DEFAULT_HEAD
-from conf.face.face_muscles import MuscleFace
+from conf.face.deformation.face_model import Deformer, FaceModel
+from conf.face.deformation.facial_muscles import MuscleFace
 from conf.face.fapu import Fapu
-from conf.face.head import Deformer, FaceModel
-from conf.face.ppc import read_ppc
+from conf.face.formats.ppc import read_ppc
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,8 @@ from conf.animator.subject import Subject
 from conf.animator.theme import BACKDROP, themed
 from conf.animator.touch import Touch, Wishes
 from conf.errors import ConfError
-from conf.face.head import Deformer
-from conf.face.idle import IdleMotion
+from conf.face.animation.idle_motion import IdleMotion
+from conf.face.deformation.face_model import Deformer
 from conf.output.media_writer import ClipRecorder, free_name
 from conf.receiver.stage import Window
 from conf.render.ui.imgui_input import Hands, dropped_files

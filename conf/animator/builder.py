@@ -11,17 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.animator.subject import Subject
-from conf.face.anchors import choose_anchors
 from conf.face.control_points import PUPILS
+from conf.face.deformation.anchors import choose_anchors
+from conf.face.deformation.eyelid_helpers import fold_margins, with_margins
+from conf.face.deformation.face_model import Deformer, FaceModel
+from conf.face.deformation.kernels import KERNELS
+from conf.face.deformation.rbf import build_operator
+from conf.face.deformation.regions import Regions, split_regions
+from conf.face.deformation.ridge_refinement import refine_operator, without_jaw
 from conf.face.fapu import Fapu
-from conf.face.geodesics import Surface
-from conf.face.head import Deformer, FaceModel
 from conf.face.head_pose import ES0_CM
-from conf.face.kernels import KERNELS
-from conf.face.learned import refine_operator, without_jaw
-from conf.face.lid_margins import fold_margins, with_margins
-from conf.face.rbf import build_operator
-from conf.face.regions import Regions, split_regions
+from conf.face.mesh.surface_graph import Surface
 
 
 class FaceBuilder:

@@ -9,8 +9,8 @@ from conf.animator.muscling import Muscling
 from conf.animator.placing import Placing
 from conf.animator.player import Player
 from conf.animator.subject import Subject
-from conf.face.epc import Expressions
-from conf.face.head import Deformer
+from conf.face.deformation.face_model import Deformer
+from conf.face.formats.epc import Expressions
 
 SHOWN = "what is shown"
 RECORDING = "the recording"

@@ -20,11 +20,11 @@ from conf.animator.player import Player, Recording, open_recording
 from conf.animator.puppet import Moment
 from conf.animator.subject import USUAL, open_subject, place_points, save_points, stood
 from conf.errors import ConfError
-from conf.face.action_units import load_emotions
-from conf.face.dpc import Motion
-from conf.face.epc import Expressions, read_epc
-from conf.face.idle import IdleMotion
-from conf.face.ppc import read_ppc, write_ppc
+from conf.face.animation.action_units import load_emotions
+from conf.face.animation.idle_motion import IdleMotion
+from conf.face.formats.dpc import Motion
+from conf.face.formats.epc import Expressions, read_epc
+from conf.face.formats.ppc import read_ppc, write_ppc
 from conf.face.symmetry import PARTNERS
 from conf.output.media_writer import CLIPS, PICTURES, free_name, save_picture
 from conf.output.obj_writer import write_obj

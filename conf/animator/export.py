@@ -19,13 +19,13 @@ from conf.animator.look import Look, with_eye_contact
 from conf.animator.picture import FacePicture
 from conf.animator.player import REST_POSE
 from conf.errors import ConfError
-from conf.face.blendshape_csv import write_blendshape_csv
-from conf.face.dpc import Motion, write_dpc
-from conf.face.fap import to_faps, write_fap
-from conf.face.head import FaceModel
+from conf.face.animation.playback import displacements_at, pose_at
+from conf.face.deformation.face_model import FaceModel
+from conf.face.formats.dpc import Motion, write_dpc
+from conf.face.formats.ppc import write_ppc
 from conf.face.head_pose import HeadPose
-from conf.face.playback import displacements_at, pose_at
-from conf.face.ppc import write_ppc
+from conf.face.retargeting.arkit_csv import write_blendshape_csv
+from conf.face.retargeting.mpeg4_fap import to_faps, write_fap
 from conf.output.media_writer import CLIPS, PICTURES, ClipRecorder, save_picture
 from conf.output.obj_writer import write_obj
 from conf.render.window.offscreen import read_pixels

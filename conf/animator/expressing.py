@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.action_units import compose
+from conf.face.animation.action_units import compose
+from conf.face.animation.timed_expression import Envelope, Performance
 from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.face.performance import Envelope, Performance
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.animator.player import REST_POSE
-from conf.face.dpc import Motion
-from conf.face.idle import IdleMotion
-from conf.face.performance import Envelope, Performance, lay_over
-from conf.face.playback import displacements_at, duration_of, pose_at
+from conf.face.animation.idle_motion import IdleMotion
+from conf.face.animation.playback import displacements_at, duration_of, pose_at
+from conf.face.animation.timed_expression import Envelope, Performance, lay_over
+from conf.face.formats.dpc import Motion
 
 QUIET_SECONDS = 0.3  # before an emotion begins and after it has gone
 

@@ -21,7 +21,7 @@ from conf.animator.player import REST_POSE
 from conf.animator.requests import Request
 from conf.animator.theme import column
 from conf.animator.touch import KEYS, Touch
-from conf.face.head import load_face
+from conf.face.deformation.face_model import load_face
 from conf.render.camera import clip_matrix
 from conf.render.ui.imgui_overlay import ACCENT, QUIET, Overlay, lines_height, panel
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.face.animation.gaze import EYE_RADIUS, LID_FOLLOWS, gaze_angles
 from conf.face.control_points import INDEX, PUPILS
-from conf.face.gaze import EYE_RADIUS, LID_FOLLOWS, gaze_angles
 from conf.face.head_pose import HeadPose
 from conf.render.camera import View, rotation
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from conf.face.face_muscles import COURSES, SPHINCTER
+from conf.face.deformation.facial_muscles import COURSES, SPHINCTER
 from conf.face.symmetry import OTHER_SIDE
 
 MAX_JAW = 0.45  # radians

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from conf.face.casting import first_hits
-from conf.face.mesh import Mesh
+from conf.face.mesh.mesh import Mesh
+from conf.face.mesh.raycast import first_hits
 from conf.render.materials import material_of
 
 SNAP_CM = 1.5  # a mirrored place farther from the mesh's front than this goes to the nearest vertex instead

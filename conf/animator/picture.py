@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from conf.animator.influence import point_colours, region_colours
 from conf.animator.look import Look
-from conf.face.head import FaceModel
+from conf.face.deformation.face_model import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.render.face_renderer import FaceRenderer
 from conf.render.lighting import LIGHTS

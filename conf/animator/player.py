@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import ConfError
+from conf.face.animation.playback import PlaybackClock, displacements_at, duration_of, pose_at
 from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.face.dpc import Motion, read_dpc
 from conf.face.fapu import Fapu
+from conf.face.formats.dpc import Motion, read_dpc
 from conf.face.head_pose import HeadPose
-from conf.face.playback import PlaybackClock, displacements_at, duration_of, pose_at
 from conf.render.auto_framing import CENTRE, LOG_SCALE
 
 REST_POSE = HeadPose(np.zeros(3), CENTRE, LOG_SCALE)

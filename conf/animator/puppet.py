@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from conf.animator.expressing import Expressing
 from conf.animator.look import Look, with_eye_contact
 from conf.animator.player import REST_POSE, Player
+from conf.face.animation.idle_motion import IdleMotion
+from conf.face.animation.timed_expression import lay_over, top_up
 from conf.face.head_pose import HeadPose
-from conf.face.idle import IdleMotion
-from conf.face.performance import lay_over, top_up
 
 
 @dataclass(frozen=True)

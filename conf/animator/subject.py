@@ -8,15 +8,15 @@ from numpy.typing import NDArray
 
 from conf.errors import ConfError
 from conf.face.default_head import DEFAULT_HEAD
+from conf.face.deformation.blendshapes import Shapes, load_shapes
+from conf.face.deformation.rig import Rig
+from conf.face.deformation.rig_json import load_rig
 from conf.face.fapu import Fapu
-from conf.face.mesh import Mesh, load_mesh
-from conf.face.mesh_parts import welded
-from conf.face.orientation import ORIENTATIONS, turn_upright
-from conf.face.own_face import settle
-from conf.face.ppc import read_ppc, write_ppc
-from conf.face.rig import Rig
-from conf.face.rig_file import load_rig
-from conf.face.shapes import Shapes, load_shapes
+from conf.face.fitting.custom_face import settle
+from conf.face.formats.ppc import read_ppc, write_ppc
+from conf.face.mesh.axes import ORIENTATIONS, turn_upright
+from conf.face.mesh.editing import welded
+from conf.face.mesh.mesh import Mesh, load_mesh
 from conf.face.similarity import UNMOVED, Similarity
 
 HEIGHT_CM = 26.0  # a mesh whose eyes are not known yet is taken for a head of this height

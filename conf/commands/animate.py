@@ -11,9 +11,9 @@ from conf.animator.requests import Open, Play
 from conf.animator.subject import open_subject
 from conf.commands.fit import fit
 from conf.errors import ConfError
-from conf.face.action_units import load_emotions
-from conf.face.epc import read_epc
-from conf.face.ppc import read_ppc
+from conf.face.animation.action_units import load_emotions
+from conf.face.formats.epc import read_epc
+from conf.face.formats.ppc import read_ppc
 from conf.render.window.glfw_window import GlfwWindow
 
 SIZE = (1280, 800)

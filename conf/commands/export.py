@@ -13,12 +13,12 @@ from conf.animator.film import emotion_motion, peak
 from conf.animator.player import open_recording
 from conf.animator.subject import open_subject
 from conf.errors import ConfError
-from conf.face.action_units import load_expression
-from conf.face.dpc import Motion
-from conf.face.head import Deformer, FaceModel
-from conf.face.idle import IdleMotion
-from conf.face.performance import Envelope
-from conf.face.playback import duration_of
+from conf.face.animation.action_units import load_expression
+from conf.face.animation.idle_motion import IdleMotion
+from conf.face.animation.playback import duration_of
+from conf.face.animation.timed_expression import Envelope
+from conf.face.deformation.face_model import Deformer, FaceModel
+from conf.face.formats.dpc import Motion
 from conf.render.window.offscreen import OffscreenWindow
 
 EMOTION_FPS = 30.0

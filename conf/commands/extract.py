@@ -8,7 +8,7 @@ import numpy as np
 from conf.commands.tracking import Progress, track_clip
 from conf.errors import CameraError
 from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.face.dpc import Motion, write_dpc
+from conf.face.formats.dpc import Motion, write_dpc
 from conf.sender.canonical_face import read_canonical_face
 from conf.sender.models import fetch_models
 from conf.sender.motion import MotionExtractor

@@ -1,6 +1,6 @@
 """`conf fit`: place the control points on any face mesh by itself.
 
-The mesh is drawn, the tracker says where it sees the control points, and conf.face.placing puts them on the surface.
+The mesh is drawn, the tracker says where it sees the control points, and `face.fitting.point_fitting` puts them on it.
 """
 
 from dataclasses import dataclass, replace
@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from conf.commands.sitting import Progress, observe
 from conf.errors import ConfError
 from conf.face.control_points import LANDMARKS, PUPILS
-from conf.face.face_prior import load_prior
-from conf.face.mesh import Mesh, load_mesh
-from conf.face.orientation import ORIENTATIONS
-from conf.face.placing import Placement, place_points
-from conf.face.ppc import write_ppc
+from conf.face.fitting.face_prior import load_prior
+from conf.face.fitting.point_fitting import Placement, place_points
+from conf.face.formats.ppc import write_ppc
+from conf.face.mesh.axes import ORIENTATIONS
+from conf.face.mesh.mesh import Mesh, load_mesh
 from conf.sender.canonical_face import CanonicalFace, read_canonical_face
 from conf.sender.models import fetch_models
 

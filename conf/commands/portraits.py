@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.face.face_prior import SEEN_LANDMARKS, SEEN_PARTNERS
+from conf.face.deformation.face_model import FaceModel
 from conf.face.fapu import Fapu
-from conf.face.head import FaceModel
+from conf.face.fitting.face_prior import SEEN_LANDMARKS, SEEN_PARTNERS
 from conf.face.head_pose import HeadPose
-from conf.face.mesh import Mesh
+from conf.face.mesh.mesh import Mesh
 from conf.render.camera import View, clip_matrix
 from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow
@@ -32,7 +32,7 @@ FRONT = (0.0, 0.0)
 class Sight:
     """What the tracker saw in one drawing.
 
-    places : (m, 2) landmarks in the picture, those of conf.face.face_prior, -1 to 1, x right, y up
+    places : (m, 2) landmarks in the picture, those of conf.face.fitting.face_prior, -1 to 1, x right, y up
     clip : (4, 4) from the mesh's coordinates to clip coordinates
     """
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from conf.face.head import load_face
+from conf.face.deformation.face_model import load_face
 from conf.output.media_writer import save_picture
 from conf.protocol.host import Host
 from conf.protocol.session.server import ReceiverSessions

@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.commands.portraits import FRONT, SIDE, Studio, pose_towards, triangulate
-from conf.face.casting import front_hits
-from conf.face.face_prior import FacePrior
-from conf.face.mesh import Mesh
-from conf.face.mesh_parts import part_of, welded
-from conf.face.orientation import turn_upright
+from conf.face.fitting.face_prior import FacePrior
+from conf.face.mesh.axes import turn_upright
+from conf.face.mesh.editing import part_of, welded
+from conf.face.mesh.mesh import Mesh
+from conf.face.mesh.raycast import front_hits
 from conf.face.similarity import Similarity
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.models import fetch_models
@@ -35,7 +35,7 @@ HEAD_CM = 25.0  # what lies farther from the eyes is not looked at
 class Sitting:
     """What came of it.
 
-    observed : (m, 3) landmarks where the tracker sees them, those of conf.face.face_prior, in the prior's frame
+    observed : (m, 3) landmarks where the tracker sees them, those of conf.face.fitting.face_prior, in the prior's frame
     frame : what carries the mesh's own coordinates into the prior's frame
     mesh : the part of the mesh around the face, in the prior's frame
     axes : how the mesh stands, (up, front)

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.ppc import read_ppc
-from conf.face.rig_file import read_joints
-from conf.face.rigging import Joints
+from conf.face.deformation.rig_builder import Joints
+from conf.face.deformation.rig_json import read_joints
+from conf.face.formats.ppc import read_ppc
 
 DEFAULT_HEAD = Path(str(files("conf"))) / "assets" / "head" / "head.obj"
 EYE_MIDDLE = np.array([0.0, 2.845, 3.8])  # between its pupils, model centimetres

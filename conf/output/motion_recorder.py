@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from conf.errors import FileFormatError
-from conf.face.dpc import Motion, write_dpc
+from conf.face.formats.dpc import Motion, write_dpc
 from conf.output.media_writer import RecordingError
 from conf.protocol.messages import MotionFrame
 

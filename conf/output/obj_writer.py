@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import ConfError
-from conf.face.mesh import Mesh
+from conf.face.mesh.mesh import Mesh
 from conf.render.materials import material_of
 
 COMMON = (".png", ".jpg", ".jpeg", ".bmp", ".tga")  # pictures that every program with OBJ files reads

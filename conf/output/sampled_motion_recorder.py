@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.animator.player import Recording
-from conf.face.dpc import Motion
+from conf.face.formats.dpc import Motion
 from conf.face.head_pose import HeadPose
 
 FPS = 30.0

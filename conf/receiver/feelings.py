@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from conf.face.action_units import load_emotions
-from conf.face.performance import Performance, top_up
+from conf.face.animation.action_units import load_emotions
+from conf.face.animation.timed_expression import Performance, top_up
 from conf.protocol.messages import MotionFrame
 
 

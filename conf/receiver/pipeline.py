@@ -6,7 +6,7 @@ The way of one frame is read here from top to bottom; every step it calls is a m
 import time
 from collections.abc import Callable
 
-from conf.face.head import FaceModel
+from conf.face.deformation.face_model import FaceModel
 from conf.protocol.host import Host
 from conf.protocol.messages import MotionFrame
 from conf.protocol.session.events import Connected, Event, Lost, Roamed, WrongCode

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
-from conf.face.head import FaceModel
+from conf.face.deformation.face_model import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.protocol.messages import MotionFrame
 from conf.receiver.meter import covered_width

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from conf.errors import FileFormatError
 from conf.face.control_points import INDEX
-from conf.face.head import FaceModel
+from conf.face.deformation.face_model import FaceModel
+from conf.face.deformation.neck import Neck
 from conf.face.head_pose import HeadPose
-from conf.face.mesh import Mesh
-from conf.receiver.neck import Neck
+from conf.face.mesh.mesh import Mesh
 from conf.render.camera import View, clip_matrix, rotation
 from conf.render.control_point_markers import ControlPointMarks
 from conf.render.lighting import STUDIO, Lighting

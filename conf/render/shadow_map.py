@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.mesh import Mesh
+from conf.face.mesh.mesh import Mesh
 from conf.render.lighting import STUDIO, Vector
 from conf.render.materials import material_of
 from conf.render.shader_programs import columns, program, set_matrix

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from conf.face.mesh import Mesh
+from conf.face.mesh.mesh import Mesh
 from conf.render.materials import material_of
 
 

@@ -4,9 +4,9 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.face.deformation.neck import Neck
 from conf.face.head_pose import HeadPose
-from conf.face.mesh import Mesh
-from conf.receiver.neck import Neck
+from conf.face.mesh.mesh import Mesh
 from conf.render.camera import View, clip_matrix, rotation
 from conf.render.face_renderer import facing_outwards
 from conf.render.render_target import Canvas

@@ -3,7 +3,7 @@
 import moderngl
 import numpy as np
 
-from conf.face.mesh import Mesh
+from conf.face.mesh.mesh import Mesh
 from conf.render.shader_programs import program, set_matrix
 
 SOLID = (0.075, 0.095, 0.125)  # sRGB: hides what lies behind

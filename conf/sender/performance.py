@@ -10,8 +10,8 @@ import numpy as np
 
 from conf.errors import FileFormatError
 from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.face.dpc import Motion, read_dpc
 from conf.face.fapu import Fapu
+from conf.face.formats.dpc import Motion, read_dpc
 from conf.face.head_pose import NEUTRAL_POSE
 from conf.protocol.messages import MotionFrame
 from conf.sender.mean_face import MEAN_FACE

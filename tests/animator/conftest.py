@@ -11,8 +11,8 @@ from conf.animator.desk import Desk, Facts
 from conf.animator.interface import Panel
 from conf.animator.requests import Request
 from conf.animator.subject import Subject, open_subject
-from conf.face.action_units import load_emotions
-from conf.face.head import Deformer, FaceModel
+from conf.face.animation.action_units import load_emotions
+from conf.face.deformation.face_model import Deformer, FaceModel
 from conf.output.obj_writer import write_obj
 from tests.support.imgui_stage import Stage, stage
 

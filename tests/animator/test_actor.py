@@ -5,7 +5,7 @@ import numpy as np
 from conf.animator.actor import Actor, unplaced
 from conf.animator.muscling import Muscling
 from conf.animator.subject import Subject
-from conf.face.head import Deformer
+from conf.face.deformation.face_model import Deformer
 from tests.support.imgui_stage import Stage
 
 

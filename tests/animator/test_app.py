@@ -16,8 +16,8 @@ import pytest
 from conf.animator.picking import Rect
 from conf.animator.subject import Subject
 from conf.face.control_points import INDEX
-from conf.face.dpc import Motion, write_dpc
-from conf.face.ppc import read_ppc, write_ppc
+from conf.face.formats.dpc import Motion, write_dpc
+from conf.face.formats.ppc import read_ppc, write_ppc
 from tests.animator.conftest import TO_FILE
 
 REPOSITORY = Path(__file__).resolve().parents[2]

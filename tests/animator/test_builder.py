@@ -5,8 +5,8 @@ import pytest
 
 from conf.animator.builder import FaceBuilder
 from conf.animator.subject import Subject
-from conf.face.head import Deformer, FaceModel, make_face
-from conf.face.kernels import KERNELS
+from conf.face.deformation.face_model import Deformer, FaceModel, make_face
+from conf.face.deformation.kernels import KERNELS
 
 
 @pytest.mark.parametrize(

@@ -12,10 +12,10 @@ from conf.animator.player import REST_POSE
 from conf.animator.puppet import Moment
 from conf.animator.requests import Open, PlacePoints, Play, RecordTake, SavePoints, Stand, WriteFile
 from conf.animator.subject import Subject
-from conf.face.action_units import load_emotions
-from conf.face.epc import Expressions, write_epc
-from conf.face.head import Deformer
-from conf.face.mesh import load_mesh
+from conf.face.animation.action_units import load_emotions
+from conf.face.deformation.face_model import Deformer
+from conf.face.formats.epc import Expressions, write_epc
+from conf.face.mesh.mesh import load_mesh
 from tests.animator.conftest import TO_FILE
 from tests.support.imgui_stage import Stage
 

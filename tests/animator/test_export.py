@@ -12,13 +12,13 @@ from conf.animator.film import emotion_motion
 from conf.animator.look import Look
 from conf.animator.subject import Subject
 from conf.errors import ConfError, GraphicsError
-from conf.face.action_units import load_emotions
-from conf.face.dpc import Motion, read_dpc
-from conf.face.fap import read_fap
-from conf.face.head import FaceModel
-from conf.face.mesh import load_mesh
-from conf.face.performance import Envelope
-from conf.face.ppc import read_ppc
+from conf.face.animation.action_units import load_emotions
+from conf.face.animation.timed_expression import Envelope
+from conf.face.deformation.face_model import FaceModel
+from conf.face.formats.dpc import Motion, read_dpc
+from conf.face.formats.ppc import read_ppc
+from conf.face.mesh.mesh import load_mesh
+from conf.face.retargeting.mpeg4_fap import read_fap
 from conf.face.similarity import Similarity
 from conf.render.lighting import LIGHTS
 from conf.render.window.offscreen import OffscreenWindow

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from conf.animator.expressing import Expressing
-from conf.face.action_units import load_action_units, load_emotions
-from conf.face.performance import Envelope
+from conf.face.animation.action_units import load_action_units, load_emotions
+from conf.face.animation.timed_expression import Envelope
 
 JOY = load_emotions()["joy"]
 SOON = Envelope(onset=0.2, hold=0.5, release=0.3)

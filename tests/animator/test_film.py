@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from conf.animator.film import emotion_motion, peak, resampled, stretch
-from conf.face.action_units import load_emotions
-from conf.face.dpc import Motion
-from conf.face.idle import IdleMotion
-from conf.face.performance import Envelope
-from conf.face.playback import displacements_at, duration_of
+from conf.face.animation.action_units import load_emotions
+from conf.face.animation.idle_motion import IdleMotion
+from conf.face.animation.playback import displacements_at, duration_of
+from conf.face.animation.timed_expression import Envelope
+from conf.face.formats.dpc import Motion
 
 JOY = load_emotions()["joy"]
 

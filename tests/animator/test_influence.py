@@ -2,7 +2,7 @@ import numpy as np
 
 from conf.animator.influence import STILL, point_colours, region_colours
 from conf.face.control_points import INDEX
-from conf.face.head import FaceModel
+from conf.face.deformation.face_model import FaceModel
 
 
 def test_regions_are_coloured_where_something_moves(head: FaceModel) -> None:

@@ -12,7 +12,7 @@ from conf.animator.placing import Placing
 from conf.animator.subject import Subject
 from conf.animator.theme import themed
 from conf.animator.touch import Touch
-from conf.face.head import Deformer
+from conf.face.deformation.face_model import Deformer
 from tests.support.imgui_stage import Stage
 
 

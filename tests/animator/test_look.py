@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from conf.animator.look import with_eye_contact
 from conf.animator.player import REST_POSE
-from conf.face.gaze import gaze_angles, gaze_displacements
+from conf.face.animation.gaze import gaze_angles, gaze_displacements
 from conf.render.camera import View
 
 angles = st.floats(-0.4, 0.4)

@@ -1,5 +1,5 @@
 from conf.animator.muscling import MUSCLES, POSES, Muscling, sides_of
-from conf.face.face_muscles import MUSCLE_NAMES
+from conf.face.deformation.facial_muscles import MUSCLE_NAMES
 
 
 def test_muscles_contract_on_both_sides_or_one() -> None:

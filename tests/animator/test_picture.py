@@ -4,7 +4,7 @@ from conf.animator.look import Look
 from conf.animator.picture import FacePicture
 from conf.animator.player import REST_POSE
 from conf.face.control_points import INDEX
-from conf.face.head import FaceModel
+from conf.face.deformation.face_model import FaceModel
 from conf.render.camera import View, clip_matrix
 from tests.support.imgui_stage import Stage
 

@@ -5,8 +5,8 @@ import pytest
 
 from conf.animator.player import REST_POSE, Player, Recording, centred, open_recording
 from conf.errors import ConfError
-from conf.face.dpc import Motion, write_dpc
-from conf.face.head import FaceModel
+from conf.face.deformation.face_model import FaceModel
+from conf.face.formats.dpc import Motion, write_dpc
 from conf.render.auto_framing import CENTRE, LOG_SCALE
 
 

@@ -4,9 +4,9 @@ from conf.animator.expressing import Expressing
 from conf.animator.look import Look
 from conf.animator.player import REST_POSE, Player, Recording
 from conf.animator.puppet import moment
-from conf.face.action_units import load_action_units
-from conf.face.dpc import Motion
-from conf.face.idle import IdleMotion
+from conf.face.animation.action_units import load_action_units
+from conf.face.animation.idle_motion import IdleMotion
+from conf.face.formats.dpc import Motion
 
 IDLE = IdleMotion(np.random.default_rng(5))
 

@@ -4,7 +4,7 @@ from conf.animator import requests
 from conf.animator.actor import Actor
 from conf.animator.director import Director
 from conf.animator.subject import Subject
-from conf.face.head import Deformer
+from conf.face.deformation.face_model import Deformer
 from tests.support.imgui_stage import Stage
 
 

@@ -7,8 +7,8 @@ from conf.animator.subject import Subject, open_subject, place_points, save_poin
 from conf.errors import ConfError
 from conf.face.control_points import PUPILS
 from conf.face.default_head import EYE_MIDDLE
-from conf.face.orientation import turn_upright
-from conf.face.ppc import read_ppc, write_ppc
+from conf.face.formats.ppc import read_ppc, write_ppc
+from conf.face.mesh.axes import turn_upright
 from conf.output.obj_writer import write_obj
 from tests.animator.conftest import TO_FILE
 

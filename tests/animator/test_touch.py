@@ -7,7 +7,7 @@ from conf.animator.director import Director
 from conf.animator.layout import Layout
 from conf.animator.subject import Subject
 from conf.animator.touch import Touch
-from conf.face.head import Deformer
+from conf.face.deformation.face_model import Deformer
 from conf.render.window.input_events import Dragged, Event, KeyPressed, MouseButton, MouseMoved, Scrolled
 from tests.support.imgui_stage import Stage
 

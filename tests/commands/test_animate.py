@@ -7,7 +7,7 @@ from conf.commands import animate as command
 from conf.commands.animate import Sitter, animate, find_points
 from conf.commands.fit import FitReport
 from conf.errors import ConfError, FileFormatError
-from conf.face.ppc import write_ppc
+from conf.face.formats.ppc import write_ppc
 
 
 def test_what_is_wrong_is_said_before_a_window_opens(tmp_path: Path) -> None:

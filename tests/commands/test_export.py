@@ -5,9 +5,9 @@ import pytest
 
 from conf.commands.export import ExportWish, export_file
 from conf.errors import ConfError
-from conf.face.dpc import Motion, read_dpc, write_dpc
-from conf.face.head import DEFAULT_HEAD
-from conf.face.mesh import load_mesh
+from conf.face.deformation.face_model import DEFAULT_HEAD
+from conf.face.formats.dpc import Motion, read_dpc, write_dpc
+from conf.face.mesh.mesh import load_mesh
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import pytest
 
 from conf.commands.extract import extract
 from conf.errors import CameraError, FileFormatError
-from conf.face.dpc import read_dpc
+from conf.face.formats.dpc import read_dpc
 from tests.commands.conftest import SHORT
 
 

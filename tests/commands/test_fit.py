@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from conf.commands.fit import OWN_MESH, fit, points_of_landmark_mesh
 from conf.errors import ConfError, FileFormatError, GraphicsError, ModelError
 from conf.face.control_points import INDEX, LANDMARKS, PUPILS
-from conf.face.head import DEFAULT_HEAD
-from conf.face.mesh import Mesh, load_mesh
-from conf.face.orientation import turn_upright
-from conf.face.ppc import read_ppc
+from conf.face.deformation.face_model import DEFAULT_HEAD
+from conf.face.formats.ppc import read_ppc
+from conf.face.mesh.axes import turn_upright
+from conf.face.mesh.mesh import Mesh, load_mesh
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.canonical_face import CanonicalFace, read_canonical_face
 from conf.sender.models import fetch_models

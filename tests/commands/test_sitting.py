@@ -6,9 +6,9 @@ import trimesh
 from numpy.typing import NDArray
 
 from conf.commands.sitting import rough_frame
-from conf.face.face_prior import load_prior
-from conf.face.mesh import Mesh, build_mesh
-from conf.face.obj import RawMesh
+from conf.face.fitting.face_prior import load_prior
+from conf.face.formats.obj import RawMesh
+from conf.face.mesh.mesh import Mesh, build_mesh
 
 
 @pytest.fixture

@@ -1,8 +1,8 @@
 import numpy as np
 
 from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
-from conf.face.head import DEFAULT_HEAD
-from conf.face.ppc import read_ppc
+from conf.face.deformation.face_model import DEFAULT_HEAD
+from conf.face.formats.ppc import read_ppc
 from conf.face.symmetry import PARTNERS, SIDES, mirrored, one_side
 
 

@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from conf.face.dpc import read_dpc
+from conf.face.formats.dpc import read_dpc
 from conf.output.media_writer import RecordingError
 from conf.output.motion_recorder import FPS, MotionRecorder
 from conf.protocol.messages import MotionFrame

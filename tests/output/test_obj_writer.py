@@ -7,7 +7,7 @@ import pytest
 
 from conf.errors import ConfError
 from conf.face.default_head import DEFAULT_HEAD
-from conf.face.mesh import Mesh, load_mesh
+from conf.face.mesh.mesh import Mesh, load_mesh
 from conf.output.obj_writer import write_obj
 
 

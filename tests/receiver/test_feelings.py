@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from conf.face.action_units import load_emotions
-from conf.face.performance import Envelope, top_up
+from conf.face.animation.action_units import load_emotions
+from conf.face.animation.timed_expression import Envelope, top_up
 from conf.protocol.messages import MotionFrame
 from conf.receiver.feelings import Feelings
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from conf.face.head import FaceModel
+from conf.face.deformation.face_model import FaceModel
 from conf.protocol.session.limits import Address
 from conf.protocol.statistics import TrafficSnapshot
 from conf.receiver.meter import MeterReading

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.face.head import FaceModel
+from conf.face.deformation.face_model import FaceModel
 from conf.protocol.messages import MotionFrame
 from conf.receiver.meter import covered_width
 from conf.receiver.stage import Stage, grid

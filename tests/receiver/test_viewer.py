@@ -5,7 +5,7 @@ import cv2
 import numpy as np
 import pytest
 
-from conf.face.dpc import read_dpc
+from conf.face.formats.dpc import read_dpc
 from conf.protocol.messages import MotionFrame
 from conf.receiver.viewer import CLIP_FPS, NOTICE_S, TimedClip, Viewer
 from conf.render.window.input_events import Dragged, Event, KeyPressed

@@ -3,7 +3,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from conf.face.control_points import INDEX
-from conf.face.head import FaceModel
+from conf.face.deformation.face_model import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.render.camera import View, clip_matrix, project
 from conf.render.control_point_markers import CELL, DOT, GRID, ControlPointMarks, paint_labels

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from conf.errors import FileFormatError
-from conf.face.head import FaceModel
+from conf.face.deformation.face_model import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.render.camera import View, clip_matrix, project
 from conf.render.face_renderer import FaceRenderer, ordered_groups

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from conf.face.head import FaceModel
+from conf.face.deformation.face_model import FaceModel
 from conf.render.shader_programs import columns, source
 from conf.render.shadow_map import KEY, REACH_CM, SIDE, Shadow, lamp_matrix
 from conf.render.vertex_normals import Surface

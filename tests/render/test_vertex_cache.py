@@ -1,7 +1,7 @@
 import numpy as np
 
-from conf.face.head import load_face
-from conf.face.mesh import Mesh
+from conf.face.deformation.face_model import load_face
+from conf.face.mesh.mesh import Mesh
 from conf.render.vertex_cache import in_drawing_order
 
 MEMORY = 32  # vertices that a card holds: far less than a head has

@@ -1,7 +1,7 @@
 import numpy as np
 
 from conf.animator.player import REST_POSE
-from conf.face.head import FaceModel
+from conf.face.deformation.face_model import FaceModel
 from conf.render.camera import View
 from conf.render.render_target import Canvas
 from conf.render.vertex_colour_renderer import TintedFace

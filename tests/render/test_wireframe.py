@@ -1,6 +1,6 @@
 import numpy as np
 
-from conf.face.head import FaceModel
+from conf.face.deformation.face_model import FaceModel
 from conf.render.shader_programs import columns
 from conf.render.vertex_normals import Surface
 from conf.render.window.offscreen import OffscreenWindow

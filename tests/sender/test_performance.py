@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from conf.errors import FileFormatError
-from conf.face.dpc import Motion, write_dpc
+from conf.face.formats.dpc import Motion, write_dpc
 from conf.face.head_pose import NEUTRAL_POSE
 from conf.sender.performance import RecordedPerformance, open_recording
 

@@ -10,9 +10,9 @@ from PIL import Image
 
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.fapu import Fapu
-from conf.face.portrait.features import FEATURES
-from conf.face.portrait.repaint import foretell, to_planes
-from conf.face.portrait.shape import project
+from conf.face.portrait.patch_features import FEATURES
+from conf.face.portrait.patch_prediction import foretell, to_planes
+from conf.face.portrait.photographed_face import project
 from conf.protocol.portrait import Patch, Photograph
 from conf.protocol.portrait.patch import step_size
 from conf.protocol.portrait.vp8 import strip

@@ -7,7 +7,7 @@ from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.fapu import Fapu
 from conf.face.head_pose import HeadPose
 from conf.face.portrait import contours
-from conf.face.portrait.shape import project
+from conf.face.portrait.photographed_face import project
 from conf.protocol.messages import MotionFrame
 from conf.sender.canonical_face import CanonicalFace
 from conf.sender.portrait.photographer import Shot

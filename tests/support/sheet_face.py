@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.face.mesh import Mesh, build_mesh
-from conf.face.obj import RawMesh
+from conf.face.formats.obj import RawMesh
+from conf.face.mesh.mesh import Mesh, build_mesh
 
 # x and y in cm of each control point, in the order of control_points.py, on a mean face with its mouth a little open.
 _PLACES = """

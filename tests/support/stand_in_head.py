@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from conf.errors import GraphicsError
 from conf.face.control_points import CONTROL_POINTS
+from conf.face.deformation.face_model import FaceModel
 from conf.face.fapu import Fapu
-from conf.face.head import FaceModel
-from conf.face.mesh import Mesh, build_mesh
-from conf.face.obj import RawMesh
+from conf.face.formats.obj import RawMesh
+from conf.face.mesh.mesh import Mesh, build_mesh
 from conf.render.ui.imgui_overlay import Overlay
 from conf.render.window.offscreen import OffscreenWindow
 

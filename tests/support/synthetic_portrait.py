@@ -7,7 +7,7 @@ from conf.face.control_points import CONTROL_POINT_COUNT, LANDMARKS
 from conf.face.fapu import Fapu
 from conf.face.head_pose import HeadPose
 from conf.face.portrait import contours
-from conf.face.portrait.shape import FaceShape
+from conf.face.portrait.photographed_face import FaceShape
 from conf.sender.mean_face import MEAN_FACE
 
 LINES = (

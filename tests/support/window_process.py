@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from conf.face.deformation.face_model import FaceModel
 from conf.face.fapu import Fapu
-from conf.face.head import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.output.media_writer import save_picture
 from conf.receiver.notices import draw_help

@@ -1,7 +1,7 @@
 import numpy as np
 
-from conf.face.action_units import NAMES, load_action_units
-from conf.face.sculpted import load_sculpted
+from conf.face.animation.action_units import NAMES, load_action_units
+from conf.face.retargeting.arkit_shapes import load_sculpted
 from conf.face.symmetry import mirrored
 from tools.build_action_units import RECIPES, blend
 

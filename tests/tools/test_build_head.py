@@ -9,10 +9,10 @@ from PIL import Image
 from scipy.spatial import KDTree
 
 from conf.face.control_points import CONTROL_POINTS, INDEX
-from conf.face.head import DEFAULT_HEAD
+from conf.face.deformation.face_model import DEFAULT_HEAD
+from conf.face.formats.ppc import read_ppc
 from conf.face.head_pose import ES0_CM
-from conf.face.mesh import Mesh, load_mesh
-from conf.face.ppc import read_ppc
+from conf.face.mesh.mesh import Mesh, load_mesh
 from tools.head.casting import distances_along
 from tools.head.noise import smoothstep
 from tools.head.scalp import hairline, polar

@@ -7,8 +7,8 @@ from imgui_bundle import imgui
 from conf.animator.desk import Desk, Facts
 from conf.animator.requests import Request
 from conf.animator.widgets import check, choice, curved_slider, heading, quiet, warning
-from conf.face.head import Deformer
-from conf.face.kernels import KERNELS
+from conf.face.deformation.face_model import Deformer
+from conf.face.deformation.kernels import KERNELS
 
 POLYNOMIALS = {"kernel's own": None, "none": -1, "constant": 0, "linear": 1}
 EPSILONS = (0.05, 8.0)  # 1/cm

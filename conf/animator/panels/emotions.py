@@ -9,7 +9,7 @@ from imgui_bundle import imgui
 from conf.animator.desk import Desk, Facts
 from conf.animator.requests import Open, Play, Release, Request
 from conf.animator.widgets import buttons, check, heading, path_field, slider, strength
-from conf.face.action_units import NAMES
+from conf.face.animation.action_units import NAMES
 
 MOST_SECONDS = 5.0
 

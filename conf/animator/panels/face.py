@@ -20,7 +20,7 @@ from conf.animator.requests import (
 )
 from conf.animator.widgets import buttons, check, choice, heading, path_field, quiet, warning
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINTS
-from conf.face.orientation import AXES
+from conf.face.mesh.axes import AXES
 
 
 def draw_face(desk: Desk, facts: Facts) -> tuple[Desk, list[Request]]:

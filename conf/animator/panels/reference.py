@@ -9,7 +9,7 @@ from conf.animator.picking import Rect, nearest_mark
 from conf.animator.placing import Placing
 from conf.animator.theme import AMBER, GREEN
 from conf.face.control_points import CONTROL_POINTS
-from conf.face.head import FaceModel
+from conf.face.deformation.face_model import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.render.camera import View, clip_matrix
 from conf.render.face_renderer import FaceRenderer

@@ -20,7 +20,7 @@ from conf.animator.requests import (
     TogglePlaying,
 )
 from conf.animator.widgets import lit, path_field
-from conf.face.playback import SPEEDS
+from conf.face.animation.playback import SPEEDS
 from conf.render.ui.imgui_overlay import QUIET
 
 BUTTON = 58.0  # pixels at scale 1

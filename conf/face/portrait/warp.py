@@ -12,20 +12,20 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from conf.face.control_points import CONTROL_POINT_COUNT, INDEX, PUPILS, indices
+from conf.face.deformation.kernels import KERNELS
+from conf.face.deformation.rbf import build_operator
+from conf.face.deformation.regions import Regions
 from conf.face.fapu import UNITS_PER_DISTANCE
 from conf.face.head_pose import HeadPose
-from conf.face.kernels import KERNELS
 from conf.face.portrait import contours
-from conf.face.portrait.beyond import presence
-from conf.face.portrait.fields import split_fields
-from conf.face.portrait.follow import head_share
-from conf.face.portrait.mesh import PhotoMesh, build_mesh
-from conf.face.portrait.parting import part_lips_and_lids
-from conf.face.portrait.settle import settle, settle_points, stillness
-from conf.face.portrait.shape import FaceShape
-from conf.face.portrait.unfold import unfold
-from conf.face.rbf import build_operator
-from conf.face.regions import Regions
+from conf.face.portrait.border_fade import presence
+from conf.face.portrait.head_weights import head_share
+from conf.face.portrait.lip_lid_gaps import part_lips_and_lids
+from conf.face.portrait.motion_deadband import settle, settle_points, stillness
+from conf.face.portrait.photo_mesh import PhotoMesh, build_mesh
+from conf.face.portrait.photo_regions import split_fields
+from conf.face.portrait.photographed_face import FaceShape
+from conf.face.portrait.untangle import unfold
 
 MAX_TURN = np.radians(32)  # out of the picture's plane, against the photograph
 KNEE = 0.7  # the share of a limit that is reached unchanged

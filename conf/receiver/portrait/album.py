@@ -8,7 +8,7 @@ from scipy.spatial import QhullError
 
 from conf.errors import ProtocolError
 from conf.face.fapu import Fapu
-from conf.face.portrait.shape import FaceShape
+from conf.face.portrait.photographed_face import FaceShape
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.portrait.patch import Patch
 from conf.protocol.portrait.photograph import NeutralUpdate, Photograph

@@ -5,8 +5,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import ProtocolError
-from conf.face.portrait.features import FEATURES
-from conf.face.portrait.repaint import foretell, from_planes, photo_points
+from conf.face.portrait.patch_features import FEATURES
+from conf.face.portrait.patch_prediction import foretell, from_planes, photo_points
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.portrait.patch import Patch, step_size
 from conf.protocol.portrait.vp8 import size_of, wrap

@@ -13,9 +13,9 @@ from scipy.spatial.transform import Rotation
 
 from conf.face.control_points import INDEX
 from conf.face.head_pose import HeadPose
-from conf.face.portrait.features import FEATURES, KEY_STEP, MOUTH
-from conf.face.portrait.settle import settle_keys
-from conf.face.portrait.sprite import FeatureMap
+from conf.face.portrait.motion_deadband import settle_keys
+from conf.face.portrait.patch_features import FEATURES, KEY_STEP, MOUTH
+from conf.face.portrait.patch_mapping import FeatureMap
 from conf.receiver.portrait.album import Album, Sitter, Sticker
 from conf.receiver.portrait.choice import blend_shares, layers
 from conf.receiver.portrait.layer import Layer, load_texture

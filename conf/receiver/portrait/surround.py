@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.portrait.outline import OVERLAP
+from conf.face.portrait.person_outline import OVERLAP
 from conf.receiver.portrait.backdrop import flow_in
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.head_pose import HeadPose
-from conf.face.portrait.features import FEATURES
+from conf.face.portrait.patch_features import FEATURES
 from conf.face.portrait.warp import PortraitWarp
 
 NEAR_CM = 3.2  # around a feature: the skin that tells whether it is covered

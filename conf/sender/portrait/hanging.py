@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.head_pose import HeadPose
-from conf.face.portrait.features import EYES, FEATURES, MOUTH, Feature
-from conf.face.portrait.repaint import foretell, photo_points
-from conf.face.portrait.shape import FaceShape
+from conf.face.portrait.patch_features import EYES, FEATURES, MOUTH, Feature
+from conf.face.portrait.patch_prediction import foretell, photo_points
+from conf.face.portrait.photographed_face import FaceShape
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.messages import MotionFrame
 from conf.protocol.portrait.patch import POINT_STEPS

@@ -1,6 +1,6 @@
 """Choose and cut patches: pictures of mouth and eyes in moments that no patch shows yet.
 
-Strategy: the keys of a feature (conf.face.portrait.features) say what it does. A frame whose keys are far from those of
+Strategy: the keys of a feature (`patch_features`) say what it does. A frame whose keys are far from those of
 the photograph and of every patch is worth a patch. Slots are few: when they are full, the patch that is nearest to
 another one, so that it would be missed least, makes room. Light is matched here, where both pictures are at hand: a
 patch takes over the photograph's colours along its border.
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from conf.face.control_points import LANDMARKS
-from conf.face.portrait.features import Feature
-from conf.face.portrait.repaint import to_planes
+from conf.face.portrait.patch_features import Feature
+from conf.face.portrait.patch_prediction import to_planes
 from conf.protocol.portrait.patch import MAX_SIDE, MAX_SLOTS, STEP_COUNT, Patch, encode_patch, step_size
 
 MARGIN = 1.1  # of the reach: the patch ends where it would not be seen any more

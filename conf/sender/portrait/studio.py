@@ -13,7 +13,7 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.portrait.features import EYES, FEATURES, MOUTH
+from conf.face.portrait.patch_features import EYES, FEATURES, MOUTH
 from conf.protocol.messages import MotionFrame
 from conf.protocol.portrait.outbox import PortraitOutbox
 from conf.protocol.portrait.patch import MAX_SLOTS

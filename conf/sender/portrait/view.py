@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.head_pose import HeadPose
-from conf.face.portrait.features import FEATURES
+from conf.face.portrait.patch_features import FEATURES
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.messages import MotionFrame
 

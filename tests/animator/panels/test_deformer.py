@@ -1,7 +1,7 @@
 from collections.abc import Callable
 
 from conf.animator.panels.deformer import draw_deformer
-from conf.face.head import Deformer
+from conf.face.deformation.face_model import Deformer
 from tests.animator.conftest import Worked
 
 

@@ -3,7 +3,7 @@ from conf.animator.panels.reference import ReferenceFace, reference_clip
 from conf.animator.picking import Rect
 from conf.animator.placing import Placing
 from conf.face.control_points import INDEX
-from conf.face.head import FaceModel
+from conf.face.deformation.face_model import FaceModel
 from tests.support.imgui_stage import Stage
 
 

@@ -7,7 +7,7 @@ import pytest
 from conf.animator.panels.timeline import draw_timeline
 from conf.animator.player import Player, Recording
 from conf.animator.requests import RecordTake, Seek, SetLoop, Step, Stop, TogglePlaying
-from conf.face.dpc import Motion
+from conf.face.formats.dpc import Motion
 from tests.animator.conftest import Worked
 
 

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
 from conf.face.fapu import UNITS_PER_DISTANCE
 from conf.face.head_pose import HeadPose
-from conf.face.portrait.mesh import signed_areas
-from conf.face.portrait.shape import project
+from conf.face.portrait.photo_mesh import signed_areas
+from conf.face.portrait.photographed_face import project
 from conf.face.portrait.warp import MAX_TURN, PortraitWarp, ease_turn
 from tests.support.synthetic_portrait import POSE, face_shape
 

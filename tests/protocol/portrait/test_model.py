@@ -4,7 +4,7 @@ import numpy as np
 
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.portrait import contours
-from conf.face.portrait.features import FEATURES
+from conf.face.portrait.patch_features import FEATURES
 from conf.protocol.codec.range_coder import TOTAL
 from conf.protocol.codec.symbols import Reader, Writer
 from conf.protocol.portrait.model import REGIONS, PointTree, PortraitModel, load_portrait_model

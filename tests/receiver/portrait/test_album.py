@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.face.portrait.features import FEATURES
+from conf.face.portrait.patch_features import FEATURES
 from conf.protocol.portrait import NeutralUpdate, encode_thing
 from conf.protocol.portrait.patch import MAX_SLOTS
 from conf.receiver.portrait.album import Album

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
 from conf.face.head_pose import HeadPose
-from conf.face.portrait.features import MOUTH
+from conf.face.portrait.patch_features import MOUTH
 from conf.protocol.portrait import encode_thing
 from conf.receiver.portrait.album import Album
 from conf.receiver.portrait.renderer import PortraitRenderer

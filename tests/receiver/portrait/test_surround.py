@@ -1,6 +1,6 @@
 import numpy as np
 
-from conf.face.portrait.outline import OVERLAP
+from conf.face.portrait.person_outline import OVERLAP
 from conf.receiver.portrait.surround import draw_out
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 
 from conf.face.head_pose import HeadPose
-from conf.face.portrait.features import FEATURES, MOUTH
+from conf.face.portrait.patch_features import FEATURES, MOUTH
 from conf.sender.portrait.hanging import Hanging, differ
 from conf.sender.portrait.photographer import take_photograph
 from tests.sender.portrait.test_agreement import shaded

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from conf.face.portrait.features import MOUTH
+from conf.face.portrait.patch_features import MOUTH
 from conf.protocol.portrait.model import load_portrait_model
 from conf.protocol.portrait.patch import POINT_STEPS, STEP_COUNT, encode_patch
 from conf.sender.portrait.patchwork import PatchBudget, Patchwork, cut_out, make_patch, match_light

@@ -1,0 +1,1 @@
+"""From control-point displacements to vertices: RBF operators, rigs, blendshapes, Waters muscles."""

@@ -1,0 +1,81 @@
+"""Sculpted shapes of a head: what its vertices do in each of a set of expressions."""
+
+import struct
+import warnings
+import zipfile
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.errors import FileFormatError
+from conf.face.formats.text import check_file
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """Named expressions of one mesh.
+
+    names : S of them
+    offsets : (S, V, 3) float32 from the neutral vertices, model centimetres
+    """
+
+    names: tuple[str, ...]
+    offsets: NDArray[np.float32]
+
+    def only(self, rows: Sequence[int], /) -> "Shapes":
+        """Return some of the shapes."""
+        return Shapes(tuple(self.names[i] for i in rows), self.offsets[list(rows)])
+
+    def at(self, vertices: NDArray[np.integer], /) -> NDArray[np.float32]:
+        """Return the (S, len(vertices), 3) offsets of some vertices."""
+        return self.offsets[:, vertices]
+
+
+def load_shapes(path: Path, vertex_count: int, /) -> Shapes:
+    """Read the shapes of a mesh of so many vertices from an .npz with `names` and `offsets`.
+
+    Raises FileFormatError if the file is not that.
+    """
+    check_file(path)
+    try:
+        with path.open("rb") as file, warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of headers that only look old
+            names, offsets = _read_arrays(file)
+            offsets = offsets.astype(np.float32)
+    except _DAMAGED as error:
+        raise FileFormatError(path, None, "expected sculpted shapes (`names`, `offsets`)") from error
+    if names.ndim != 1 or offsets.shape != (len(names), vertex_count, 3) or not np.isfinite(offsets).all():
+        expected = f"expected finite offsets of so many shapes and {vertex_count} vertices, found {offsets.shape}"
+        raise FileFormatError(path, None, expected)
+    return Shapes(tuple(str(name) for name in names), offsets)
+
+
+# Whatever zipfile and numpy say of a damaged archive.
+_DAMAGED = (
+    EOFError,
+    KeyError,
+    MemoryError,
+    NotImplementedError,
+    OSError,
+    OverflowError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+    struct.error,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+
+
+def _read_arrays(file: BinaryIO) -> tuple[NDArray[Any], NDArray[Any]]:
+    with zipfile.ZipFile(file) as archive:
+        arrays = []
+        for name in ("names.npy", "offsets.npy"):
+            with archive.open(name) as member:
+                arrays.append(np.lib.format.read_array(member, allow_pickle=False))
+        return arrays[0], arrays[1]

@@ -1,0 +1,112 @@
+"""The edges of the lids, between the control points.
+
+An upper lid has one control point on its edge, at the middle; its ends are the corners of the eye. Interpolated
+between these alone an eye shuts like a V. Helper points on the edge shut it over its whole width: each moves with the
+lid's control point as far as the gap between the lids is wide where it lies, as a share of the gap at the control
+point. Without a look at the mesh the edge is taken for a parabola through the three, and so is the gap. Displacements
+of helper points are fixed mixtures of three control points', so they fold into the operator.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
+from conf.face.deformation.regions import Field, Regions
+from conf.face.mesh.depth_profiles import Shells, lid_edge
+
+_ALONG = (-0.75, -0.4, 0.4, 0.75)  # where on the edge, from -1 at the outer corner to 1 at the inner
+_LIDS = ("eyelid_upper_l", "eyelid_upper_r", "eyelid_lower_l", "eyelid_lower_r")
+_REACH = 1.0  # cm beyond the lids that is looked at
+_GAPS = (0.1, 1.2)  # of the gap at the control points: what is measured beyond is no gap between lids
+OWNERS = [INDEX[lid] for lid in _LIDS for _ in _ALONG]  # (h,) the control point each helper point belongs to
+
+
+@dataclass(frozen=True)
+class LidMargins:
+    """The helper points of one face.
+
+    places : (h, 3), the unit of the control points
+    mixtures : (h, n) of control points' displacements in that of each helper point
+    """
+
+    places: NDArray[np.float64]
+    mixtures: NDArray[np.float64]
+
+
+def parabolic_margins(points: NDArray[np.float64], /) -> LidMargins:
+    """Return helper points on parabolas through the control points (n, 3)."""
+    return LidMargins(MIXTURES @ points, MIXTURES)
+
+
+def measured_margins(points: NDArray[np.float64], shells: Shells, /) -> LidMargins:
+    """Return helper points on the edges of the lids of a mesh, on the parabola where no edges are seen.
+
+    points : (n, 3) control points on the mesh; all upright, in model centimetres
+    """
+    places, mixtures = MIXTURES @ points, MIXTURES.copy()
+    shells = _around(shells, places)
+    for side in range(2):
+        for i, s in enumerate(_ALONG):
+            pair = [side * len(_ALONG) + i, (side + 2) * len(_ALONG) + i]
+            inside = float(places[pair, 1].mean())
+            edges = [lid_edge(shells, places[row], inside) for row in pair]
+            owners = [OWNERS[row] for row in pair]
+            share = 0.0 if edges[0] is None or edges[1] is None else _gap(np.array(edges)) / _gap(points[owners])
+            if _GAPS[0] < share < _GAPS[1]:
+                places[pair] = edges
+                mixtures[pair] = [_mixture(lid, s, share) for lid in (_LIDS[side], _LIDS[side + 2])]
+    return LidMargins(places, mixtures)
+
+
+def with_margins(
+    points: NDArray[np.float64], regions: Regions, margins: LidMargins | None = None, /
+) -> tuple[NDArray[np.float64], Regions]:
+    """Return the control points (n, 3) followed by the helper points, and the regions for all of them."""
+    margins = margins or parabolic_margins(points)
+    fields = []
+    for field in regions.fields:
+        absent = [len(points) + i for i, owner in enumerate(OWNERS) if owner in field.left_out]
+        fields.append(Field(field.weights, (*field.left_out, *absent)))
+    return np.concatenate([points, margins.places]), Regions(tuple(fields), regions.anchors)
+
+
+def fold_margins(matrix: NDArray[np.float32], margins: LidMargins | None = None, /) -> NDArray[np.float32]:
+    """Return the (V, n) operator of the control points from that of control and helper points, (V, n + h)."""
+    own, helpers = np.split(matrix, [CONTROL_POINT_COUNT], axis=1)
+    mixtures = MIXTURES if margins is None else margins.mixtures
+    folded: NDArray[np.float32] = own + helpers @ mixtures.astype(np.float32)
+    return folded
+
+
+def _around(shells: Shells, places: NDArray[np.float64]) -> Shells:
+    """Return the part of the shells that a column of rays near any of the places (h, 3) may meet."""
+    corners = shells.vertices[shells.triangles][..., :2]
+    low, high = places.min(axis=0)[:2] - _REACH, places.max(axis=0)[:2] + _REACH
+    near = (corners.max(axis=1) > low).all(axis=1) & (corners.min(axis=1) < high).all(axis=1)
+    return Shells(shells.vertices, shells.triangles[near], shells.of_triangle[near])
+
+
+def _gap(lids: NDArray[np.float64]) -> float:
+    """Return how far an upper lid (2, 3) is above the lower."""
+    return float(lids[0, 1] - lids[1, 1])
+
+
+def _mixture(lid: str, s: float, share: float) -> NDArray[np.float64]:
+    """Return the (n,) mixture of a helper point that goes with its lid by a share, with the corners for the rest."""
+    row = np.zeros(CONTROL_POINT_COUNT)
+    row[INDEX[lid]] = share
+    row[INDEX[f"eye_outer_corner_{lid[-1]}"]] = (1 - share) * (1 - s) / 2
+    row[INDEX[f"eye_inner_corner_{lid[-1]}"]] = (1 - share) * (1 + s) / 2
+    return row
+
+
+def _parabola(lid: str, s: float) -> NDArray[np.float64]:
+    row = _mixture(lid, s, 1 - s * s)
+    row[INDEX[f"eye_outer_corner_{lid[-1]}"]] = s * (s - 1) / 2
+    row[INDEX[f"eye_inner_corner_{lid[-1]}"]] = s * (s + 1) / 2
+    return row
+
+
+MIXTURES = np.array([_parabola(lid, s) for lid in _LIDS for s in _ALONG])  # (h, n) on the parabola

@@ -1,0 +1,130 @@
+"""The muscles of a face, placed by its control points: nine pairs and the ring around the mouth.
+
+A muscle's ends are given as sums of control points, whose shares add to one, so that they fit any face. Names and
+courses are those of anatomy, as in figure 4.9 of the thesis.
+Source: Waters 1987; Noh, Neumann 1998.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.face.control_points import INDEX, LOWER_LIP
+from conf.face.deformation.face_model import FaceModel
+from conf.face.deformation.regions import split_regions
+from conf.face.deformation.rig import cross_matrix, swing
+from conf.face.deformation.waters_muscles import LinearMuscle, Musculature, Sphincter
+from conf.face.mesh.surface_graph import Surface
+
+SPHINCTER = "orbicularis_oris"
+Place = Mapping[str, float]  # control point, without its side -> share
+
+
+@dataclass(frozen=True)
+class Course:
+    """Where one muscle of a pair runs: its ends as sums of control points of its own side.
+
+    angle : degrees
+    lip : "upper" or "lower" if it moves that lip alone
+    """
+
+    root: Place
+    insertion: Place
+    angle: float = 45.0
+    start: float = 0.8
+    end: float = 1.4
+    lip: str | None = None
+
+
+COURSES = {
+    "zygomatic_major": Course(
+        {"cheekbone": 1.0, "eye_outer_corner": 0.3, "eye_inner_corner": -0.3},
+        {"outer_lip_corner": 1.0}, 32.0, 0.8, 1.4,
+    ),
+    "risorius": Course(
+        {"outer_lip_corner": 1.0, "eye_outer_corner": 2.0, "eye_inner_corner": -2.0},
+        {"outer_lip_corner": 1.0}, 30.0, 0.9, 1.4,
+    ),
+    "depressor_anguli": Course(
+        {"chin_corner": 1.0, "eye_outer_corner": 0.5, "eye_inner_corner": -0.5},
+        {"outer_lip_corner": 1.0}, 35.0, 0.8, 1.3,
+    ),
+    "levator_labii": Course(
+        {"eye_lower_outer_lid": 0.4, "eye_inner_corner": 0.6}, {"outer_lip_upper": 1.0}, 32.0, 0.9, 1.3, "upper",
+    ),
+    "levator_nasi": Course({"eye_inner_corner": 1.0}, {"nostril_border": 1.0}, 25.0, 0.9, 1.35, "upper"),
+    "depressor_labii": Course({"chin_corner": 1.0}, {"outer_lip_lower": 1.0}, 45.0, 0.9, 1.5, "lower"),
+    "frontalis_inner": Course({"brow_inner": 3.4, "eye_inner_corner": -2.4}, {"brow_inner": 1.0}, 30.0, 0.8, 1.4),
+    "frontalis_outer": Course({"brow_top": 3.2, "eyelid_upper": -2.2}, {"brow_top": 1.0}, 34.0, 0.8, 1.35),
+    "corrugator": Course(
+        {"eye_inner_corner": 0.8, "brow_inner": 1.2, "brow_top": -1.0},
+        {"brow_inner": 0.5, "brow_top": 0.5}, 40.0, 0.8, 1.5,
+    ),
+}  # fmt: skip
+MUSCLE_NAMES = (*(f"{name}_{side}" for name in COURSES for side in "lr"), SPHINCTER)
+# The ring's half axes and depth in half mouth widths, its protrusion as a share of the mouth's width.
+RING_AXES, RING_DEPTH, RING_PROTRUSION = (1.9, 1.2), 2.0, 0.5
+
+
+def face_muscles(points: NDArray[np.float64], /) -> dict[str, LinearMuscle | Sphincter]:
+    """Return the muscles of a face by name. points : (n, 3) its control points, model units."""
+    muscles: dict[str, LinearMuscle | Sphincter] = {}
+    for name, course in COURSES.items():
+        for side in "lr":
+            ends = (_place(points, course.root, side), _place(points, course.insertion, side))
+            muscles[f"{name}_{side}"] = LinearMuscle(*ends, np.radians(course.angle), course.start, course.end)
+    left, right = (points[INDEX[f"outer_lip_corner_{side}"]] for side in "lr")
+    upper, lower = (points[INDEX[f"outer_lip_{lip}_mid"]] for lip in ("upper", "lower"))
+    half = (left - right) / 2
+    up = upper - lower
+    up = (up - half * (up @ half) / (half @ half)) / np.linalg.norm(up) * np.linalg.norm(half)
+    axes = np.array([half * RING_AXES[0], up * RING_AXES[1]])
+    width = float(np.linalg.norm(half))
+    middle = (upper + lower) / 2
+    muscles[SPHINCTER] = Sphincter(middle, axes, RING_DEPTH * width, RING_PROTRUSION * 2 * width)
+    return muscles
+
+
+class MuscleFace:
+    """A face moved by muscles and a jaw."""
+
+    def __init__(self, face: FaceModel) -> None:
+        """Attach the muscles to a face: some tens of milliseconds."""
+        self._face = face
+        muscles = face_muscles(face.control_points)
+        self.musculature = Musculature.attach(muscles, face.mesh.vertices, shares=_shares(face))
+
+    def deform(self, contractions: Mapping[str, float], /, *, jaw: float = 0.0) -> NDArray[np.float32]:
+        """Return the (V, 3) float32 vertices, model centimetres.
+
+        contractions : muscle -> 0 relaxed to 1
+        jaw : radians the jaw turns about its hinge before the muscles pull, if the face has one
+        """
+        offsets = self.musculature.contract(contractions)
+        rig = self._face.rig
+        if rig is not None and rig.jaw is not None and jaw:
+            across = cross_matrix(rig.jaw.axis)
+            turn = (np.sin(jaw) * across + (1 - np.cos(jaw)) * across @ across).astype(np.float32)
+            offsets[rig.jaw.vertices] += swing(rig.jaw.arms, rig.jaw.shares, (turn, np.zeros(3, np.float32)))
+        return np.asarray(self._face.neutral + offsets, np.float32)
+
+
+def _place(points: NDArray[np.float64], place: Place, side: str) -> NDArray[np.float64]:
+    rows = [INDEX[f"{name}_{side}"] for name in place]
+    return np.asarray(np.array(list(place.values())) @ points[rows])
+
+
+def _shares(face: FaceModel) -> dict[str, NDArray[np.float64]]:
+    """Return how far each vertex is each muscle's own: nothing rigid, and one lip where the muscle has one."""
+    mesh = face.mesh
+    skin = np.ones(len(mesh.vertices))
+    if face.rig is not None:
+        skin[face.rig.rigid] = 0.0
+    surface = Surface(mesh.vertices, mesh.triangles)
+    regions = split_regions(surface, face.control_points, anchors=np.empty((0, 3)))
+    upper = sum(field.weights for field in regions.fields if set(LOWER_LIP) <= set(field.left_out))
+    of_lip = {None: skin, "upper": skin * upper, "lower": skin * (1 - upper)}
+    shares = {f"{name}_{side}": of_lip[course.lip] for name, course in COURSES.items() for side in "lr"}
+    return {**shares, SPHINCTER: skin}

@@ -1,0 +1,145 @@
+"""Radial basis functions, solved once: operator B.
+
+f(x) = P(x) + sum A_i g(|x - x_i|) carries the displacements of the control points to any place x. The coefficients A
+and the polynomial P are linear in the displacements, so the solve, the evaluation at the vertices, the regions of
+influence and the anchors (points whose displacement is always zero) fold into one matrix B: offsets = B @
+displacements.
+Source: Noh, Fidaleo, Neumann 2000; Edge, Maddock 2003; the thesis, equations 4.1 to 4.7.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
+
+from conf.face.deformation.kernels import Kernel
+from conf.face.deformation.regions import Field, Regions
+
+_WORST_CONDITION = 1e13  # above it a solution in float64 says nothing
+_RESCUES = (1e-9, 1e-7, 1e-5, 1e-3)  # lambda, relative to the largest entry of the system
+_CHUNK = 2048  # vertices at a time: their kernel values stay in the cache
+
+
+@dataclass(frozen=True)
+class Operator:
+    """The matrix B and what it took to get it.
+
+    matrix : (V, n) float32, vertex offsets for displacements of the control points
+    smoothing : the lambda that was used, larger than the one asked for when the system was singular without it
+    """
+
+    matrix: NDArray[np.float32]
+    smoothing: float
+
+
+def build_operator(
+    vertices: NDArray[np.float64],
+    control_points: NDArray[np.float64],
+    /,
+    *,
+    kernel: Kernel,
+    epsilon: float,
+    regions: Regions | None = None,
+    smoothing: float = 0.0,
+) -> Operator:
+    """Fold the RBF solve into one matrix from displacements to vertex offsets.
+
+    vertices : (V, 3) model units, neutral pose
+    control_points : (n, 3) model units, neutral pose
+    epsilon : locality, 1/length: large keeps the influence near
+    regions : which points act where, and the anchors; None lets every point act everywhere
+    smoothing : lambda, 0 interpolates exactly; a singular system is met with the least lambda that solves it
+    Raises ValueError if an argument has the wrong shape or is not finite.
+    """
+    _check(vertices, control_points, epsilon, smoothing)
+    n = len(control_points)
+    regions = regions or Regions.whole(len(vertices))
+    centres = np.concatenate([control_points, regions.anchors])
+    basis = _Basis(centres, kernel, epsilon)
+    solved = [basis.solve(_centres_of(field, n, len(centres)), n, smoothing) for field in regions.fields]
+    matrix = np.empty((len(vertices), n), dtype=np.float32)
+    with np.errstate(under="ignore"):
+        for start in range(0, len(vertices), _CHUNK):
+            rows = slice(start, start + _CHUNK)
+            values = basis.evaluate(vertices[rows])
+            blended = np.zeros((len(values), n))
+            for field, (coefficients, _) in zip(regions.fields, solved, strict=True):
+                weights = field.weights[rows]
+                here = np.flatnonzero(weights)  # most vertices know one field only
+                blended[here] += weights[here, None] * (values[here] @ coefficients)
+            matrix[rows] = blended
+    return Operator(matrix, max(used for _, used in solved))
+
+
+def _check(vertices: NDArray[np.float64], points: NDArray[np.float64], epsilon: float, smoothing: float) -> None:
+    for name, array in (("vertices", vertices), ("control_points", points)):
+        if array.ndim != 2 or array.shape[1] != 3 or not len(array) or not np.isfinite(array).all():
+            raise ValueError(f"{name} must be finite with shape (any, 3), got shape {array.shape}")
+    if not (np.isfinite(epsilon) and epsilon > 0):
+        raise ValueError(f"epsilon must be positive, got {epsilon}")
+    if not (np.isfinite(smoothing) and smoothing >= 0):
+        raise ValueError(f"smoothing must not be negative, got {smoothing}")
+
+
+def _centres_of(field: Field, n: int, count: int) -> NDArray[np.intp]:
+    """Return the centres a field is built on: its control points and every anchor."""
+    used = np.ones(count, dtype=bool)
+    used[list(field.left_out)] = False
+    return np.flatnonzero(used)
+
+
+class _Basis:
+    """The functions g(|x - x_i|) of every centre and the monomials of P, at any places."""
+
+    def __init__(self, centres: NDArray[np.float64], kernel: Kernel, epsilon: float) -> None:
+        self._kernel, self._epsilon = kernel, epsilon
+        self._centres = centres * epsilon
+        # Monomials on [-1, 1], as SciPy has them, or they would dwarf the kernel in the system.
+        self._middle = (centres.max(axis=0) + centres.min(axis=0)) / 2
+        half_range = (centres.max(axis=0) - centres.min(axis=0)) / 2
+        self._half_range = np.where(half_range > 0, half_range, 1.0)
+        self._system = self.evaluate(centres)
+
+    def evaluate(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the (len(places), centres + monomials) values of the functions."""
+        values = self._kernel.function(cdist(places * self._epsilon, self._centres, "sqeuclidean"))
+        monomials = []
+        if self._kernel.degree >= 0:
+            monomials.append(np.ones((len(places), 1)))
+        if self._kernel.degree >= 1:
+            monomials.append((places - self._middle) / self._half_range)
+        return np.concatenate([values, *monomials], axis=1) if monomials else values
+
+    def solve(self, used: NDArray[np.intp], n: int, smoothing: float) -> tuple[NDArray[np.float64], float]:
+        """Return the coefficients that unit displacements of the n control points need, and the lambda it took.
+
+        used : the centres of this field; the others get coefficients of zero
+        Returns (centres + monomials, n), lambda.
+        """
+        centres, columns = self._system.shape
+        rows = np.concatenate([used, np.arange(centres, columns)])
+        system = np.zeros((len(rows), len(rows)))
+        system[: len(used)] = self._system[np.ix_(used, rows)]
+        system[len(used) :, : len(used)] = system[: len(used), len(used) :].T
+        used_lambda, solution = _solve_with_rescue(system, len(used), smoothing)
+        coefficients = np.zeros((columns, n))
+        moving = used[used < n]
+        coefficients[np.ix_(rows, moving)] = solution[:, : len(moving)]
+        return coefficients, used_lambda
+
+
+def _solve_with_rescue(
+    system: NDArray[np.float64], kernels: int, smoothing: float
+) -> tuple[float, NDArray[np.float64]]:
+    """Invert the system, its first `kernels` diagonal entries raised by lambda; raise lambda until that makes sense."""
+    largest = float(np.abs(system).max())
+    for rescue in (0.0, *_RESCUES):
+        used = max(smoothing, rescue * largest)
+        diagonal = np.full(len(system), used)
+        # The monomials' block gets it only in need: points in one plane leave a linear polynomial undetermined.
+        diagonal[kernels:] = -rescue * largest
+        raised = system + np.diag(diagonal)
+        if np.linalg.cond(raised) < _WORST_CONDITION:
+            return used, np.asarray(np.linalg.inv(raised), dtype=np.float64)
+    raise ValueError("control_points must not all lie in one place")

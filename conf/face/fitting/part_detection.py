@@ -1,0 +1,202 @@
+"""Find eyeballs, teeth, tongue and the inside of the mouth on a face whose control points are known.
+
+Strategy. Modellers keep what moves by itself in shells of its own. An eyeball is the shell round a pupil that fits a
+sphere; teeth and tongue are the small shells behind the lips. The inside of the mouth is usually one piece with the
+skin: it is what can be reached from behind the lips without coming near the line where they meet.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from conf.face.control_points import INDEX, PUPILS, indices
+from conf.face.deformation.rig_builder import EYES
+from conf.face.mesh.mesh import Mesh
+from conf.face.mesh.raycast import front_hits
+from conf.face.mesh.surface_graph import Surface
+
+# All in model centimetres, 6.4 between the pupils; a human eyeball has a radius of 1.2.
+_EYE_RADIUS = (0.7, 2.4)
+_EYE_AWAY = 1.2  # from the middle of an eyeball's box to the line through its pupil
+_ROUND = 0.12  # of the radius: root mean square distance of an eyeball's vertices from a sphere
+_PUPIL_DEPTH = (0.6, 1.5)  # of the radius: from the centre of an eyeball to its pupil
+_WITHIN = 1.12  # of the radius: iris and cornea, shells of their own, go with the eyeball
+_BESIDE_LIPS = 2.0  # how far the mouth reaches beyond the line between the lips: sideways from its corners,
+_BEFORE_LIPS, _BEHIND_LIPS = 0.3, 12.0
+_ABOVE_LIPS, _BELOW_LIPS = 2.5, 3.5
+_HIDDEN = 0.5  # of its vertices: a shell that the viewer sees more of is a beard
+_PROBES = 64  # vertices of a shell that are looked at
+_TONGUE_BACK = 1.2  # behind its front a tongue has a middle, an arch of teeth has none
+_LIP = 0.45  # what lies nearer to the line where the lips meet is lip
+# Where a hidden piece of skin is sure to be the mouth's inside: within a share of half its width, above or below the
+# line where the lips meet, and from so far to so far behind it.
+_SURE = (0.5, 1.5, 0.6, 5.0)
+_COVERED = 0.3  # in front of it there is something else
+_MOUTH_BOX = (6.0, 6.5, 13.0)  # what is reached from behind the lips farther from them than this is no mouth
+
+
+@dataclass(frozen=True)
+class Anatomy:
+    """What was found.
+
+    parts : group -> its triangles: eye_l, eye_r, teeth_upper, teeth_lower, tongue, mouth, as far as they are there
+    eyes : group of an eyeball -> (3,) its centre, model units
+    """
+
+    parts: dict[str, NDArray[np.int64]]
+    eyes: dict[str, NDArray[np.float64]]
+
+
+def find_anatomy(mesh: Mesh, points: NDArray[np.float64], surface: Surface, /) -> Anatomy:
+    """Look for the parts of a face.
+
+    mesh, points : upright, in model centimetres; points (n, 3)
+    surface : of the same mesh
+    """
+    shells = _Shells.of(mesh, surface)
+    skin = int(np.bincount(surface.shells[surface.snap(np.delete(points, PUPILS, axis=0), tolerance=0.3)]).argmax())
+    taken = {skin}
+    members: dict[str, list[int]] = {}
+    eyes: dict[str, NDArray[np.float64]] = {}
+    for group, pupil in EYES.items():
+        ball = _eyeball(shells, points[INDEX[pupil]], taken)
+        if ball is not None:
+            eyes[group], members[group] = ball
+            taken.update(members[group])
+    of_triangle = surface.shells[mesh.triangles[:, 0]]
+    for shell in _between_jaws(shells, points, taken):
+        places = shells.members(shell)
+        if _is_hidden(places, mesh, of_triangle != shell):
+            members.setdefault(_mouth_group(places - points[_SEAM].mean(axis=0)), []).append(shell)
+    parts = {group: np.flatnonzero(np.isin(of_triangle, chosen)) for group, chosen in members.items()}
+    inside = _mouth_inside(mesh, points, surface.shells == skin)
+    if len(inside):
+        parts["mouth"] = inside
+    return Anatomy(parts, eyes)
+
+
+class _Shells(NamedTuple):
+    """Every shell's box, (S, 3) each, and the vertices with the shell each is in, sorted by it."""
+
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    vertices: NDArray[np.float64]
+    starts: NDArray[np.intp]
+
+    @classmethod
+    def of(cls, mesh: Mesh, surface: Surface) -> "_Shells":
+        order = np.argsort(surface.shells, kind="stable")
+        starts = np.searchsorted(surface.shells[order], np.arange(surface.shells.max() + 2))
+        sorted_vertices = mesh.vertices[order]
+        low = np.minimum.reduceat(sorted_vertices, starts[:-1])
+        return cls(low, np.maximum.reduceat(sorted_vertices, starts[:-1]), sorted_vertices, starts)
+
+    def members(self, shell: int) -> NDArray[np.float64]:
+        """Return the (k, 3) vertices of one shell."""
+        return self.vertices[self.starts[shell] : self.starts[shell + 1]]
+
+
+def _eyeball(
+    shells: _Shells, pupil: NDArray[np.float64], taken: set[int]
+) -> tuple[NDArray[np.float64], list[int]] | None:
+    """Return the centre of the eyeball behind a pupil and the shells it is made of."""
+    middle, extent = (shells.low + shells.high) / 2, shells.high - shells.low
+    near = np.linalg.norm(middle[:, :2] - pupil[:2], axis=1) < _EYE_AWAY
+    near &= (extent[:, :2] > _EYE_RADIUS[0]).all(axis=1) & (extent < 2 * _EYE_RADIUS[1]).all(axis=1)
+    best: tuple[float, NDArray[np.float64]] | None = None
+    for shell in np.flatnonzero(near).tolist():
+        if shell in taken:
+            continue
+        centre, radius, error = _fit_sphere(shells.members(shell))
+        depth = np.linalg.norm(pupil - centre) / radius
+        fits = _EYE_RADIUS[0] < radius < _EYE_RADIUS[1] and error < _ROUND * radius and centre[2] < pupil[2]
+        if fits and _PUPIL_DEPTH[0] < depth < _PUPIL_DEPTH[1] and (best is None or radius > best[0]):
+            best = radius, centre
+    if best is None:
+        return None
+    radius, centre = best
+    farthest = np.linalg.norm(np.maximum(np.abs(shells.low - centre), np.abs(shells.high - centre)), axis=1)
+    inside = np.flatnonzero(farthest < 2 * _WITHIN * radius).tolist()  # of the corners of a box round a ball: sqrt 3
+    reach = _WITHIN * radius
+    own = [s for s in inside if s not in taken and np.linalg.norm(shells.members(s) - centre, axis=1).max() < reach]
+    return centre, own
+
+
+def _fit_sphere(places: NDArray[np.float64]) -> tuple[NDArray[np.float64], float, float]:
+    """Return centre (3,), radius and root mean square error of the sphere nearest to places (k, 3), linearly."""
+    middle = places.mean(axis=0)
+    around = places - middle
+    system = np.column_stack([2 * around, np.ones(len(around))])
+    solution = np.linalg.lstsq(system, (around**2).sum(axis=1), rcond=None)[0]
+    radius = float(np.sqrt(max(solution[3] + solution[:3] @ solution[:3], 1e-12)))
+    errors = np.linalg.norm(around - solution[:3], axis=1) - radius
+    return middle + solution[:3], radius, float(np.sqrt((errors**2).mean()))
+
+
+def _between_jaws(shells: _Shells, points: NDArray[np.float64], taken: set[int]) -> list[int]:
+    """Return the shells that lie where teeth and tongue do."""
+    line = points[_SEAM].mean(axis=0)
+    wide = np.abs(points[_CORNERS, 0] - line[0]).max() + _BESIDE_LIPS
+    low, high = shells.low - line, shells.high - line
+    inside = (low[:, 0] > -wide) & (high[:, 0] < wide) & (high[:, 1] < _ABOVE_LIPS) & (low[:, 1] > -_BELOW_LIPS)
+    inside &= (high[:, 2] < _BEFORE_LIPS + points[_LIPS, 2].max() - line[2]) & (low[:, 2] > -_BEHIND_LIPS)
+    return [shell for shell in np.flatnonzero(inside).tolist() if shell not in taken]
+
+
+def _is_hidden(places: NDArray[np.float64], mesh: Mesh, others: NDArray[np.bool_]) -> bool:
+    """Say whether the triangles of others, (F,), hide places (k, 3) from the viewer."""
+    probes = places[:: max(1, len(places) // _PROBES)]
+    depth = front_hits(probes[:, :2], mesh.vertices, mesh.triangles[others]).points[:, 2]
+    return bool((depth > probes[:, 2]).mean() >= _HIDDEN)
+
+
+def _mouth_group(places: NDArray[np.float64]) -> str:
+    """Say what a shell behind the lips is from its vertices (k, 3), the line of the lips at zero."""
+    if places[:, 1].mean() > 0:
+        return "teeth_upper"
+    x, _, z = places.T
+    in_the_middle = (np.abs(x) < 0.15 * max(np.ptp(x), 1.0)) & (z < z.max() - _TONGUE_BACK)
+    return "tongue" if in_the_middle.mean() > 0.05 else "teeth_lower"
+
+
+def _mouth_inside(mesh: Mesh, points: NDArray[np.float64], skin: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return the triangles of the skin that are the mouth's inside, (k,); none if it has none or no line parts it."""
+    off = mesh.vertices - points[_SEAM].mean(axis=0)
+    half = np.abs(off[:, 0]) < 0.5 * np.ptp(points[_CORNERS, 0]) * _SURE[0]
+    deep = (off[:, 2] < -_SURE[2]) & (off[:, 2] > -_SURE[3])
+    likely = np.flatnonzero(skin & half & deep & (np.abs(off[:, 1]) < _SURE[1]))
+    sure = likely[:: max(1, len(likely) // _PROBES)]
+    depth = front_hits(mesh.vertices[sure, :2], mesh.vertices, mesh.triangles).points[:, 2]
+    sure = sure[depth > mesh.vertices[sure, 2] + _COVERED]
+    free = skin & (_distance_to_seam(mesh.vertices, points) > _LIP)
+    edges = mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    edges = edges[free[edges].all(axis=1)]
+    graph = coo_array((np.ones(len(edges), np.int8), edges.T), shape=(len(free), len(free)))
+    pieces = connected_components(graph, directed=False)[1]
+    reached = free & np.isin(pieces, pieces[sure[free[sure]]])
+    if not reached.any() or (np.abs(off[reached]).max(axis=0) > _MOUTH_BOX).any():
+        return np.empty(0, np.int64)
+    return np.flatnonzero(reached[mesh.triangles].any(axis=1))
+
+
+def _distance_to_seam(places: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the (V,) distance of places to the lines where the lips meet, upper and lower."""
+    nearest = np.full(len(places), np.inf)
+    for way in (_UPPER, _LOWER):
+        for a, b in zip(points[way[:-1]], points[way[1:]], strict=True):
+            along = np.clip((places - a) @ (b - a) / max(float((b - a) @ (b - a)), 1e-12), 0.0, 1.0)
+            nearest = np.minimum(nearest, np.linalg.norm(places - a - along[:, None] * (b - a), axis=1))
+    return nearest
+
+
+_SEAM = [INDEX[f"inner_lip_{lip}_mid"] for lip in ("upper", "lower")]
+_CORNERS = indices("inner_lip_corner")
+_LIPS = indices("outer_lip", "inner_lip", "cupids_bow")
+_UPPER, _LOWER = (
+    [INDEX[f"inner_lip_{place}"] for place in ("corner_r", f"{lip}_r", f"{lip}_mid", f"{lip}_l", "corner_l")]
+    for lip in ("upper", "lower")
+)

@@ -1,0 +1,148 @@
+"""Put the control points where they belong on a mesh, from where the tracker saw them.
+
+Everything here is in the frame of the face prior: centimetres, the face looks at the viewer.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from conf.face.control_points import INDEX, LOWER_LIP, UPPER_LIP
+from conf.face.fitting.face_prior import FacePrior
+from conf.face.fitting.lip_cut import lips_are_cut
+from conf.face.mesh.depth_profiles import Shells, lid_edge, lip_line
+from conf.face.mesh.raycast import front_hits, nearest_points
+from conf.face.mesh.surface_graph import Surface
+
+_REACH = 1.5  # cm from the likely shape that the surface is looked for
+_LIP_PAIRS = [(f"inner_lip_upper_{side}", f"inner_lip_lower_{side}") for side in ("mid", "l", "r")]
+_LIDS = [(f"eyelid_{lid}_{side}", f"pupil_{side}") for lid in ("upper", "lower") for side in "lr"]
+_EYE_SIZE = (1.6, 4.5)  # cm across an eyeball
+_EYE_STRAY = 0.8  # cm from the likely pupil that an eyeball's axis may lie
+_PUPIL_HEIGHT = 0.62  # of the way from the lower lid to the upper, as on the default head
+_LIP_SNAP = 0.4  # cm that a lip point may move to a vertex of its own lip
+_LIP_RANGE = 4.0  # cm along the skin that is looked at around a lip
+_SNAP = 0.3  # cm that the skin may be farther than another shell
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Control points on a mesh and what was found of the features they mark.
+
+    points : (n, 3)
+    lip_lines : at how many of three places the lips were seen to meet or part
+    lid_edges : of how many of four lids the edge was seen
+    eyeballs : how many eyes are shells of their own
+    mouth_open : whether the mesh is cut between the lips
+    """
+
+    points: NDArray[np.float64]
+    lip_lines: int
+    lid_edges: int
+    eyeballs: int
+    mouth_open: bool
+
+
+def place_points(
+    observed: NDArray[np.float64], vertices: NDArray[np.float64], triangles: NDArray[np.int32], prior: FacePrior
+) -> Placement:
+    """Find the (n, 3) control points of a mesh (V, 3), (F, 3) from where the tracker saw them, (m, 3)."""
+    shape = prior.likely_points(observed, vertices, triangles)
+    triangles = _facing_viewer(shape, vertices, triangles)
+    shells = Shells(vertices, triangles, _shell_of_triangles(len(vertices), triangles))
+    points = nearest_points(shape, prior.normals, vertices, triangles, reach=_REACH)
+    points = np.where(np.isnan(points), shape, points)
+    balls = _place_pupils(points, shape, shells)
+    lines = _place_lips(points, shells)
+    edges = _place_lids(points, shells)
+    for pupil in balls:
+        _look_out(points, pupil, shells)
+    surface = Surface(vertices, triangles)
+    _keep_lips_apart(points, vertices, surface)
+    return Placement(points, lines, edges, len(balls), lips_are_cut(points, surface))
+
+
+def _facing_viewer(
+    shape: NDArray[np.float64], vertices: NDArray[np.float64], triangles: NDArray[np.int32]
+) -> NDArray[np.int32]:
+    """Turn all triangles round if most of those seen from the front are inside out."""
+    hits = front_hits(shape[:, :2], vertices, triangles).triangles
+    corners = vertices[triangles[hits[hits >= 0]]]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.ascontiguousarray(triangles[:, ::-1]) if (normals[:, 2] < 0).sum() * 2 > len(normals) else triangles
+
+
+def _shell_of_triangles(count: int, triangles: NDArray[np.int32]) -> NDArray[np.int32]:
+    ends = (triangles[:, [0, 1]].ravel(), triangles[:, [1, 2]].ravel())
+    graph = coo_array((np.ones(len(ends[0]), dtype=np.int8), ends), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int32)[triangles[:, 0]]
+
+
+def _place_pupils(points: NDArray[np.float64], shape: NDArray[np.float64], shells: Shells) -> list[str]:
+    """Put pupils on the fronts of the eyeballs, or where they would be if there are none; return those on eyeballs."""
+    found = []
+    for name in ("pupil_l", "pupil_r"):
+        pupil = shape[INDEX[name]]
+        points[INDEX[name]] = pupil
+        hit = front_hits(pupil[None, :2], shells.vertices, shells.triangles).triangles[0]
+        if hit < 0:
+            continue
+        ball = shells.vertices[shells.triangles[shells.of_triangle == shells.of_triangle[hit]]].reshape(-1, 3)
+        low, high = ball.min(axis=0), ball.max(axis=0)
+        front = np.array([*(low + high)[:2] / 2, high[2]])
+        across = (high - low)[:2]
+        if (across > _EYE_SIZE[0]).all() and (across < _EYE_SIZE[1]).all():
+            if np.linalg.norm((front - pupil)[:2]) < _EYE_STRAY:
+                points[INDEX[name]] = front
+                found.append(name)
+    return found
+
+
+def _look_out(points: NDArray[np.float64], pupil: str, shells: Shells) -> None:
+    """Move a pupil along its eyeball to where an eye at rest has it between its lids: the head may be held high."""
+    upper, lower = (points[INDEX[f"eyelid_{lid}_{pupil[-1]}"], 1] for lid in ("upper", "lower"))
+    place = np.array([[points[INDEX[pupil], 0], lower + _PUPIL_HEIGHT * (upper - lower)]])
+    seen = front_hits(place, shells.vertices, shells.triangles).points[0]
+    if upper > lower and abs(seen[2] - points[INDEX[pupil], 2]) < _EYE_STRAY:  # nan is not
+        points[INDEX[pupil]] = seen
+
+
+def _place_lips(points: NDArray[np.float64], shells: Shells) -> int:
+    found = 0
+    for upper, lower in _LIP_PAIRS:
+        line = lip_line(shells, points[[INDEX[upper], INDEX[lower]]].mean(axis=0))
+        if line is not None:
+            points[INDEX[upper]], points[INDEX[lower]] = line
+            found += 1
+    return found
+
+
+def _place_lids(points: NDArray[np.float64], shells: Shells) -> int:
+    found = 0
+    for lid, pupil in _LIDS:
+        edge = lid_edge(shells, points[INDEX[lid]], points[INDEX[pupil], 1])
+        if edge is not None:
+            points[INDEX[lid]] = edge
+            found += 1
+    return found
+
+
+def _keep_lips_apart(points: NDArray[np.float64], vertices: NDArray[np.float64], surface: Surface) -> None:
+    """Move the inner lip points to vertices of their own lip, where one is near: touching lips are easily confused."""
+    outer = [[i for i in lip if i in _OUTER] for lip in (UPPER_LIP, LOWER_LIP)]
+    to_upper, to_lower = (
+        surface.distances(surface.snap(points[group], tolerance=_SNAP), limit=_LIP_RANGE) for group in outer
+    )
+    for names, own, other in ((0, to_upper, to_lower), (1, to_lower, to_upper)):
+        side = np.flatnonzero(own < other)
+        for pair in _LIP_PAIRS:
+            index = INDEX[pair[names]]
+            away = np.linalg.norm(vertices[side] - points[index], axis=1)
+            if len(side) and away.min() < _LIP_SNAP:
+                points[index] = vertices[side[away.argmin()]]
+
+
+_OUTER = [INDEX[f"outer_lip_{lip}_{side}"] for lip in ("upper", "lower") for side in ("mid", "l", "r")]

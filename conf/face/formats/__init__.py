@@ -1,0 +1,1 @@
+"""Files of faces and motion: OBJ and other meshes, PPC, DPC, EPC."""

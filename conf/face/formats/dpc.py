@@ -1,0 +1,168 @@
+"""DPC files: how the control points move, frame by frame.
+
+The first line holds the number of frames; then come, frame after frame, one line `dx dy dz` a control point: where
+it is relative to the neutral pose. `#` opens a comment. The thesis's files hold nothing else, in the mesh's unit.
+Ours say more in comments that older readers skip: `# fps: 15`, `# units: fapu`, `# points: 50`, and before each
+frame `# pose: rx ry rz x y s` (see head_pose.py). A line `...` stands for nothing, as in the thesis's printed
+sample.
+Source: the thesis, section 5.2 (Dinâmicas dos Pontos de Controle).
+"""
+
+from array import array
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.errors import FileFormatError
+from conf.face.formats.text import parse_floats, read_lines
+
+DEFAULT_FPS = 15.0
+MAX_FRAMES = 1_000_000
+MAX_DISPLACEMENT = 1e6  # units; a jaw opens by about 1,500
+_POSE_NUMBERS = 6
+_FRAME_COUNT = "expected the number of frames"
+_ROW = "expected `dx dy dz`, the displacement of one control point"
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A recorded motion.
+
+    fps : frames a second
+    units : "fapu" (1/1024 of the governing distance) or "mesh" (the length unit of the face it was made for)
+    displacements : (N, n, 3) float32, from the neutral pose, head pose removed
+    poses : (N, 6) float64 head poses, or None if the file has none
+    """
+
+    fps: float
+    units: str
+    displacements: NDArray[np.float32]
+    poses: NDArray[np.float64] | None = None
+
+
+def read_dpc(path: Path | str, /) -> Motion:
+    """Read the thesis's files and ours.
+
+    Raises FileFormatError if the file is not the number of frames and as many lines a frame for each.
+    """
+    return _DpcText(Path(path)).read()
+
+
+def write_dpc(path: Path | str, motion: Motion, /) -> None:
+    """Write a motion, two decimals a displacement, with the comment header that keeps fps, units and poses.
+
+    Raises ValueError if the motion has no frames, or poses for some of them only.
+    """
+    frames, points, _ = motion.displacements.shape
+    if frames == 0 or not np.isfinite(motion.displacements).all():
+        raise ValueError("motion must have at least one frame, and finite displacements")
+    if motion.poses is not None and motion.poses.shape != (frames, _POSE_NUMBERS):
+        raise ValueError(f"poses must have shape {(frames, _POSE_NUMBERS)}, got {motion.poses.shape}")
+    with Path(path).open("w", encoding="utf-8") as file:
+        file.writelines(f"{line}\n" for line in _lines(motion, frames, points))
+
+
+def _lines(motion: Motion, frames: int, points: int) -> Iterator[str]:
+    yield f"{frames}  # frames"
+    yield f"# fps: {motion.fps:.6g}"
+    yield f"# units: {motion.units}"
+    yield f"# points: {points}"
+    for i, frame in enumerate(motion.displacements):
+        yield f"# frame {i}"
+        if motion.poses is not None:
+            yield "# pose: " + " ".join(f"{value:.6f}" for value in motion.poses[i])
+        yield from (f"{dx:.2f} {dy:.2f} {dz:.2f}" for dx, dy, dz in frame.tolist())
+
+
+class _DpcText:
+    """What has been read of one DPC file so far."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._fps, self._units, self._points = DEFAULT_FPS, "mesh", 0
+        self._frames = 0
+        self._numbers = array("f")
+        self._poses = array("d")
+
+    def read(self) -> Motion:
+        number = 0
+        for number, line in read_lines(self._path):
+            data, _, comment = line.partition(b"#")
+            words = data.split()
+            if comment:
+                self._read_comment(comment, number)
+            if words and words != [b"..."]:
+                self._read_row(words, number)
+        return self._result(number)
+
+    def _read_row(self, words: list[bytes], number: int) -> None:
+        if not self._frames:
+            self._frames = self._positive(words, number, f"{_FRAME_COUNT}, 1 to {MAX_FRAMES}", MAX_FRAMES)
+            return
+        if len(words) != 3:
+            raise FileFormatError(self._path, number, _ROW)
+        values = parse_floats(words, self._path, number, _ROW)
+        if max(map(abs, values)) > MAX_DISPLACEMENT:
+            raise FileFormatError(self._path, number, f"expected displacements of at most {MAX_DISPLACEMENT:g}")
+        self._numbers.extend(values)
+
+    def _read_comment(self, comment: bytes, number: int) -> None:
+        key, colon, value = comment.partition(b":")
+        reader = _HEADER.get(key.strip()) if colon else None
+        if reader:
+            reader(self, value.split(), number)
+
+    def _read_fps(self, words: list[bytes], number: int) -> None:
+        expected = "expected `# fps: N`, N above 0 and at most 1000"
+        values = parse_floats(words, self._path, number, expected)
+        if len(values) != 1 or not 0 < values[0] <= 1000:
+            raise FileFormatError(self._path, number, expected)
+        self._fps = values[0]
+
+    def _read_units(self, words: list[bytes], number: int) -> None:
+        if words not in ([b"fapu"], [b"mesh"]):
+            raise FileFormatError(self._path, number, "expected `# units: fapu` or `# units: mesh`")
+        self._units = words[0].decode("ascii")
+
+    def _read_points(self, words: list[bytes], number: int) -> None:
+        self._points = self._positive(words, number, "expected `# points: N`, 1 to 10000", 10_000)
+
+    def _read_pose(self, words: list[bytes], number: int) -> None:
+        expected = "expected `# pose: rx ry rz x y s`"
+        if len(words) != _POSE_NUMBERS:
+            raise FileFormatError(self._path, number, expected)
+        self._poses.extend(parse_floats(words, self._path, number, expected))
+
+    def _positive(self, words: list[bytes], number: int, expected: str, largest: int) -> int:
+        try:
+            value = int(b" ".join(words))
+        except ValueError as error:
+            raise FileFormatError(self._path, number, expected) from error
+        if not 1 <= value <= largest:
+            raise FileFormatError(self._path, number, expected)
+        return value
+
+    def _result(self, number: int) -> Motion:
+        rows = len(self._numbers) // 3
+        if not self._frames:
+            raise FileFormatError(self._path, None, f"{_FRAME_COUNT} on the first line")
+        points = self._points or rows // self._frames
+        if not rows or rows != self._frames * points:
+            expected = f"{self._frames} frames of {points} points" if self._points else "as many lines for each frame"
+            raise FileFormatError(self._path, number, f"expected {expected}, found {rows} lines of displacements")
+        poses = np.array(self._poses).reshape(-1, _POSE_NUMBERS)
+        if len(poses) not in (0, self._frames):
+            raise FileFormatError(self._path, number, f"expected a pose for each of {self._frames} frames or for none")
+        displacements = np.array(self._numbers, dtype=np.float32).reshape(self._frames, points, 3)
+        return Motion(self._fps, self._units, displacements, poses if len(poses) else None)
+
+
+_HEADER = {
+    b"fps": _DpcText._read_fps,
+    b"units": _DpcText._read_units,
+    b"points": _DpcText._read_points,
+    b"pose": _DpcText._read_pose,
+}

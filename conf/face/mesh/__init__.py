@@ -1,0 +1,1 @@
+"""Triangle meshes: parts, graph distances, ray casting, axes, depth profiles."""

@@ -1,0 +1,172 @@
+"""FAP files: MPEG-4 facial animation parameters as text, so that other players can use our motion.
+
+A file of version 2.1 holds a line `2.1 NAME FPS FRAMES`, then two lines a frame: a mask of 68 zeros and ones, and the
+frame's number followed by the values that the mask announces. Parameters 1 and 2, viseme and expression, take 4 and 6
+values; reading skips them and writing leaves them out. `#` opens a comment line.
+Source: ISO/IEC 14496-2, table C.1 (parameters, units, directions); the loaders of Xface (FapFile.cpp, 2004-2008) and
+of Greta, whose files these are.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.errors import FileFormatError
+from conf.face.animation.gaze import gaze_angles
+from conf.face.control_points import CONTROL_POINTS
+from conf.face.fapu import UNITS_PER_DISTANCE, Fapu
+from conf.face.formats.dpc import MAX_FRAMES, Motion
+from conf.face.formats.text import parse_floats, read_lines
+from conf.face.head_pose import HeadPose
+
+VERSION = "2.1"
+FAP_COUNT = 68
+VALUE_COUNTS = {1: 4, 2: 6}  # of viseme and expression; every other parameter has one
+ANGLE_UNIT = 1e-5  # radians
+MAX_VALUE = 1_000_000
+DEFAULT_NAME = "conf"
+
+# Parameter: feature point, axis, sign, and the distance that is its unit (/1024).
+_POINT_FAPS = """
+3  2.1 y - mns0   4  2.2 y - mns0   5  2.3 y + mns0   6  2.4 x + mw0    7  2.5 x - mw0    8  2.6 y - mns0
+9  2.7 y - mns0   10 2.8 y + mns0   11 2.9 y + mns0   12 2.4 y + mns0   13 2.5 y + mns0   14 2.1 z + mns0
+15 2.1 x - mw0    16 2.3 z + mns0   17 2.2 z + mns0   18 2.10 y + mns0  19 3.1 y - irisd0 20 3.2 y - irisd0
+21 3.3 y + irisd0 22 3.4 y + irisd0 31 4.1 y + ens0   32 4.2 y + ens0   33 4.3 y + ens0   34 4.4 y + ens0
+35 4.5 y + ens0   36 4.6 y + ens0   37 4.1 x - es0    38 4.2 x + es0    39 5.1 x + es0    40 5.2 x - es0
+41 5.3 y + ens0   42 5.4 y + ens0   51 8.1 y - mns0   52 8.2 y + mns0   53 8.3 x + mw0    54 8.4 x - mw0
+55 8.5 y - mns0   56 8.6 y - mns0   57 8.7 y + mns0   58 8.8 y + mns0   59 8.3 y + mns0   60 8.4 y + mns0
+61 9.1 x + ens0   62 9.2 x - ens0
+"""
+# Angles: eyeballs' yaw and pitch (left eye, right eye; pitch is downwards), then the head's pitch, yaw and roll.
+_GAZE_FAPS = {23: (0, 0, 1), 24: (1, 0, 1), 25: (0, 1, -1), 26: (1, 1, -1)}  # (eye, angle, sign)
+_HEAD_FAPS = (48, 49, 50)
+
+
+@dataclass(frozen=True)
+class FapMotion:
+    """A motion as facial animation parameters.
+
+    values : (N, 68) int32, parameter 1 first; 0 where there is none
+    used : (68,) bool, the parameters that the motion has
+    """
+
+    fps: float
+    values: NDArray[np.int32]
+    used: NDArray[np.bool_]
+    name: str = DEFAULT_NAME
+
+
+def to_faps(motion: Motion, fapu: Fapu, /) -> FapMotion:
+    """Return a motion's parameters.
+
+    motion : of the fifty control points, in FAPU units
+    fapu : the distances of the face it is meant for; their proportions count, for some of our units are others
+    Raises ValueError if the motion is in mesh units.
+    """
+    if motion.units != "fapu":
+        raise ValueError(f"motion must be in FAPU units, got {motion.units}")
+    ours = fapu.lengths()
+    values = np.zeros((len(motion.displacements), FAP_COUNT))
+    used = np.zeros(FAP_COUNT, np.bool_)
+    for number, point, axis, sign, unit in _point_faps():
+        theirs = getattr(fapu, unit) / UNITS_PER_DISTANCE
+        values[:, number - 1] = motion.displacements[:, point, axis] * (sign * ours[point, axis] / theirs)
+        used[number - 1] = True
+    angles = gaze_angles(motion.displacements)
+    for number, (eye, angle, sign) in _GAZE_FAPS.items():
+        values[:, number - 1] = sign * angles[:, eye, angle] / ANGLE_UNIT
+        used[number - 1] = True
+    if motion.poses is not None:
+        values[:, np.array(_HEAD_FAPS) - 1] = [_head_angles(pose) for pose in motion.poses]
+        used[np.array(_HEAD_FAPS) - 1] = True
+    return FapMotion(motion.fps, np.rint(values.clip(-MAX_VALUE, MAX_VALUE)).astype(np.int32), used)
+
+
+def write_fap(path: Path | str, motion: FapMotion, /) -> None:
+    """Write a motion's parameters as text. Its name must be one word, its rate is rounded to whole frames a second.
+
+    Raises ValueError if it has no frames or a name of several words.
+    """
+    if len(motion.values) == 0 or motion.values.shape[1] != FAP_COUNT:
+        raise ValueError(f"values must have shape (frames, {FAP_COUNT}), got {motion.values.shape}")
+    if len(motion.name.split()) != 1 or "#" in motion.name:
+        raise ValueError(f"name must be one word, got {motion.name!r}")
+    with Path(path).open("w", encoding="utf-8") as file:
+        file.writelines(f"{line}\n" for line in _lines(motion))
+
+
+def read_fap(path: Path | str, /) -> FapMotion:
+    """Read a file of parameters.
+
+    Raises FileFormatError if the file is not that, whatever its bytes.
+    """
+    path = Path(path)
+    lines = ((number, line.split()) for number, line in read_lines(path) if not line.lstrip().startswith(b"#"))
+    content = ((number, words) for number, words in lines if words)
+    number, header = next(content, (1, []))
+    fps, frames, name = _read_header(header, path, number)
+    values: list[NDArray[np.int32]] = []
+    used = np.zeros(FAP_COUNT, np.bool_)
+    for number, words in content:
+        mask = _read_mask(words, path, number)
+        number, words = next(content, (number + 1, []))
+        values.append(_read_values(words, mask, len(values), path, number))
+        used |= mask
+    if len(values) != frames:
+        raise FileFormatError(path, number, f"expected {frames} frames, found {len(values)}")
+    used[: len(VALUE_COUNTS)] = False
+    return FapMotion(fps, np.stack(values), used, name)
+
+
+def _lines(motion: FapMotion) -> Iterator[str]:
+    yield f"{VERSION} {motion.name} {max(1, round(motion.fps))} {len(motion.values)}"
+    mask = " ".join(str(int(used)) for used in motion.used)
+    for i, frame in enumerate(motion.values[:, motion.used].tolist()):
+        yield mask
+        yield " ".join(str(value) for value in (i, *frame))
+
+
+def _read_header(words: list[bytes], path: Path, number: int) -> tuple[float, int, str]:
+    expected = f"expected `{VERSION} NAME FPS FRAMES`"
+    if len(words) != 4 or words[0] != VERSION.encode():
+        raise FileFormatError(path, number, expected)
+    fps, frames = parse_floats(words[2:], path, number, expected)
+    if not 0 < fps <= 1000 or not 1 <= frames <= MAX_FRAMES or frames != int(frames):
+        raise FileFormatError(path, number, f"{expected}, FPS at most 1000, FRAMES 1 to {MAX_FRAMES}")
+    return fps, int(frames), words[1].decode("utf-8", errors="replace")
+
+
+def _read_mask(words: list[bytes], path: Path, number: int) -> NDArray[np.bool_]:
+    if len(words) != FAP_COUNT or not set(words) <= {b"0", b"1"}:
+        raise FileFormatError(path, number, f"expected a mask of {FAP_COUNT} zeros and ones")
+    return np.array([word == b"1" for word in words])
+
+
+def _read_values(words: list[bytes], mask: NDArray[np.bool_], frame: int, path: Path, line: int) -> NDArray[np.int32]:
+    skipped = sum(count for number, count in VALUE_COUNTS.items() if mask[number - 1])
+    singles = mask.copy()
+    singles[: len(VALUE_COUNTS)] = False
+    expected = f"expected the frame's number, {frame}, and {skipped + singles.sum()} values"
+    numbers = parse_floats(words, path, line, expected)
+    if len(numbers) != 1 + skipped + singles.sum() or numbers[0] != frame:
+        raise FileFormatError(path, line, expected)
+    values = np.zeros(FAP_COUNT, np.int32)
+    values[singles] = np.rint(np.clip(numbers[1 + skipped :], -MAX_VALUE, MAX_VALUE)).astype(np.int32)
+    return values
+
+
+def _head_angles(pose: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Return pitch downwards, yaw to the left and roll to the right in units of ANGLE_UNIT."""
+    yaw, pitch, roll = np.radians(HeadPose.from_vector(pose).yaw_pitch_roll()) / ANGLE_UNIT
+    return -pitch, yaw, roll
+
+
+def _point_faps() -> Iterator[tuple[int, int, int, int, str]]:
+    """Yield (parameter, control point, axis, sign, unit)."""
+    index = {point.feature_point: point.index for point in CONTROL_POINTS}
+    words = _POINT_FAPS.split()
+    for number, point, axis, sign, unit in zip(*(words[i::5] for i in range(5)), strict=True):
+        yield int(number), index[point], "xyz".index(axis), {"+": 1, "-": -1}[sign], unit

@@ -1,0 +1,83 @@
+import numpy as np
+import pytest
+
+from conf.errors import ConfError, FileFormatError
+from conf.face.animation.action_units import (
+    ASSETS,
+    EMOTIONS,
+    NAMES,
+    compose,
+    label,
+    load_action_units,
+    load_emotions,
+    load_expression,
+)
+from conf.face.control_points import INDEX
+from conf.face.formats.epc import read_epc
+from conf.face.symmetry import mirrored
+
+DIRECTIONS = [  # action unit, control point, axis, sign: what FACS says each one does
+    (1, "brow_inner_l", 1, 1), (2, "brow_outer_l", 1, 1), (4, "brow_inner_l", 1, -1), (4, "brow_inner_l", 0, -1),
+    (5, "eyelid_upper_l", 1, 1), (6, "cheekbone_l", 1, 1), (7, "eyelid_lower_l", 1, 1), (9, "nostril_border_l", 1, 1),
+    (10, "outer_lip_upper_l", 1, 1), (12, "outer_lip_corner_l", 1, 1), (12, "outer_lip_corner_l", 0, 1),
+    (14, "outer_lip_corner_l", 0, 1), (15, "outer_lip_corner_l", 1, -1), (16, "outer_lip_lower_l", 1, -1),
+    (20, "outer_lip_corner_l", 0, 1), (23, "outer_lip_upper_mid", 1, -1), (26, "chin_bottom", 1, -1),
+    (45, "eyelid_upper_l", 1, -1),
+]  # fmt: skip
+THESIS_TABLE_3_3 = {
+    "joy": {1, 6, 12, 14},
+    "surprise": {1, 2, 5, 15, 16, 20, 26},
+    "doubt": {2, 6, 7, 14},
+    "fear": {1, 2, 4, 5, 15, 20, 26},
+    "anger": {2, 4, 7, 9, 10, 20, 26},
+    "sadness": {1, 4, 15, 23},
+}
+
+
+@pytest.mark.parametrize(("unit", "point", "axis", "sign"), DIRECTIONS)
+def test_a_unit_moves_the_face_as_facs_says(unit: int, point: str, axis: int, sign: int) -> None:
+    assert load_action_units()[unit][INDEX[point], axis] * sign > 5
+
+
+def test_every_unit_is_the_same_on_both_sides() -> None:
+    for displacements in load_action_units().values():
+        np.testing.assert_allclose(mirrored(displacements), displacements, atol=0.2)  # files keep one decimal
+
+
+def test_emotions_are_made_of_the_units_of_the_thesis() -> None:
+    assert {name: set(strengths) for name, strengths in EMOTIONS.items()} == THESIS_TABLE_3_3
+
+
+@pytest.mark.parametrize("name", EMOTIONS)
+def test_the_files_hold_what_the_table_says(name: str) -> None:
+    np.testing.assert_allclose(load_emotions()[name], compose(EMOTIONS[name]), atol=1.0)
+    assert read_epc(ASSETS / "emotions" / f"{name}.epc").names == (name,)
+
+
+def test_strengths_scale_and_add() -> None:
+    units = load_action_units()
+    np.testing.assert_allclose(compose({12: 0.5, 26: 1.0}), 0.5 * units[12] + units[26], rtol=1e-5, atol=1e-4)
+    assert not compose({}).any()
+    left = compose({12: (1.0, 0.0)})
+    assert left[INDEX["outer_lip_corner_l"], 1] == units[12][INDEX["outer_lip_corner_l"], 1]
+    assert left[INDEX["outer_lip_corner_r"], 1] == 0
+    np.testing.assert_allclose(left + compose({12: (0.0, 1.0)}), units[12], rtol=1e-5, atol=1e-4)
+
+
+def test_an_unknown_unit_is_named() -> None:
+    with pytest.raises(ValueError, match=r"got \[99\]"):
+        compose({99: 1.0})
+
+
+def test_labels() -> None:
+    assert label(10) == "AU 10 upper lip raiser"
+    assert len(NAMES) == 16
+
+
+def test_an_expression_is_an_emotion_or_a_file() -> None:
+    np.testing.assert_array_equal(load_expression("joy")["joy"], load_emotions()["joy"])
+    assert load_expression(str(ASSETS / "emotions" / "fear.epc")).names == ("fear",)
+    with pytest.raises(ConfError, match=r"no emotion 'bliss': choose one of joy, .*, or give an \.epc file"):
+        load_expression("bliss")
+    with pytest.raises(FileFormatError, match="check the name"):
+        load_expression("bliss.epc")

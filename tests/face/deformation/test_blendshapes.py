@@ -1,0 +1,54 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from conf.errors import FileFormatError
+from conf.face.deformation.blendshapes import Shapes, load_shapes
+
+OFFSETS = np.arange(24, dtype=np.float16).reshape(2, 4, 3)
+
+
+def test_names_and_offsets_are_read(tmp_path: Path) -> None:
+    np.savez_compressed(tmp_path / "shapes.npz", names=np.array(["smile", "blink"]), offsets=OFFSETS)
+    shapes = load_shapes(tmp_path / "shapes.npz", 4)
+    assert shapes.names == ("smile", "blink")
+    assert shapes.offsets.dtype == np.float32
+    assert shapes.at(np.array([3, 0])).tolist() == OFFSETS[:, [3, 0]].tolist()
+    assert shapes.only([1]).names == ("blink",)
+    assert shapes.only([1]).offsets.tolist() == OFFSETS[1:].tolist()
+
+
+@pytest.mark.parametrize(
+    "arrays",
+    [
+        {"names": np.array(["a", "b"]), "offsets": OFFSETS[:, :3]},
+        {"names": np.array(["a"]), "offsets": OFFSETS},
+        {"names": np.array(["a", "b"]), "offsets": np.full((2, 4, 3), np.nan)},
+        {"names": np.array(["a", "b"]), "offsets": np.full((2, 4, 3), "x")},
+        {"names": np.array(["a", "b"]), "offsets": np.full((2, 4, 3), {}, dtype=object)},
+        {"names": np.array(["a", "b"])},
+    ],
+)
+def test_anything_else_is_the_one_error(tmp_path: Path, arrays: dict[str, np.ndarray]) -> None:
+    np.savez(tmp_path / "shapes.npz", **arrays)
+    with pytest.raises(FileFormatError, match="expected"):
+        load_shapes(tmp_path / "shapes.npz", 4)
+
+
+@given(st.data())
+def test_damaged_files_give_shapes_or_the_one_error(
+    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "damaged.npz"
+    np.savez_compressed(path, names=np.array(["smile", "blink"]), offsets=OFFSETS)
+    whole = bytearray(path.read_bytes())
+    for _ in range(data.draw(st.integers(0, 5))):
+        whole[data.draw(st.integers(0, len(whole) - 1))] = data.draw(st.integers(0, 255))
+    path.write_bytes(whole[: data.draw(st.integers(0, len(whole)))])
+    try:
+        assert isinstance(load_shapes(path, 4), Shapes)
+    except FileFormatError:
+        pass

@@ -1,0 +1,63 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from conf.face.deformation.neck import BOTTOM, PIVOT, SHOULDERS_FOLLOW, TOP, Neck, follows
+from conf.face.head_pose import HeadPose
+from conf.face.mesh.mesh import Mesh
+from tests.support.sheet_face import SheetFace
+
+angle = st.floats(-0.7, 0.7)
+turns = st.tuples(angle, angle, angle)
+
+
+def pose(turn: tuple[float, float, float]) -> HeadPose:
+    return HeadPose(np.array(turn), np.zeros(2), -3.0)
+
+
+@pytest.fixture(scope="module")
+def torso(face: SheetFace) -> Mesh:
+    """The stand-in's skull pulled down to the chest, with a group that says so."""
+    vertices = face.mesh.vertices * [1.0, 2.5, 1.0]
+    return replace(face.mesh, vertices=vertices, groups={**face.mesh.groups, "shirt": np.arange(3)})
+
+
+def test_all_of_the_head_goes_where_the_pose_puts_it(torso: Mesh) -> None:
+    vertices = torso.vertices.astype(np.float32)
+    bent = Neck(torso).bend(vertices, pose((0.3, -0.5, 0.4)))
+    head = vertices[:, 1] >= TOP
+    np.testing.assert_array_equal(bent[head], vertices[head])
+    assert np.abs(bent - vertices)[~head].max() > 2.0
+
+
+@given(turns)
+def test_shoulders_turn_a_little_about_the_neck(torso: Mesh, turn: tuple[float, float, float]) -> None:
+    vertices = torso.vertices.astype(np.float32)
+    shoulders = vertices[:, 1] <= BOTTOM
+    bent = Neck(torso).bend(vertices, pose(turn))[shoulders]
+    seen = (bent - PIVOT) @ pose(turn).matrix().T
+    little = pose(tuple(SHOULDERS_FOLLOW * t for t in turn)).matrix()  # type: ignore[arg-type]
+    np.testing.assert_allclose(seen, (vertices[shoulders] - PIVOT) @ little.T, atol=1e-4)
+
+
+@given(turns)
+def test_nothing_is_pinched_or_torn(torso: Mesh, turn: tuple[float, float, float]) -> None:
+    """Bending keeps every vertex at its distance from the middle of the neck, and neighbours stay neighbours."""
+    vertices = torso.vertices.astype(np.float32)
+    bent = Neck(torso).bend(vertices, pose(turn))
+    np.testing.assert_allclose(_lengths(bent - PIVOT), _lengths(vertices - PIVOT), atol=1e-4)
+    line = np.stack([np.full(200, 5.0), np.linspace(-8, -21, 200), np.full(200, -4.0)], axis=1)
+    assert np.abs(np.diff(follows(line))).max() < 0.02
+
+
+def test_a_face_without_shoulders_is_left_alone(face: SheetFace) -> None:
+    vertices = face.mesh.vertices.astype(np.float32)
+    assert Neck(face.mesh).bend(vertices, pose((0.3, 0.3, 0.3))) is vertices
+
+
+def _lengths(rows: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.asarray(np.linalg.norm(rows, axis=1))

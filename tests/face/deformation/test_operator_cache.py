@@ -1,0 +1,90 @@
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from conf.face.deformation.operator_cache import cache_folder, cache_key, cached_operator
+from conf.face.deformation.rbf import Operator
+
+SHAPE = (5, 3)
+OPERATOR = Operator(np.arange(15, dtype=np.float32).reshape(SHAPE), 0.1)
+
+
+@pytest.fixture(autouse=True)
+def _empty_cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+
+
+def builder() -> tuple[Callable[[], Operator], list[int]]:
+    calls: list[int] = []
+
+    def build() -> Operator:
+        calls.append(1)
+        return OPERATOR
+
+    return build, calls
+
+
+def test_what_was_built_once_is_not_built_again() -> None:
+    build, calls = builder()
+    for _ in range(3):
+        kept = cached_operator("key", SHAPE, build)
+        assert kept.matrix.tolist() == OPERATOR.matrix.tolist()
+        assert kept.smoothing == 0.1
+    assert len(calls) == 1
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        b"",
+        b"\x93NUMPY\x01\x00",
+        b"not an array",
+        b"\x00" * 10_000_000,
+        np.zeros(17, dtype=np.float64),
+        np.zeros(16, dtype=np.float32),
+        np.zeros((4, 4), dtype=np.float32),
+        np.full(17, np.nan, dtype=np.float32),
+        np.array([{}] * 17, dtype=object),
+        None,
+    ],
+    ids=["empty", "cut", "text", "large", "float64", "short", "shape", "nan", "objects", "folder"],
+)
+def test_a_damaged_file_costs_building_again(damage: bytes | np.ndarray | None) -> None:
+    build, calls = builder()
+    path = cache_folder() / "key.npy"
+    path.parent.mkdir(parents=True)
+    if damage is None:
+        path.mkdir()
+    elif isinstance(damage, bytes):
+        path.write_bytes(damage)
+    else:
+        np.save(path, damage, allow_pickle=True)
+    assert cached_operator("key", SHAPE, build).matrix.tolist() == OPERATOR.matrix.tolist()
+    assert len(calls) == 1
+
+
+def test_a_cache_that_cannot_be_written_costs_nothing_else(tmp_path: Path) -> None:
+    (tmp_path / "conf").write_text("a file where the folder should be")
+    build, calls = builder()
+    for _ in range(2):
+        assert cached_operator("key", SHAPE, build) is OPERATOR
+    assert len(calls) == 2
+
+
+def test_only_the_newest_are_kept() -> None:
+    for i in range(20):
+        cached_operator(f"key{i}", SHAPE, lambda: OPERATOR)
+    assert len(list(cache_folder().iterdir())) == 16
+
+
+def test_every_part_changes_the_key() -> None:
+    keys = {
+        cache_key(1, np.zeros(2), b""),
+        cache_key(2, np.zeros(2), b""),
+        cache_key(1, np.ones(2), b""),
+        cache_key(1, np.zeros(2), b"x"),
+        cache_key(1, np.zeros(1), np.zeros(1), b""),
+    }
+    assert len(keys) == 5

@@ -1,0 +1,117 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.interpolate import RBFInterpolator
+
+from conf.face.deformation.kernels import KERNELS, Kernel
+from conf.face.deformation.rbf import build_operator
+from conf.face.deformation.regions import Field, Regions
+from tests.support.sheet_face import SheetFace
+
+kernels = pytest.mark.parametrize("kernel", KERNELS.values(), ids=KERNELS)
+MULTIQUADRIC = KERNELS["multiquadric"]
+
+
+@kernels
+@pytest.mark.parametrize("degree", [None, 1])
+@pytest.mark.parametrize("smoothing", [0.0, 0.05])
+def test_one_product_does_what_scipys_interpolator_does(
+    face: SheetFace, kernel: Kernel, degree: int | None, smoothing: float
+) -> None:
+    vertices = face.mesh.vertices[::7]
+    displacements = np.random.default_rng(3).normal(size=face.points.shape)
+    kernel = kernel if degree is None else replace(kernel, degree=degree)
+    oracle = RBFInterpolator(
+        face.points,
+        displacements,
+        kernel=kernel.scipy_name,
+        epsilon=kernel.epsilon,
+        degree=kernel.degree,
+        smoothing=smoothing,
+    )
+    operator = build_operator(vertices, face.points, kernel=kernel, epsilon=kernel.epsilon, smoothing=smoothing)
+    assert operator.matrix.dtype == np.float32
+    assert operator.smoothing == smoothing
+    expected = oracle(vertices)
+    # Far from the points a gaussian field of random displacements rises to 1e3; the comparison is relative there.
+    assert operator.matrix @ displacements == pytest.approx(expected, abs=1e-5 * max(1, np.abs(expected).max()))
+
+
+@kernels
+def test_control_points_go_where_they_are_told(face: SheetFace, kernel: Kernel) -> None:
+    operator = build_operator(face.points, face.points, kernel=kernel, epsilon=kernel.epsilon)
+    assert operator.matrix == pytest.approx(np.eye(len(face.points)), abs=1e-5)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_offsets_add_up(face: SheetFace, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    matrix = build_operator(face.mesh.vertices[::50], face.points, kernel=MULTIQUADRIC, epsilon=1.0).matrix
+    a, b = rng.normal(size=(2, *face.points.shape)).astype(np.float32)
+    assert matrix @ (a + 2 * b) == pytest.approx(matrix @ a + 2 * (matrix @ b), abs=1e-4)
+
+
+def test_the_unit_of_length_does_not_matter(face: SheetFace) -> None:
+    vertices = face.mesh.vertices[::20]
+    cm = build_operator(vertices, face.points, kernel=MULTIQUADRIC, epsilon=1.0).matrix
+    mm = build_operator(vertices * 10, face.points * 10, kernel=MULTIQUADRIC, epsilon=0.1).matrix
+    assert mm == pytest.approx(cm, abs=1e-6)
+
+
+def test_anchors_stay_where_they_are(face: SheetFace) -> None:
+    anchors = np.array([[11.0, 11.0, 0.0], [-11.0, 11.0, 0.0], [0.0, -13.5, 2.0]])
+    regions = Regions.whole(len(anchors), anchors=anchors)
+    operator = build_operator(anchors, face.points, kernel=MULTIQUADRIC, epsilon=1.0, regions=regions)
+    assert np.abs(operator.matrix).max() < 1e-5
+
+
+def test_a_field_does_not_know_the_points_it_leaves_out(face: SheetFace) -> None:
+    half = np.full(len(face.points), 0.5)
+    regions = Regions((Field(half, (0, 1)), Field(half, (0,))), np.empty((0, 3)))
+    matrix = build_operator(face.points, face.points, kernel=MULTIQUADRIC, epsilon=1.0, regions=regions).matrix
+    assert not matrix[:, 0].any()
+    assert matrix[1, 1] == pytest.approx(0.5, abs=0.5)
+    assert matrix[2:, 2:] == pytest.approx(np.eye(48), abs=1e-5)
+
+
+@kernels
+def test_points_in_one_place_are_met_with_lambda(face: SheetFace, kernel: Kernel) -> None:
+    points = face.points.copy()
+    points[1] = points[2]
+    operator = build_operator(points, points, kernel=kernel, epsilon=kernel.epsilon)
+    assert operator.smoothing > 0
+    together = np.zeros((50, 1))
+    together[[1, 2]] = 1.0
+    assert (operator.matrix @ together)[1] == pytest.approx([1.0], abs=0.05)
+
+
+def test_a_kernel_too_flat_for_floats_is_met_with_lambda(face: SheetFace) -> None:
+    operator = build_operator(face.points, face.points, kernel=KERNELS["gaussian"], epsilon=0.001)
+    assert operator.smoothing > 0
+    assert np.isfinite(operator.matrix).all()
+
+
+def test_points_in_one_plane_leave_a_linear_polynomial_solvable(face: SheetFace) -> None:
+    flat = face.points * [1, 1, 0]
+    operator = build_operator(flat, flat, kernel=KERNELS["thin-plate"], epsilon=1.0)
+    assert operator.matrix == pytest.approx(np.eye(50), abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"vertices": np.zeros((3, 2))}, "vertices must be finite with shape"),
+        ({"points": np.full((50, 3), np.nan)}, "control_points must be finite with shape"),
+        ({"epsilon": 0.0}, "epsilon must be positive"),
+        ({"epsilon": np.nan}, "epsilon must be positive"),
+        ({"smoothing": -1.0}, "smoothing must not be negative"),
+    ],
+)
+def test_bad_arguments_are_named(face: SheetFace, change: dict[str, object], message: str) -> None:
+    arguments = {"vertices": face.mesh.vertices, "points": face.points, "epsilon": 1.0, "smoothing": 0.0} | change
+    vertices, points = arguments.pop("vertices"), arguments.pop("points")
+    with pytest.raises(ValueError, match=message):
+        build_operator(vertices, points, kernel=MULTIQUADRIC, **arguments)

@@ -1,0 +1,106 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from conf.face.deformation.waters_muscles import LinearMuscle, Musculature, Sphincter, limited_sum
+
+GRID = np.stack([*np.meshgrid(np.linspace(-2, 2, 21), np.linspace(-2, 2, 21)), np.zeros((21, 21))], axis=-1)
+PLANE = GRID.reshape(-1, 3)
+places = hnp.arrays(np.float64, (30, 3), elements=st.floats(-3, 3))
+muscles = st.builds(
+    LinearMuscle,
+    st.just(np.array([0.0, 1.0, 0.0])),
+    st.just(np.array([0.0, -0.5, 0.2])),
+    st.floats(0.2, np.pi),
+    st.floats(0.0, 1.0),
+    st.floats(1.1, 2.0),
+)
+RING = Sphincter(np.zeros(3), np.array([[1.5, 0, 0], [0, 1.0, 0]]), depth=1.0, protrusion=0.5)
+
+
+@given(muscle=muscles, vertices=places)
+def test_the_pull_is_between_nothing_and_all(muscle: LinearMuscle, vertices: np.ndarray) -> None:
+    falloff = muscle.falloff(vertices)
+    assert (falloff >= 0).all() and (falloff <= 1).all()
+    length = np.linalg.norm(muscle.insertion - muscle.root)
+    outside = np.linalg.norm(vertices - muscle.root, axis=1) >= muscle.end * length
+    assert not falloff[outside].any()
+
+
+@given(muscle=muscles, vertices=places)
+def test_a_full_contraction_takes_no_vertex_past_the_root(muscle: LinearMuscle, vertices: np.ndarray) -> None:
+    before = np.linalg.norm(vertices - muscle.root, axis=1)
+    after = np.linalg.norm(vertices + muscle.offsets(vertices) - muscle.root, axis=1)
+    assert (after <= before + 1e-12).all()
+
+
+def test_equations_4_16_to_4_19_by_hand() -> None:
+    muscle = LinearMuscle(np.zeros(3), np.array([1.0, 0, 0]), angle=np.pi / 2, start=0.5, end=1.5)
+    inside, falling, slanted, beside = np.array([[0.4, 0, 0], [1.0, 0, 0], [0.3, 0.3, 0], [-0.3, 0.1, 0]])
+    falloff = muscle.falloff(np.array([inside, falling, slanted, beside]))
+    np.testing.assert_allclose(falloff, [1.0, np.cos(np.pi / 4), np.cos(np.pi / 4), 0.0])
+    np.testing.assert_allclose(muscle.offsets(falling[None])[0], [-np.cos(np.pi / 4), 0, 0])
+
+
+def test_a_narrow_muscle_moves_less_than_a_wide_one() -> None:
+    wide, narrow = (LinearMuscle(np.array([0, 2.0, 0]), np.zeros(3), angle=a) for a in (np.pi / 2, np.pi / 6))
+    assert (narrow.falloff(PLANE) <= wide.falloff(PLANE) + 1e-12).all()
+    assert np.count_nonzero(narrow.falloff(PLANE)) < np.count_nonzero(wide.falloff(PLANE)) / 2
+
+
+def test_the_pull_has_no_step() -> None:
+    muscle = LinearMuscle(np.array([0.0, 1.0, 0.0]), np.zeros(3), angle=np.pi / 3, start=0.6, end=1.5)
+    fine = np.stack([np.linspace(-2, 2, 20001), np.full(20001, 0.1), np.zeros(20001)], axis=1)
+    assert np.abs(np.diff(muscle.falloff(fine))).max() < 1e-3
+    assert np.abs(np.diff(RING.falloff(fine))).max() < 1e-3
+
+
+def test_the_sphincter_draws_inwards_and_pushes_out() -> None:
+    offsets = RING.offsets(PLANE)
+    inside = RING.falloff(PLANE) > 0
+    assert (np.einsum("ij,ij->i", offsets[:, :2], PLANE[:, :2])[inside] <= 0).all()
+    assert (offsets[inside, 2] > 0).all()
+    assert not offsets[~inside].any()
+    assert (RING.falloff(PLANE) <= 1).all()
+
+
+@given(contraction=st.floats(0.0, 1.0))
+def test_one_muscle_is_linear_and_rest_is_rest(contraction: float) -> None:
+    face = Musculature.attach({"a": LinearMuscle(np.array([0, 2.0, 0]), np.zeros(3)), "ring": RING}, PLANE)
+    assert not face.contract({}).any()
+    assert not face.contract({"a": 0.0, "ring": 0.0}).any()
+    np.testing.assert_allclose(face.contract({"a": contraction}), contraction * face.offsets[0], atol=1e-6)
+
+
+@given(each=hnp.arrays(np.float32, (3, 5, 3), elements=st.floats(-2, 2, width=16)))
+def test_together_they_stay_within_the_limit(each: np.ndarray) -> None:
+    total = limited_sum(each)
+    assert (np.linalg.norm(total, axis=1) <= np.sqrt((each**2).sum(axis=(0, 2))) + 1e-5).all()
+    assert (np.linalg.norm(total, axis=1) <= np.linalg.norm(each.sum(axis=0), axis=1) + 1e-5).all()
+
+
+def test_shares_keep_a_muscle_to_its_own_vertices() -> None:
+    own = (PLANE[:, 0] > 0).astype(float)
+    face = Musculature.attach({"ring": RING}, PLANE, shares={"ring": own})
+    assert not face.offsets[0][own == 0].any()
+    assert face.offsets[0][own == 1].any()
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"angle": 0.0}, "angle must be"),
+        ({"start": 1.5}, "start and end must be"),
+        ({"insertion": np.zeros(3)}, "different places"),
+    ],
+)
+def test_a_muscle_that_cannot_be_is_named(change: dict[str, object], text: str) -> None:
+    with pytest.raises(ValueError, match=text):
+        LinearMuscle(**{"root": np.zeros(3), "insertion": np.ones(3), **change})  # type: ignore[arg-type]
+
+
+def test_an_unknown_muscle_is_named() -> None:
+    with pytest.raises(ValueError, match="got biceps"):
+        Musculature.attach({"ring": RING}, PLANE).contract({"biceps": 1.0})

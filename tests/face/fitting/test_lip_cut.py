@@ -1,0 +1,98 @@
+"""A sheet whose lips are one surface is opened: the rims part, nothing tears, the bag closes behind."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from conf.face.control_points import INDEX, LOWER_LIP
+from conf.face.deformation.face_model import make_face
+from conf.face.fitting.lip_cut import lips_are_cut, open_lips
+from conf.face.mesh.mesh import Mesh
+from conf.face.mesh.surface_graph import Surface
+from tests.support.sheet_face import SheetFace
+
+INNER = [INDEX[f"inner_lip_{lip}_mid"] for lip in ("upper", "lower")]
+
+
+def surface_of(mesh: Mesh) -> Surface:
+    return Surface(mesh.vertices, mesh.triangles)
+
+
+@pytest.fixture(scope="module")
+def touching(shut_face: SheetFace) -> SheetFace:
+    """The sheet with its inner lip points together, as on a face at rest."""
+    points = shut_face.points.copy()
+    for side in ("mid", "l", "r"):
+        pair = [INDEX[f"inner_lip_{lip}_{side}"] for lip in ("upper", "lower")]
+        points[pair] = points[pair].mean(axis=0) + np.array([[0, 0.05, 0], [0, -0.05, 0]])
+    return replace(shut_face, points=points)
+
+
+@pytest.fixture(scope="module")
+def opened(touching: SheetFace) -> Mesh:
+    return open_lips(touching.mesh, touching.points, surface_of(touching.mesh))
+
+
+def boundary(mesh: Mesh) -> set[tuple[int, int]]:
+    """Return the edges that belong to one triangle only."""
+    edges = np.sort(mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    once, count = np.unique(edges, axis=0, return_counts=True)
+    assert count.max() == 2
+    return {(int(a), int(b)) for a, b in once[count == 1]}
+
+
+def test_lips_are_known_to_be_cut_or_not(face: SheetFace, touching: SheetFace, opened: Mesh) -> None:
+    assert lips_are_cut(face.points, surface_of(face.mesh))
+    assert not lips_are_cut(touching.points, surface_of(touching.mesh))
+    assert lips_are_cut(touching.points, surface_of(opened))
+
+
+def test_the_meshs_own_vertices_stay_first_and_its_rim_stays_its_only_one(touching: SheetFace, opened: Mesh) -> None:
+    count = len(touching.mesh.vertices)
+    assert opened.vertices[:count].tolist() == touching.mesh.vertices.tolist()
+    assert boundary(opened) == boundary(touching.mesh)  # neither a tear nor a gap between lips and bag
+
+
+def test_no_area_is_lost_and_every_triangle_faces_as_before(touching: SheetFace, opened: Mesh) -> None:
+    def area(mesh: Mesh, triangles: np.ndarray) -> np.ndarray:
+        a, b, c = (mesh.vertices[triangles[:, i]] for i in range(3))
+        return np.cross(b - a, c - a)
+
+    skin = np.setdiff1d(np.arange(len(opened.triangles)), opened.groups["mouth"])
+    before, after = area(touching.mesh, touching.mesh.triangles), area(opened, opened.triangles[skin])
+    assert np.linalg.norm(after, axis=1).sum() == pytest.approx(np.linalg.norm(before, axis=1).sum())
+    assert (after[:, 2] > 0).all() == (before[:, 2] > 0).all()
+    assert sorted(opened.groups["skin"].tolist()) == skin.tolist()
+
+
+@pytest.mark.parametrize("inside_out", [False, True])
+def test_the_bag_lies_behind_the_lips_and_shows_its_inside(touching: SheetFace, inside_out: bool) -> None:
+    mesh = touching.mesh
+    if inside_out:
+        mesh = replace(mesh, triangles=mesh.triangles[:, ::-1], render_triangles=mesh.render_triangles[:, ::-1])
+    opened = open_lips(mesh, touching.points, surface_of(mesh))
+    corners = opened.vertices[opened.triangles[opened.groups["mouth"]]]
+    assert corners[..., 2].max() <= touching.points[:, 2].max()
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    middle = corners.reshape(-1, 3).mean(axis=0)
+    inwards = np.einsum("fi,fi->f", normals, middle - corners.mean(axis=1)) * (-1 if inside_out else 1)
+    assert inwards.sum() > 0.95 * np.abs(inwards).sum()
+
+
+def test_the_mouth_opens(touching: SheetFace, opened: Mesh) -> None:
+    shut, open_ = (make_face(mesh, touching.points) for mesh in (touching.mesh, opened))
+    displacements = np.zeros((50, 3))
+    displacements[LOWER_LIP, 1] = -1.0 / shut.fapu.lengths()[INNER[1], 1]
+    count = len(touching.mesh.vertices)
+    new = opened.vertices[count:]
+    on_rim = count + np.flatnonzero((np.abs(new[:, 0]) < 0.3) & (new[:, 2] > touching.points[INNER[0], 2] - 0.05))
+    heights = open_.deform(displacements)[on_rim, 1] - open_.neutral[on_rim, 1]
+    assert heights.max() > -0.1  # the upper lip stays
+    assert heights.min() < -0.8  # the lower one goes down
+    assert not ((heights > -0.7) & (heights < -0.2)).any()  # and nothing hangs between
+
+
+def test_a_mesh_with_nothing_to_cut_is_left_alone(face: SheetFace) -> None:
+    far = replace(face.mesh, vertices=face.mesh.vertices + np.array([0.0, 100.0, 0.0]))
+    assert open_lips(far, face.points, surface_of(far)) is far

@@ -1,0 +1,136 @@
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from conf.errors import FileFormatError
+from conf.face.formats.obj import RawMesh, read_obj
+
+EXAMPLE = """# a square of two materials, its corners named in every way the format knows
+mtllib square.mtl
+o thing
+v 0 0 0
+v 1 0 0 1.0
+v 1 1 0 0.5 0.5 0.5
+v 0 1 0
+vt 0 0
+vt 1 0 0
+vt 1 1
+vn 0 0 1
+s off
+g skin nose
+usemtl pink
+f 1/1/1 2/2/1 3/3/1 4
+g tooth
+f -4 -3// \\
+  -2//-1
+"""
+
+
+def read(tmp_path: Path, text: str | bytes) -> RawMesh:
+    path = tmp_path / "face.obj"
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+    return read_obj(path)
+
+
+def test_reads_polygons_groups_materials_and_indices_from_behind(tmp_path: Path) -> None:
+    (tmp_path / "square.mtl").write_text("newmtl pink\nKd 1 0 0\nmap_Kd missing.png\nmap_Kd skin.png\n")
+    (tmp_path / "skin.png").touch()
+    raw = read(tmp_path, EXAMPLE)
+    assert raw.positions.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    assert raw.uvs.tolist() == [[0, 0], [1, 0], [1, 1]]
+    assert raw.corners[..., 0].tolist() == [[0, 1, 2], [0, 2, 3], [0, 1, 2]]
+    assert raw.corners[..., 1].tolist() == [[0, 1, 2], [0, 2, -1], [-1, -1, -1]]
+    assert {name: rows.tolist() for name, rows in raw.groups.items()} == {"skin": [0, 1], "nose": [0, 1], "tooth": [2]}
+    assert raw.texture == tmp_path / "skin.png"
+
+
+def test_a_face_whose_material_or_picture_is_missing_is_drawn_plain(tmp_path: Path) -> None:
+    assert read(tmp_path, EXAMPLE).texture is None
+    (tmp_path / "square.mtl").write_bytes(b"map_Kd \xff\x00/../../x\n" * 3)
+    assert read(tmp_path, EXAMPLE).texture is None
+
+
+TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "expected"),
+    [
+        ("", None, "expected an OBJ mesh with vertices"),
+        (TRIANGLE, None, "expected an OBJ mesh with vertices"),
+        ("hello", 1, "expected an OBJ line such as `v x y z`"),
+        ("v 1 2", 1, "expected `v x y z`"),
+        ("v 1 2 x", 1, "expected `v x y z`"),
+        ("v 1 2 nan", 1, "each finite and at most 1e+09"),
+        ("v 1 2 1e300", 1, "each finite and at most 1e+09"),
+        ("v 0 0 0\nvt", 2, "expected `vt u v`"),
+        (TRIANGLE + "f 1 2", 4, "expected `f` with at least three corners"),
+        (TRIANGLE + "f 1 2 4", 4, "that name lines above"),
+        (TRIANGLE + "f 0 1 2", 4, "that name lines above"),
+        (TRIANGLE + "f -4 1 2", 4, "that name lines above"),
+        (TRIANGLE + "f 1/1 2/1 3/1", 4, "that name lines above"),
+        (TRIANGLE + "f 1.5 2 3", 4, "that name lines above"),
+        ("v 0 0 0 " + " " * 70_000, 1, "expected text lines under 65536 bytes"),
+        ("#\\\n" * 200, 101, "expected at most 100 continued lines"),
+    ],
+)
+def test_what_is_wrong_is_said_with_its_line(tmp_path: Path, text: str, line: int | None, expected: str) -> None:
+    with pytest.raises(FileFormatError) as caught:
+        read(tmp_path, text)
+    assert caught.value.line == line
+    assert expected in str(caught.value)
+    assert "face.obj" in str(caught.value)
+
+
+WORDS = st.sampled_from(
+    [
+        "v",
+        "vt",
+        "vn",
+        "f",
+        "g",
+        "o",
+        "usemtl",
+        "mtllib",
+        "#",
+        "\\",
+        "0",
+        "1",
+        "-1",
+        "2/1",
+        "1//2",
+        "3.5",
+        "1e9",
+        "nan",
+        "\n",
+    ]
+)
+
+
+@given(st.one_of(st.binary(max_size=300), st.lists(WORDS, max_size=80).map(lambda words: " ".join(words).encode())))
+def test_any_bytes_give_a_mesh_or_the_one_error(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
+    path = tmp_path_factory.getbasetemp() / "any.obj"
+    path.write_bytes(data)
+    try:
+        raw = read_obj(path)
+    except FileFormatError:
+        return
+    assert np.isfinite(raw.positions).all()
+    assert 0 <= raw.corners[..., 0].min() <= raw.corners[..., 0].max() < len(raw.positions)
+    assert raw.corners[..., 1].max() < len(raw.uvs)
+
+
+@given(st.lists(st.tuples(*[st.floats(-1e6, 1e6)] * 3), min_size=3, max_size=30))
+def test_vertices_come_back_in_the_order_of_the_file(
+    tmp_path_factory: pytest.TempPathFactory, vertices: list[tuple[float, float, float]]
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "order.obj"
+    text = io.StringIO()
+    for x, y, z in vertices:
+        text.write(f"v {x!r} {y!r} {z!r}\n")
+    path.write_text(text.getvalue() + "f 1 2 3\n")
+    assert read_obj(path).positions.tolist() == [list(vertex) for vertex in vertices]

@@ -1,0 +1,66 @@
+import os
+import resource
+import time
+from pathlib import Path
+
+import pytest
+
+from conf.errors import FileFormatError
+from conf.face.formats.dpc import read_dpc
+from conf.face.formats.ppc import read_ppc
+from conf.face.formats.text import check_file, parse_floats, read_lines
+from conf.face.mesh.mesh import load_mesh
+
+GARBAGE = {
+    "zeros": b"\x00" * 1024,
+    "one long line": b"1 2 3 " * 170,
+    "random": bytes(range(1, 256)) * 4,
+    "comments": b"# nothing\n" * 100,
+    "vertices": b"v 0 0 0\n" * 128,
+    "numbers": b"1 2 3\n" * 170,
+}
+
+
+@pytest.mark.parametrize("garbage", GARBAGE.values(), ids=GARBAGE)
+@pytest.mark.parametrize(("reader", "suffix"), [(load_mesh, "obj"), (read_ppc, "ppc"), (read_dpc, "dpc")])
+def test_a_hundred_megabytes_are_refused_at_once(tmp_path: Path, reader: object, suffix: str, garbage: bytes) -> None:
+    path = tmp_path / f"garbage.{suffix}"
+    with path.open("wb") as file:
+        for _ in range(100):
+            file.write(garbage * (1_000_000 // len(garbage)))
+    before, start = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.process_time()
+    with pytest.raises(FileFormatError, match="expected"):
+        reader(path)  # type: ignore[operator]
+    assert time.process_time() - start < 1.0
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000  # kB
+    path.unlink()
+
+
+def test_lines_are_numbered_from_one_whatever_ends_them(tmp_path: Path) -> None:
+    path = tmp_path / "text"
+    path.write_bytes(b"a\r\nb\n\nc")
+    assert list(read_lines(path)) == [(1, b"a"), (2, b"b"), (3, b""), (4, b"c")]
+
+
+@pytest.mark.parametrize("what", ["missing", "folder", "pipe", "nul\x00name"])
+def test_what_is_no_file_is_refused_without_waiting(tmp_path: Path, what: str) -> None:
+    path = tmp_path / what
+    if what == "folder":
+        path.mkdir()
+    if what == "pipe":
+        os.mkfifo(path)
+    with pytest.raises(FileFormatError, match=r"expected a file; check the name|cannot be opened"):
+        list(read_lines(path))
+
+
+def test_a_file_over_the_limit_is_refused_by_its_size(tmp_path: Path) -> None:
+    path = tmp_path / "large"
+    path.write_bytes(b"x" * (3 << 20))
+    with pytest.raises(FileFormatError, match="expected at most 1 MB, found 3 MB"):
+        check_file(path, max_bytes=1 << 20)
+
+
+@pytest.mark.parametrize("word", [b"x", b"", b"nan", b"inf", b"-1e10", b"1e400"])
+def test_only_numbers_that_a_face_can_have(word: bytes) -> None:
+    with pytest.raises(FileFormatError, match=r"f\.txt, line 7: expected a length"):
+        parse_floats([b"1", word], Path("f.txt"), 7, "expected a length")

@@ -1,0 +1,27 @@
+import itertools
+
+import numpy as np
+import pytest
+
+from conf.face.mesh.axes import AXES, ORIENTATIONS, turn_upright
+
+
+def test_every_orientation_is_there_once() -> None:
+    pairs = {(up, front) for up, front in itertools.product(AXES, AXES) if up[-1] != front[-1]}
+    assert len(ORIENTATIONS) == 24
+    assert set(ORIENTATIONS) == pairs
+
+
+@pytest.mark.parametrize(("up", "front"), ORIENTATIONS)
+def test_the_turn_is_proper_and_takes_crown_and_nose_where_they_belong(up: str, front: str) -> None:
+    turn = turn_upright(up, front)
+    np.testing.assert_allclose(turn @ AXES[up], [0, 1, 0])
+    np.testing.assert_allclose(turn @ AXES[front], [0, 0, 1])
+    assert np.linalg.det(turn) == pytest.approx(1.0)
+
+
+def test_wrong_axes_are_named() -> None:
+    with pytest.raises(ValueError, match="up must be one of x, -x, y, -y, z, -z, got 'w'"):
+        turn_upright("w", "z")
+    with pytest.raises(ValueError, match="front must not lie on the same line as up"):
+        turn_upright("y", "-y")
