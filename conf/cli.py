@@ -148,7 +148,7 @@ def _positive(text: str) -> float:
 
 
 def _code(text: str) -> str:
-    from conf.protocol.session.code import normalise_code
+    from conf.protocol.session.pairing_code import normalise_code
 
     try:
         return normalise_code(text)
@@ -179,7 +179,7 @@ def _demo(options: argparse.Namespace) -> None:
 
 def _receive(options: argparse.Namespace) -> None:
     from conf.commands.receive import Showing, receive
-    from conf.protocol.session.code import make_code
+    from conf.protocol.session.pairing_code import make_code
     from conf.transport.udp import ReceiverSocket
 
     code = options.code or make_code(os.urandom)
@@ -192,7 +192,7 @@ def _receive(options: argparse.Namespace) -> None:
 
 def _send(options: argparse.Namespace) -> None:
     from conf.commands.send import Sending, send
-    from conf.protocol.caller import LinkOptions
+    from conf.protocol.sender_connection import LinkOptions
 
     code = options.code or _ask_code()
     link = LinkOptions(options.profile, options.kbps)

@@ -20,12 +20,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.commands.rehearsal import ONE_WAY_S, Rehearsal
 from conf.face.deformation.face_model import load_face
 from conf.face.head_pose import HeadPose
-from conf.protocol.caller import LinkOptions
 from conf.protocol.codec import LIVE
+from conf.protocol.loopback import ONE_WAY_S, Rehearsal
 from conf.protocol.messages import StreamParameters
+from conf.protocol.sender_connection import LinkOptions
 from conf.render.auto_framing import Framer
 from conf.render.camera import View
 from conf.render.face_renderer import FaceRenderer

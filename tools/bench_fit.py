@@ -126,7 +126,7 @@ def lip_leak(face: FaceModel) -> float:
 
 def picture(face: FaceModel, truth: NDArray[np.float64]) -> NDArray[np.uint8]:
     """Return drawings side by side: placed points red and numbered, true ones green."""
-    from conf.commands.portraits import pose_towards
+    from conf.mesh_fitting.multiview import pose_towards
 
     drawings = []
     with OffscreenWindow(PICTURE, PICTURE) as window:

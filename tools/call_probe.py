@@ -27,8 +27,8 @@ from conf.commands import send as sending
 from conf.commands.receive import SIZE, WINDOW_FPS
 from conf.errors import NetworkError
 from conf.face.deformation.face_model import load_face
-from conf.protocol.host import Host
-from conf.protocol.session.limits import Address
+from conf.protocol.receiver_endpoint import Host
+from conf.protocol.session.flood_protection import Address
 from conf.protocol.session.server import ReceiverSessions
 from conf.protocol.statistics import HEADER_BYTES
 from conf.receiver.pipeline import ReceivingLoop

@@ -13,7 +13,7 @@ from scipy.special import expit
 
 from conf.protocol.codec.model import WEIGHT_ONE
 from conf.protocol.codec.range_coder import TOTAL
-from conf.protocol.codec.symbols import ESCAPE, REACH, SCALES_AN_OCTAVE
+from conf.protocol.codec.symbol_coder import ESCAPE, REACH, SCALES_AN_OCTAVE
 from conf.protocol.codec.syntax import LOG_ONE
 
 MIXTURE = ((0.65, 0.7), (0.35, 1.7))  # share of each logistic and its scale, relative

@@ -19,10 +19,10 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from conf.protocol.caller import Caller
-from conf.protocol.host import Host
-from conf.protocol.inbound import Inbound
 from conf.protocol.messages import MotionFrame, StreamParameters
+from conf.protocol.motion.inbound import Inbound
+from conf.protocol.receiver_endpoint import Host
+from conf.protocol.sender_connection import Caller
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.server import ReceiverSessions
 from tests.support.synthetic_motion import talking

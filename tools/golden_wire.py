@@ -10,12 +10,12 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from conf.protocol.bodies import MAX_BODY, Body, Feedback, Goodbye, Motion, RoundTripNotice, encode_body
-from conf.protocol.codec.bundle import BundleHeader, code_header
 from conf.protocol.codec.decoder import MAX_PAYLOAD
-from conf.protocol.codec.symbols import Writer
+from conf.protocol.codec.payload_header import BundleHeader, code_header
+from conf.protocol.codec.symbol_coder import Writer
 from conf.protocol.feedback import Report
 from conf.protocol.messages import KeepAlive, Presence, StreamParameters
+from conf.protocol.wire import MAX_BODY, Body, Feedback, Goodbye, Motion, RoundTripNotice, encode_body
 
 FOLDER = Path(__file__).resolve().parents[1] / "tests" / "data"
 

@@ -23,14 +23,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.commands.measure import measure, plot
-from conf.commands.rehearsal import ONE_WAY_S, RECEIVER, Rehearsal
 from conf.commands.tracking import track_clip
 from conf.face.control_points import INDEX
 from conf.face.deformation.face_model import load_face
-from conf.protocol.caller import LinkOptions
 from conf.protocol.codec import LIVE
+from conf.protocol.loopback import ONE_WAY_S, RECEIVER, Rehearsal
 from conf.protocol.messages import MotionFrame, StreamParameters
-from conf.protocol.session.limits import Address
+from conf.protocol.sender_connection import LinkOptions
+from conf.protocol.session.flood_protection import Address
 from conf.receiver.pipeline import ReceivingLoop
 from conf.receiver.stage import Window
 from conf.render.window.glfw_window import GlfwWindow

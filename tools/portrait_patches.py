@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from conf.face.portrait.patch_features import FEATURES
 from conf.face.portrait.patch_prediction import to_planes
 from conf.protocol.codec.range_coder import TOTAL
-from conf.protocol.codec.symbols import SCALES_AN_OCTAVE
-from conf.protocol.portrait.blocks import Planes
-from conf.protocol.portrait.model import BlockModel, PortraitModel
+from conf.protocol.codec.symbol_coder import SCALES_AN_OCTAVE
+from conf.protocol.portrait.dct_coding import Planes
 from conf.protocol.portrait.patch import Patch, encode_patch, step_size
+from conf.protocol.portrait.probability_model import BlockModel, PortraitModel
 from conf.sender.canonical_face import read_canonical_face
 from conf.sender.models import fetch_models
 from conf.sender.motion import MotionExtractor

@@ -48,8 +48,8 @@ from conf.face.control_points import CONTROL_POINT_COUNT, INDEX, indices
 from conf.protocol.codec.encoder import code_motion
 from conf.protocol.codec.model import Model, build_models
 from conf.protocol.codec.profiles import PROFILES, Profile
-from conf.protocol.codec.quantised import LOG_SCALE, MIDDLE, POSE_VALUES, ROTATION, QuantisedFrame
-from conf.protocol.codec.symbols import Tables, Writer
+from conf.protocol.codec.quantised_frame import LOG_SCALE, MIDDLE, POSE_VALUES, ROTATION, QuantisedFrame
+from conf.protocol.codec.symbol_coder import Tables, Writer
 from conf.protocol.codec.syntax import FEATURES, LOG_ONE, Context
 from conf.sender.mean_face import MEAN_FACE
 from tools.codec_fit import fit_tables, fit_weights, predict_scales

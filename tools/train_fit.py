@@ -16,12 +16,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import numpy as np
 
-from conf.commands.sitting import observe
 from conf.face.deformation.face_model import DEFAULT_HEAD
 from conf.face.fitting.face_prior import PRIOR_FILE, RELIEF_PLACES, SEEN_LANDMARKS, FacePrior, KnownHead, learn_prior
 from conf.face.formats.ppc import read_ppc
 from conf.face.mesh.mesh import load_mesh
 from conf.face.mesh.raycast import nearest_normals
+from conf.mesh_fitting.face_search import observe
 from tools.fit_heads import Recipe, random_recipe, write_head
 from tools.head.source import Source, fetch_wheel
 

@@ -27,10 +27,10 @@ from numpy.typing import NDArray
 
 from conf.face.portrait import contours
 from conf.face.portrait.patch_features import FEATURES
-from conf.protocol.codec.symbols import SCALES_AN_OCTAVE
-from conf.protocol.portrait.face_shape import POINT_STEP, encode_shape
-from conf.protocol.portrait.model import MODEL_FILE, PointTree, PortraitModel, RegionModel, Steps
+from conf.protocol.codec.symbol_coder import SCALES_AN_OCTAVE
 from conf.protocol.portrait.patch import MAX_SIDE, POINT_STEPS
+from conf.protocol.portrait.probability_model import MODEL_FILE, PointTree, PortraitModel, RegionModel, Steps
+from conf.protocol.portrait.shape_coding import POINT_STEP, encode_shape
 from conf.sender.mean_face import MEAN_FACE
 from conf.sender.portrait.patchwork import place_cut
 from tools.codec_fit import UNIT_SCALE

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from conf.commands.receive import Showing, receive
 from conf.errors import ConfError
-from conf.protocol.session.code import make_code
+from conf.protocol.session.pairing_code import make_code
 from conf.protocol.statistics import TrafficSnapshot
 from conf.sender.models import fetch_demo_clip
 from conf.transport.udp import ReceiverSocket

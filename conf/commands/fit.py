@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.commands.sitting import Progress, observe
 from conf.errors import ConfError
 from conf.face.control_points import LANDMARKS, PUPILS
 from conf.face.fitting.face_prior import load_prior
@@ -17,6 +16,7 @@ from conf.face.fitting.point_fitting import Placement, place_points
 from conf.face.formats.ppc import write_ppc
 from conf.face.mesh.axes import ORIENTATIONS
 from conf.face.mesh.mesh import Mesh, load_mesh
+from conf.mesh_fitting.face_search import Progress, observe
 from conf.sender.canonical_face import CanonicalFace, read_canonical_face
 from conf.sender.models import fetch_models
 

@@ -6,14 +6,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from conf.commands.rehearsal import Rehearsal
 from conf.commands.tracking import Progress, track_clip
 from conf.errors import CameraError
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.output.media_writer import save_picture
-from conf.protocol.caller import LinkOptions
 from conf.protocol.codec import LIVE, PROFILES
+from conf.protocol.loopback import Rehearsal
 from conf.protocol.messages import StreamParameters
+from conf.protocol.sender_connection import LinkOptions
 from conf.protocol.statistics import raw_bytes
 from conf.render.ui.charts import Bar, bar_chart
 from conf.sender.canonical_face import read_canonical_face

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from conf.face.deformation.face_model import load_face
 from conf.output.media_writer import save_picture
-from conf.protocol.host import Host
+from conf.protocol.receiver_endpoint import Host
 from conf.protocol.session.server import ReceiverSessions
 from conf.protocol.statistics import TrafficSnapshot
 from conf.receiver.pipeline import ReceivingLoop

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from conf.commands.preview import Preview
 from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.protocol.caller import Caller, LinkOptions
 from conf.protocol.messages import StreamParameters
 from conf.protocol.portrait import PortraitOutbox
+from conf.protocol.sender_connection import Caller, LinkOptions
 from conf.protocol.session.client import SenderSession
 from conf.sender.canonical_face import read_canonical_face
 from conf.sender.models import fetch_models

@@ -12,7 +12,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from conf.protocol.feedback import Report, RoundTrip
-from conf.protocol.token_bucket import TokenBucket
+from conf.protocol.rate_limit import TokenBucket
 
 
 @dataclass(frozen=True)

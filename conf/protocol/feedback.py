@@ -12,7 +12,7 @@ from dataclasses import astuple, dataclass
 import msgpack
 
 from conf.errors import ProtocolError
-from conf.protocol.session.replay import WINDOW, ReplayWindow
+from conf.protocol.session.replay_window import WINDOW, ReplayWindow
 from conf.protocol.statistics import InterarrivalJitter
 
 REPORT_EVERY_S = 0.5

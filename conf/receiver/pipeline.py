@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable
 
 from conf.face.deformation.face_model import FaceModel
-from conf.protocol.host import Host
 from conf.protocol.messages import MotionFrame
+from conf.protocol.receiver_endpoint import Host
 from conf.protocol.session.events import Connected, Event, Lost, Roamed, WrongCode
 from conf.protocol.statistics import TrafficSnapshot
 from conf.receiver.meter import draw_meter

@@ -2,9 +2,9 @@
 
 from collections import deque
 
-from conf.protocol.host import Host
-from conf.protocol.inbound import Inbound
 from conf.protocol.messages import Presence
+from conf.protocol.motion.inbound import Inbound
+from conf.protocol.receiver_endpoint import Host
 from conf.receiver.meter import MeterReading
 
 HISTORY_EVERY_S = 0.5

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from conf.errors import NetworkError
-from conf.protocol.caller import Caller, LinkStatus
+from conf.protocol.sender_connection import Caller, LinkStatus
 from conf.protocol.session.events import Connected, Event, Lost, NoAnswer, Refused, WrongCode
 from conf.protocol.session.handshake import Refusal
 from conf.sender.pace import Pace

@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import cast
 
 from conf.errors import NetworkError
-from conf.protocol.session.limits import Address
+from conf.protocol.session.flood_protection import Address
 
 MAX_DATAGRAM = 2048
 

@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import Any, NamedTuple
 
 from conf.errors import NetworkError
-from conf.protocol.session.limits import Address
+from conf.protocol.session.flood_protection import Address
 
 MAX_DATAGRAM = 2048
 BUFFER_BYTES = 4 << 20  # what the system may hold for us while a frame is drawn, junk of a flood included

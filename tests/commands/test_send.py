@@ -4,7 +4,7 @@ import pytest
 
 from conf.commands.send import Sending, send
 from conf.errors import CameraError, NetworkError
-from conf.protocol.caller import Caller
+from conf.protocol.sender_connection import Caller
 from conf.sender.performance import TrackedPerformance
 from conf.transport.udp import ReceiverSocket
 

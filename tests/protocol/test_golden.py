@@ -3,8 +3,8 @@
 import pytest
 
 from conf.errors import ProtocolError
-from conf.protocol.bodies import Motion, decode_body
 from conf.protocol.codec import Decoder, MissingReferenceError
+from conf.protocol.wire import Motion, decode_body
 from tools.golden_wire import BODIES, FOLDER, invalid, payloads, valid
 
 

@@ -2,7 +2,7 @@ import dataclasses
 
 import pytest
 
-from tests.protocol.test_inbound import PARAMETERS
+from tests.protocol.motion.test_inbound import PARAMETERS
 
 
 def test_messages_do_not_change_behind_anyones_back() -> None:

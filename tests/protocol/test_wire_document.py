@@ -9,16 +9,17 @@ import msgpack
 import numpy as np
 import pytest
 
-from conf.protocol import bodies, jitter_buffer
-from conf.protocol.bodies import decode_body
+from conf.protocol import wire as bodies
 from conf.protocol.codec import PROFILES
-from conf.protocol.codec.bundle import BundleHeader, code_header
-from conf.protocol.codec.symbols import Reader
-from conf.protocol.portrait.model import REGIONS
+from conf.protocol.codec.payload_header import BundleHeader, code_header
+from conf.protocol.codec.symbol_coder import Reader
+from conf.protocol.motion import jitter_buffer
 from conf.protocol.portrait.patch import encode_patch
-from conf.protocol.portrait.photograph import decode_photograph, encode_photograph
+from conf.protocol.portrait.photo import decode_photograph, encode_photograph
+from conf.protocol.portrait.probability_model import REGIONS
+from conf.protocol.session.drop_reasons import Reason
 from conf.protocol.session.packet import parse
-from conf.protocol.session.reasons import Reason
+from conf.protocol.wire import decode_body
 from tests.protocol.independent_decoder import PayloadReader, read_patch, read_shape
 from tests.support.portrait_objects import patch, photograph
 from tools.golden_wire import BODIES, FOLDER, HEADS

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from conf.errors import NetworkError
-from conf.protocol.caller import Caller, LinkOptions
-from conf.protocol.host import Host
 from conf.protocol.messages import MotionFrame, StreamParameters
+from conf.protocol.receiver_endpoint import Host
+from conf.protocol.sender_connection import Caller, LinkOptions
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import Connected, LossReason, Lost, NoAnswer, Refused, Roamed
+from conf.protocol.session.flood_protection import Address
 from conf.protocol.session.handshake import Refusal
-from conf.protocol.session.limits import Address
 from conf.protocol.session.server import ReceiverSessions
 from conf.sender.pipeline import SenderStatus, SendingLoop, note_of
 

@@ -5,10 +5,10 @@ import io
 import numpy as np
 from PIL import Image
 
-from conf.protocol.portrait.blocks import plane_shapes
-from conf.protocol.portrait.model import load_portrait_model
+from conf.protocol.portrait.dct_coding import plane_shapes
 from conf.protocol.portrait.patch import Patch
-from conf.protocol.portrait.photograph import Photograph
+from conf.protocol.portrait.photo import Photograph
+from conf.protocol.portrait.probability_model import load_portrait_model
 from conf.protocol.portrait.vp8 import strip
 
 

@@ -8,13 +8,13 @@ from itertools import count
 
 import numpy as np
 
-from conf.protocol.caller import Caller, LinkOptions
-from conf.protocol.host import Host
-from conf.protocol.inbound import Inbound
 from conf.protocol.messages import MotionFrame, StreamParameters
+from conf.protocol.motion.inbound import Inbound
+from conf.protocol.receiver_endpoint import Host
+from conf.protocol.sender_connection import Caller, LinkOptions
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import Connected, Event
-from conf.protocol.session.limits import Address
+from conf.protocol.session.flood_protection import Address
 from conf.protocol.session.server import ReceiverSessions
 from conf.protocol.statistics import HEADER_BYTES
 from tests.support.synthetic_motion import talking

@@ -9,7 +9,7 @@ from typing import Any
 
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import BodyReceived, Event
-from conf.protocol.session.limits import Address
+from conf.protocol.session.flood_protection import Address
 from conf.protocol.session.server import ReceiverSessions
 
 CODE = "acorn-tulip-river-42"

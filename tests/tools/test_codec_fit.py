@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from conf.protocol.codec.range_coder import TOTAL
-from conf.protocol.codec.symbols import ESCAPE, REACH, Tables
+from conf.protocol.codec.symbol_coder import ESCAPE, REACH, Tables
 from conf.protocol.codec.syntax import LOG_ONE
 from tools.codec_fit import SCALES, fit_tables, fit_weights, predict_scales
 

@@ -1,7 +1,7 @@
 import numpy as np
 
 from conf.face.portrait.patch_features import FEATURES
-from conf.protocol.portrait.model import load_portrait_model
+from conf.protocol.portrait.probability_model import load_portrait_model
 from tools.portrait_patches import PatchCounts
 from tools.train_portrait import CONTROLS, Poses, cost_of, learn
 

@@ -10,8 +10,8 @@ Reading order: profiles, transform, range_coder, symbols, syntax, bundle, predic
 
 from conf.protocol.codec.decoder import DecodedFrame, Decoder
 from conf.protocol.codec.encoder import Encoder
-from conf.protocol.codec.history import MissingReferenceError
 from conf.protocol.codec.profiles import LIVE, NARROW, PROFILES, RICH, Profile
+from conf.protocol.codec.reference_frames import MissingReferenceError
 
 __all__ = [
     "LIVE",

@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import ProtocolError
-from conf.protocol.codec.bundle import BundleHeader, code_header
-from conf.protocol.codec.history import History
 from conf.protocol.codec.model import Model, load_models
+from conf.protocol.codec.payload_header import BundleHeader, code_header
 from conf.protocol.codec.prediction import first_context, next_context
 from conf.protocol.codec.profiles import LIVE
-from conf.protocol.codec.quantised import QuantisedFrame
-from conf.protocol.codec.symbols import Reader
+from conf.protocol.codec.quantised_frame import QuantisedFrame
+from conf.protocol.codec.reference_frames import History
+from conf.protocol.codec.symbol_coder import Reader
 from conf.protocol.codec.syntax import FrameCoder, code_corrections
 
 MAX_PAYLOAD = 1100

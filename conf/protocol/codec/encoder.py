@@ -5,15 +5,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from conf.protocol.codec.bundle import MAX_FRAMES, MAX_STRIDE, BundleHeader, code_header
-from conf.protocol.codec.corrections import WORTH_KEEPING, WORTH_SENDING, choose_corrections
 from conf.protocol.codec.decoder import DecodedFrame
-from conf.protocol.codec.history import History
 from conf.protocol.codec.model import MAX_AGE, Model, load_models
+from conf.protocol.codec.payload_header import MAX_FRAMES, MAX_STRIDE, BundleHeader, code_header
+from conf.protocol.codec.point_residuals import WORTH_KEEPING, WORTH_SENDING, choose_corrections
 from conf.protocol.codec.prediction import first_context, next_context
 from conf.protocol.codec.profiles import LIVE, Profile
-from conf.protocol.codec.quantised import LOG_SCALE, POSE_VALUES, QuantisedFrame
-from conf.protocol.codec.symbols import LIMIT, Coder, Writer
+from conf.protocol.codec.quantised_frame import LOG_SCALE, POSE_VALUES, QuantisedFrame
+from conf.protocol.codec.reference_frames import History
+from conf.protocol.codec.symbol_coder import LIMIT, Coder, Writer
 from conf.protocol.codec.syntax import Context, FrameCoder, code_corrections
 from conf.protocol.messages import MotionFrame
 

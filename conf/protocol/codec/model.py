@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from conf.protocol.codec.profiles import PROFILES, Profile
-from conf.protocol.codec.quantised import QuantisedFrame
-from conf.protocol.codec.symbols import SCALES_AN_OCTAVE, Tables
+from conf.protocol.codec.quantised_frame import QuantisedFrame
+from conf.protocol.codec.symbol_coder import SCALES_AN_OCTAVE, Tables
 from conf.protocol.codec.transform import MotionTransform
 
 FILE = "codec.npz"

@@ -6,9 +6,9 @@ Within a payload prediction is free of risk: its frames arrive together or not a
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from conf.protocol.codec.bundle import BundleHeader
 from conf.protocol.codec.model import Model
-from conf.protocol.codec.quantised import QuantisedFrame
+from conf.protocol.codec.payload_header import BundleHeader
+from conf.protocol.codec.quantised_frame import QuantisedFrame
 from conf.protocol.codec.syntax import Context
 
 Recall = Callable[[int], QuantisedFrame]

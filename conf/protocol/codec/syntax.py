@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 from conf.errors import ProtocolError
 from conf.protocol.codec.model import Model
-from conf.protocol.codec.quantised import LOG_SCALE, MIDDLE, POSE_VALUES, Correction, QuantisedFrame
-from conf.protocol.codec.symbols import LIMIT, Coder, flat, weighted
+from conf.protocol.codec.quantised_frame import LOG_SCALE, MIDDLE, POSE_VALUES, Correction, QuantisedFrame
+from conf.protocol.codec.symbol_coder import LIMIT, Coder, flat, weighted
 
 LOG_ONE = 16  # a feature's logarithm to base two counts in sixteenths
 FEATURES = 8

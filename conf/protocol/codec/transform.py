@@ -21,7 +21,7 @@ from math import cos, exp, hypot, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.protocol.codec.quantised import LOG_SCALE, MIDDLE, POSE_VALUES, ROTATION, QuantisedFrame
+from conf.protocol.codec.quantised_frame import LOG_SCALE, MIDDLE, POSE_VALUES, ROTATION, QuantisedFrame
 
 
 @dataclass(frozen=True)

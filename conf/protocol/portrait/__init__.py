@@ -7,11 +7,11 @@ sent again. A newer object in a slot replaces the older one, so both sides hold 
 Reading order: pieces, outbox, inbox, photograph, patch.
 """
 
-from conf.protocol.portrait.inbox import PortraitInbox
-from conf.protocol.portrait.outbox import PortraitOutbox
+from conf.protocol.portrait.object_receiver import PortraitInbox
+from conf.protocol.portrait.object_sender import PortraitOutbox
+from conf.protocol.portrait.objects import decode_thing, encode_thing
 from conf.protocol.portrait.patch import Patch, decode_patch, encode_patch
-from conf.protocol.portrait.photograph import NeutralUpdate, Photograph
-from conf.protocol.portrait.things import decode_thing, encode_thing
+from conf.protocol.portrait.photo import NeutralUpdate, Photograph
 
 __all__ = [
     "NeutralUpdate",

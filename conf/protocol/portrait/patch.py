@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import ProtocolError
-from conf.protocol.codec.symbols import Coder, Reader, Writer, flat
-from conf.protocol.portrait.blocks import Planes, code_planes, plane_shapes
-from conf.protocol.portrait.model import PortraitModel, Steps, code_numbers, load_portrait_model
+from conf.protocol.codec.symbol_coder import Coder, Reader, Writer, flat
+from conf.protocol.portrait.dct_coding import Planes, code_planes, plane_shapes
+from conf.protocol.portrait.probability_model import PortraitModel, Steps, code_numbers, load_portrait_model
 
 MAX_SLOTS = 16  # of each region
 MAX_SIDE = 96  # px

@@ -8,6 +8,7 @@ speaks again meanwhile the handshake is dropped; if the handshake succeeds it ta
 from collections import Counter, deque
 from dataclasses import dataclass
 
+from conf.protocol.session.drop_reasons import DatagramError, Reason
 from conf.protocol.session.events import (
     BodyReceived,
     Connected,
@@ -19,11 +20,10 @@ from conf.protocol.session.events import (
     Sealed,
     WrongCode,
 )
+from conf.protocol.session.flood_protection import Address
 from conf.protocol.session.handshake import Random, Refusal
 from conf.protocol.session.initiator import Established, Initiator, Rejected
-from conf.protocol.session.limits import Address
 from conf.protocol.session.packet import DataPacket, HandshakePacket, Kind, parse
-from conf.protocol.session.reasons import DatagramError, Reason
 from conf.protocol.session.seal import EPOCH_LENGTH, CounterExhausted, Opener, Sealer
 
 IDLE_S = 30.0

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
+from conf.protocol.session.flood_protection import Address
 from conf.protocol.session.handshake import Refusal
-from conf.protocol.session.limits import Address
 
 
 class LossReason(StrEnum):

@@ -25,8 +25,8 @@ from cryptography.hazmat.primitives.kdf.hkdf import HKDF
 from spake2 import SPAKE2_A, SPAKE2_B, SPAKEError
 from spake2.ed25519_basic import NotOnCurve
 
+from conf.protocol.session.drop_reasons import DatagramError, Reason
 from conf.protocol.session.packet import VERSION
-from conf.protocol.session.reasons import DatagramError, Reason
 from conf.protocol.session.seal import SECRET_BYTES
 
 SENDER_ID, RECEIVER_ID = b"conf sender", b"conf receiver"

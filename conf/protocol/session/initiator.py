@@ -4,6 +4,7 @@ import hmac
 from dataclasses import dataclass
 from typing import Any
 
+from conf.protocol.session.drop_reasons import DatagramError, Reason
 from conf.protocol.session.handshake import (
     ATTEMPT_BYTES,
     NO_COOKIE,
@@ -15,7 +16,6 @@ from conf.protocol.session.handshake import (
     sender_share,
 )
 from conf.protocol.session.packet import MAX_SESSION, HandshakePacket, Kind, handshake_datagram
-from conf.protocol.session.reasons import DatagramError, Reason
 
 FIRST_REPEAT_S = 0.4
 MAX_REPEAT_S = 4.0

@@ -17,7 +17,7 @@ from struct import Struct
 from typing import Any
 
 from conf.protocol.sequence import unwrap
-from conf.protocol.session.reasons import DatagramError, Reason
+from conf.protocol.session.drop_reasons import DatagramError, Reason
 
 VERSION = 2
 MAX_DATAGRAM = 1200

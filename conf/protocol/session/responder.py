@@ -10,11 +10,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from conf.protocol.rate_limit import TokenBucket
+from conf.protocol.session.drop_reasons import DatagramError, Reason
+from conf.protocol.session.flood_protection import Address, CookieJar, WrongCodeLimit
 from conf.protocol.session.handshake import Random, Refusal, SessionSecrets, proof, receiver_secrets
-from conf.protocol.session.limits import Address, CookieJar, WrongCodeLimit
 from conf.protocol.session.packet import Kind, handshake_datagram
-from conf.protocol.session.reasons import DatagramError, Reason
-from conf.protocol.token_bucket import TokenBucket
 
 MAX_ATTEMPTS = 32
 MAX_ATTEMPTS_PER_HOST = 8

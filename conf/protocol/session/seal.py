@@ -15,9 +15,9 @@ from cryptography.hazmat.primitives.ciphers.aead import AESCCM
 from cryptography.hazmat.primitives.hashes import SHA256
 from cryptography.hazmat.primitives.kdf.hkdf import HKDFExpand
 
+from conf.protocol.session.drop_reasons import DatagramError, Reason
 from conf.protocol.session.packet import MAX_COUNTER, TAG_BYTES, DataPacket, data_header, restore_counter
-from conf.protocol.session.reasons import DatagramError, Reason
-from conf.protocol.session.replay import ReplayWindow
+from conf.protocol.session.replay_window import ReplayWindow
 
 EPOCH_LENGTH = 1 << 20
 SECRET_BYTES, KEY_BYTES, SALT_BYTES = 32, 16, 5

@@ -3,14 +3,14 @@
 from collections import Counter, deque
 from dataclasses import dataclass
 
+from conf.protocol.rate_limit import TokenBucket
+from conf.protocol.session.drop_reasons import DatagramError, Reason
 from conf.protocol.session.events import BodyReceived, Connected, Event, LossReason, Lost, Roamed, Sealed, WrongCode
+from conf.protocol.session.flood_protection import Address
 from conf.protocol.session.handshake import Random, SessionSecrets
-from conf.protocol.session.limits import Address
 from conf.protocol.session.packet import MAX_SESSION, DataPacket, HandshakePacket, Kind, handshake_datagram, parse
-from conf.protocol.session.reasons import DatagramError, Reason
 from conf.protocol.session.responder import Responder
 from conf.protocol.session.seal import EPOCH_LENGTH, CounterExhausted, Opener, Sealer
-from conf.protocol.token_bucket import TokenBucket
 
 MAX_SESSIONS = 9
 IDLE_S = 30.0

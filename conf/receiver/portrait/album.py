@@ -10,9 +10,9 @@ from conf.errors import ProtocolError
 from conf.face.fapu import Fapu
 from conf.face.portrait.photographed_face import FaceShape
 from conf.face.portrait.warp import PortraitWarp
+from conf.protocol.portrait.objects import decode_thing
 from conf.protocol.portrait.patch import Patch
-from conf.protocol.portrait.photograph import NeutralUpdate, Photograph
-from conf.protocol.portrait.things import decode_thing
+from conf.protocol.portrait.photo import NeutralUpdate, Photograph
 from conf.receiver.portrait.backdrop import person_share
 from conf.receiver.portrait.decoding import decode_picture, paint_patch
 from conf.receiver.portrait.matte import Cutout, cut_out

@@ -13,7 +13,7 @@ from conf.face.portrait.photographed_face import FaceShape
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.messages import MotionFrame
 from conf.protocol.portrait.patch import POINT_STEPS
-from conf.protocol.portrait.photograph import Photograph
+from conf.protocol.portrait.photo import Photograph
 from conf.sender.portrait.agreement import Agreement
 from conf.sender.portrait.encoding import decode_picture
 from conf.sender.portrait.patchwork import cut_out, match_light

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from conf.face.fapu import Fapu
 from conf.face.portrait import contours
-from conf.protocol.portrait.photograph import Photograph
+from conf.protocol.portrait.photo import Photograph
 from conf.sender.canonical_face import CanonicalFace
 from conf.sender.portrait.cutout import trace_person
 from conf.sender.portrait.encoding import encode_picture

@@ -15,17 +15,17 @@ from numpy.typing import NDArray
 
 from conf.face.portrait.patch_features import EYES, FEATURES, MOUTH
 from conf.protocol.messages import MotionFrame
-from conf.protocol.portrait.outbox import PortraitOutbox
+from conf.protocol.portrait.object_sender import PortraitOutbox
+from conf.protocol.portrait.objects import encode_thing
 from conf.protocol.portrait.patch import MAX_SLOTS
-from conf.protocol.portrait.photograph import (
+from conf.protocol.portrait.photo import (
     LEAST_LOG_SCALE,
     NeutralUpdate,
     Photograph,
     decode_photograph,
     encode_photograph,
 )
-from conf.protocol.portrait.things import encode_thing
-from conf.protocol.token_bucket import TokenBucket
+from conf.protocol.rate_limit import TokenBucket
 from conf.sender.canonical_face import CanonicalFace
 from conf.sender.portrait.choice import Habit, haste, judge, judge_picture
 from conf.sender.portrait.hanging import Hanging, differ

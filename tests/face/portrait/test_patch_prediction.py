@@ -4,7 +4,7 @@ import pytest
 from conf.face.portrait.patch_features import MOUTH
 from conf.face.portrait.patch_prediction import foretell, from_planes, photo_points, to_planes
 from conf.face.portrait.warp import PortraitWarp
-from conf.protocol.portrait.blocks import plane_shapes
+from conf.protocol.portrait.dct_coding import plane_shapes
 from tests.support.synthetic_portrait import face_shape
 
 CORNERS = np.array([(0.1, 0.1), (0.9, 0.1), (0.1, 0.9), (0.9, 0.9), (0.5, 0.5), (0.4, 0.7)])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from conf.protocol.codec import LIVE, NARROW, RICH, Decoder, Encoder
-from conf.protocol.codec.bundle import MAX_FRAMES
 from conf.protocol.codec.model import load_models
+from conf.protocol.codec.payload_header import MAX_FRAMES
 from conf.protocol.messages import MotionFrame
 from tests.support.synthetic_motion import grimace, still, talking
 

@@ -2,11 +2,11 @@
 
 import pytest
 
-from conf.protocol.codec.bundle import BundleHeader
-from conf.protocol.codec.history import History, MissingReferenceError
 from conf.protocol.codec.model import load_models
+from conf.protocol.codec.payload_header import BundleHeader
 from conf.protocol.codec.prediction import first_context, next_context
-from conf.protocol.codec.quantised import QuantisedFrame
+from conf.protocol.codec.quantised_frame import QuantisedFrame
+from conf.protocol.codec.reference_frames import History, MissingReferenceError
 
 MODEL = load_models()["live"]
 FRAMES = [QuantisedFrame((n,) * len(MODEL.standing.values)) for n in range(5)]

@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.protocol.codec.model import load_models
-from conf.protocol.codec.quantised import Correction, QuantisedFrame
-from conf.protocol.codec.symbols import LIMIT, Reader, Writer
+from conf.protocol.codec.quantised_frame import Correction, QuantisedFrame
+from conf.protocol.codec.symbol_coder import LIMIT, Reader, Writer
 from conf.protocol.codec.syntax import Context, FrameCoder, code_corrections
 
 MODEL = load_models()["live"]

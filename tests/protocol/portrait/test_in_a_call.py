@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from conf.commands.rehearsal import Rehearsal
-from conf.protocol.caller import LinkOptions
+from conf.protocol.loopback import Rehearsal
 from conf.protocol.messages import MotionFrame
 from conf.protocol.portrait import PortraitOutbox
-from tests.protocol.test_outbound import FRAME_S, PARAMETERS, frame
+from conf.protocol.sender_connection import LinkOptions
+from tests.protocol.motion.test_outbound import FRAME_S, PARAMETERS, frame
 
 PICTURE = bytes(range(256)) * 20
 

@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
-from conf.protocol.portrait.model import REGIONS
 from conf.protocol.portrait.patch import (
     FINEST,
     MAX_SIDE,
@@ -16,6 +15,7 @@ from conf.protocol.portrait.patch import (
     encode_patch,
     step_size,
 )
+from conf.protocol.portrait.probability_model import REGIONS
 from tests.support.portrait_objects import patch
 
 

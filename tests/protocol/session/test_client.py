@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.protocol.session.client import IDLE_S, SILENCE_S
+from conf.protocol.session.drop_reasons import Reason
 from conf.protocol.session.events import Connected, LossReason, Lost, NoAnswer, Refused, WrongCode
+from conf.protocol.session.flood_protection import Address
 from conf.protocol.session.handshake import Refusal
 from conf.protocol.session.initiator import CONFIRM_TIMEOUT_S
-from conf.protocol.session.limits import Address
 from conf.protocol.session.packet import Kind, handshake_datagram
-from conf.protocol.session.reasons import Reason
 from tests.support.simulated_sessions import RECEIVER, SENDER, WRONG, World, at_once
 
 # What becomes of the first datagrams, one entry each: the delays of the copies that arrive. Later ones arrive.

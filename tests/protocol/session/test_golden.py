@@ -10,8 +10,8 @@ import pytest
 from cryptography.hazmat.primitives.ciphers.aead import AESCCM
 from spake2 import SPAKE2_A
 
+from conf.protocol.session.drop_reasons import DatagramError
 from conf.protocol.session.packet import parse
-from conf.protocol.session.reasons import DatagramError
 from conf.protocol.session.server import ReceiverSessions
 from tools.golden_session import CODE, FOLDER, SENDER, invalid, stream, valid
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from conf.protocol.session.drop_reasons import DatagramError, Reason
 from conf.protocol.session.handshake import proof, receiver_secrets, sender_secrets, sender_share
-from conf.protocol.session.reasons import DatagramError, Reason
 from tests.support.simulated_sessions import CODE, WRONG, seeded
 
 ATTEMPT = b"attempt1"

@@ -2,10 +2,10 @@
 
 import pytest
 
+from conf.protocol.session.drop_reasons import DatagramError, Reason
 from conf.protocol.session.handshake import PROOF_BYTES, Refusal, SessionSecrets, proof, receiver_secrets
 from conf.protocol.session.initiator import CONFIRM_TIMEOUT_S, Established, Initiator, Rejected
 from conf.protocol.session.packet import HandshakePacket, Kind, handshake_datagram, parse
-from conf.protocol.session.reasons import DatagramError, Reason
 from tests.support.simulated_sessions import CODE, seeded, state
 
 COOKIE = b"cookie!!"

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from conf.protocol.session.drop_reasons import DatagramError, Reason
 from conf.protocol.session.packet import (
     FIELDS,
     MAX_COUNTER,
@@ -20,7 +21,6 @@ from conf.protocol.session.packet import (
     parse,
     restore_counter,
 )
-from conf.protocol.session.reasons import DatagramError, Reason
 
 SEALED = st.binary(min_size=TAG_BYTES, max_size=1180)
 

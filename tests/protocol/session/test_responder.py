@@ -1,9 +1,9 @@
 """The receiver against strangers: bounded work, no larger answer, five wrong codes a minute, nothing counted twice."""
 
+from conf.protocol.session.drop_reasons import DatagramError, Reason
+from conf.protocol.session.flood_protection import MAX_WRONG_CODES, Address
 from conf.protocol.session.handshake import Refusal, proof, sender_secrets, sender_share
-from conf.protocol.session.limits import MAX_WRONG_CODES, Address
 from conf.protocol.session.packet import FIELDS, HandshakePacket, Kind, parse
-from conf.protocol.session.reasons import DatagramError, Reason
 from conf.protocol.session.responder import ATTEMPT_LIFE_S, MAX_ATTEMPTS_PER_HOST, SHARES_AT_ONCE, Responder
 from tests.support.simulated_sessions import CODE, SENDER, WRONG, seeded
 

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.protocol.session import seal
+from conf.protocol.session.drop_reasons import DatagramError, Reason
 from conf.protocol.session.packet import DataPacket, parse
-from conf.protocol.session.reasons import DatagramError, Reason
 from conf.protocol.session.seal import CounterExhausted, KeyChain, Opener, Sealer
 from tests.support.simulated_sessions import state
 

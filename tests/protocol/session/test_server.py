@@ -5,9 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.protocol.session.client import SenderSession
+from conf.protocol.session.drop_reasons import DatagramError, Reason
 from conf.protocol.session.events import BodyReceived, Connected, LossReason, Lost, Roamed, WrongCode
 from conf.protocol.session.packet import VERSION, Kind, handshake_datagram, parse
-from conf.protocol.session.reasons import DatagramError, Reason
 from conf.protocol.session.responder import RETRIES_PER_SECOND
 from conf.protocol.session.server import HINTS_PER_SECOND, IDLE_S, ReceiverSessions
 from tests.support.simulated_sessions import CODE, RECEIVER, SENDER, WRONG, World, at_once, seeded, state

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from conf.face.portrait.patch_features import MOUTH
-from conf.protocol.portrait.model import load_portrait_model
 from conf.protocol.portrait.patch import POINT_STEPS, STEP_COUNT, encode_patch
+from conf.protocol.portrait.probability_model import load_portrait_model
 from conf.sender.portrait.patchwork import PatchBudget, Patchwork, cut_out, make_patch, match_light
 from tests.support.drawn_person import draw_person
 from tests.support.portrait_subjects import landmarks

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
 from conf.face.head_pose import HeadPose
 from conf.protocol.portrait import NeutralUpdate, Patch, Photograph, PortraitInbox, PortraitOutbox, decode_thing
-from conf.protocol.portrait.photograph import LEAST_LOG_SCALE
+from conf.protocol.portrait.photo import LEAST_LOG_SCALE
 from conf.sender.portrait.photographer import DRAFT
 from conf.sender.portrait.studio import BETWEEN_VIEWS_S, DRAFT_LASTS_S, FIRST_LOOK_S, PortraitStudio
 from tests.sender.portrait.test_agreement import shaded

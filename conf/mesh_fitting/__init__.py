@@ -1,0 +1,1 @@
+"""Finding a face in a mesh by rendering it and tracking the renderings."""

@@ -1,0 +1,1 @@
+"""The motion stream: sending, receiving and playing out coded frames."""

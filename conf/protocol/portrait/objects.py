@@ -1,0 +1,43 @@
+"""The objects of a portrait to bytes and back: the first byte says which of three."""
+
+from collections.abc import Callable
+
+from conf.errors import ProtocolError
+from conf.protocol.portrait.patch import Patch, decode_patch, encode_patch
+from conf.protocol.portrait.photo import (
+    NeutralUpdate,
+    Photograph,
+    decode_neutral,
+    decode_photograph,
+    encode_neutral,
+    encode_photograph,
+)
+
+Thing = Photograph | NeutralUpdate | Patch
+PHOTOGRAPH, NEUTRAL, PATCH = 0, 1, 2
+
+
+def encode_thing(thing: Thing, /) -> bytes:
+    """Return the bytes of an object."""
+    match thing:
+        case Photograph():
+            return bytes((PHOTOGRAPH,)) + encode_photograph(thing)
+        case NeutralUpdate():
+            return bytes((NEUTRAL,)) + encode_neutral(thing)
+        case Patch():
+            return bytes((PATCH,)) + encode_patch(thing)
+
+
+def decode_thing(data: bytes, /) -> Thing:
+    """Return the object. Raises ProtocolError, whatever the bytes."""
+    decoder = _DECODERS.get(data[0]) if data else None
+    if decoder is None:
+        raise ProtocolError("an object of no known kind")
+    return decoder(data[1:])
+
+
+_DECODERS: dict[int, Callable[[bytes], Thing]] = {
+    PHOTOGRAPH: decode_photograph,
+    NEUTRAL: decode_neutral,
+    PATCH: decode_patch,
+}

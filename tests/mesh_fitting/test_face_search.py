@@ -1,0 +1,48 @@
+"""The first look: how large a mesh is and where its face lies, and when what is seen is no upright face."""
+
+import numpy as np
+import pytest
+import trimesh
+from numpy.typing import NDArray
+
+from conf.face.fitting.face_prior import load_prior
+from conf.face.formats.obj import RawMesh
+from conf.face.mesh.mesh import Mesh, build_mesh
+from conf.mesh_fitting.face_search import rough_frame
+
+
+@pytest.fixture
+def wall() -> Mesh:
+    """A flat wall, 4 before the origin."""
+    plane = trimesh.creation.box(extents=(400.0, 400.0, 8.0))
+    faces = np.asarray(plane.faces)
+    corners = np.stack([faces, np.full_like(faces, -1)], axis=2)
+    return build_mesh(RawMesh(np.asarray(plane.vertices), np.empty((0, 2)), corners, {}, None))
+
+
+def turned(places: NDArray[np.float64], degrees: float) -> NDArray[np.float64]:
+    angle = np.radians(degrees)
+    return places @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+
+
+@pytest.mark.parametrize("scale", [0.1, 1.0, 10.0])
+def test_size_and_place_are_found(wall: Mesh, scale: float) -> None:
+    prior = load_prior()
+    frame = rough_frame(prior.mean[:, :2] * scale + [3.0, -2.0], wall, prior)
+    assert frame is not None
+    assert frame.scale == pytest.approx(1 / scale)
+    found = frame.apply(np.array([*(prior.mean[0, :2] * scale + [3.0, -2.0]), 4.0]))
+    np.testing.assert_allclose(found[:2], prior.mean[0, :2], atol=1e-9)
+    assert found[2] == pytest.approx(np.median(prior.mean[:, 2]))
+
+
+@pytest.mark.parametrize("degrees", [-90.0, 60.0, 180.0])
+def test_a_face_that_does_not_stand_upright_is_not_taken(wall: Mesh, degrees: float) -> None:
+    prior = load_prior()
+    assert rough_frame(turned(prior.mean[:, :2], degrees), wall, prior) is None
+    assert rough_frame(turned(prior.mean[:, :2], 15.0), wall, prior) is not None
+
+
+def test_a_face_beside_the_mesh_is_not_taken(wall: Mesh) -> None:
+    prior = load_prior()
+    assert rough_frame(prior.mean[:, :2] + 900.0, wall, prior) is None

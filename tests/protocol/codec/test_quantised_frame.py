@@ -1,0 +1,14 @@
+"""Quantised frames are values: equal when they are equal."""
+
+from conf.protocol.codec.quantised_frame import LOG_SCALE, MIDDLE, POSE_VALUES, ROTATION, QuantisedFrame
+
+
+def test_the_pose_comes_first_and_is_whole() -> None:
+    values = list(range(POSE_VALUES))
+    assert [values[LOG_SCALE], *values[ROTATION], *values[MIDDLE]] == values
+
+
+def test_frames_are_equal_by_value() -> None:
+    assert QuantisedFrame((1, 2)) == QuantisedFrame((1, 2), staggered=False, corrections={})
+    assert QuantisedFrame((1, 2)) != QuantisedFrame((1, 2), staggered=True)
+    assert QuantisedFrame((1, 2)) != QuantisedFrame((1, 2), corrections={3: (1, 0, 0)})

@@ -1,0 +1,46 @@
+"""Cookies are bound to address, content and time; wrong codes are counted over a sliding minute."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from conf.protocol.session.flood_protection import (
+    COOKIE_SLOT_S,
+    MAX_WRONG_CODES,
+    WRONG_CODES_PERIOD_S,
+    CookieJar,
+    WrongCodeLimit,
+)
+from tests.support.simulated_sessions import SENDER, seeded
+
+
+def test_a_cookie_is_good_for_its_address_content_and_time_only() -> None:
+    jar = CookieJar(seeded(1))
+    cookie = jar.bake(b"bound", SENDER, 100.0)
+    assert jar.check(cookie, b"bound", SENDER, 100.0 + COOKIE_SLOT_S)
+    assert not jar.check(cookie, b"bound", SENDER, 100.0 + 2 * COOKIE_SLOT_S)
+    assert not jar.check(cookie, b"bounD", SENDER, 100.0)
+    assert not jar.check(cookie, b"bound", (SENDER[0], SENDER[1] + 1), 100.0)
+    assert not jar.check(cookie, b"bound", ("198.51.100.8", SENDER[1]), 100.0)
+    assert not CookieJar(seeded(2)).check(cookie, b"bound", SENDER, 100.0)
+
+
+@given(st.lists(st.floats(0, 50), max_size=60))
+def test_no_minute_has_more_than_five_wrong_codes(steps: list[float]) -> None:
+    limit, now, tried = WrongCodeLimit(), 0.0, list[float]()
+    for step in steps:
+        now += step
+        assert (limit.wait(now) > 0) == (limit.tries_left(now) == 0)
+        if not limit.wait(now):
+            limit.record(now)
+            tried.append(now)
+        assert sum(now - time < WRONG_CODES_PERIOD_S for time in tried) <= MAX_WRONG_CODES
+
+
+def test_the_wait_ends_when_the_oldest_is_a_minute_old() -> None:
+    limit = WrongCodeLimit()
+    for now in range(MAX_WRONG_CODES):
+        assert limit.tries_left(float(now)) == MAX_WRONG_CODES - now
+        limit.record(float(now))
+    assert limit.wait(10.0) == 50.0
+    assert limit.wait(60.0) == 0.0
+    assert limit.tries_left(60.0) == 1

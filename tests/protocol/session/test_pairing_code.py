@@ -1,0 +1,71 @@
+"""The code: what is printed is what is read, whatever people make of it on the way."""
+
+from itertools import combinations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from conf.protocol.session.pairing_code import NUMBERS, WORDS, make_code, normalise_code
+from tests.support.simulated_sessions import seeded
+
+CODES = st.tuples(st.sampled_from(WORDS), st.sampled_from(WORDS), st.sampled_from(WORDS), st.integers(0, NUMBERS - 1))
+
+
+def test_words_are_256_and_no_two_are_one_letter_apart() -> None:
+    assert len(set(WORDS)) == 256
+    assert all(word.isascii() and word.islower() and 4 <= len(word) <= 8 for word in WORDS)
+    for one, other in combinations(WORDS, 2):
+        differing = sum(a != b for a, b in zip(one, other, strict=False)) + abs(len(one) - len(other))
+        assert differing > 1, (one, other)
+
+
+@given(st.integers())
+def test_a_made_code_is_normal(seed: int) -> None:
+    code = make_code(seeded(seed))
+    assert normalise_code(code) == code
+
+
+def test_codes_spread_over_all_words_and_numbers() -> None:
+    random = seeded("spread")
+    codes = [make_code(random).split("-") for _ in range(4000)]
+    assert {word for *words, _ in codes for word in words} == set(WORDS)
+    assert {int(number) for *_, number in codes} == set(range(NUMBERS))
+
+
+@given(CODES, st.sampled_from(["-", " ", "  ", " - ", "_", ", ", "."]), st.booleans())
+def test_case_and_separators_do_not_matter(parts: tuple[str, str, str, int], between: str, upper: bool) -> None:
+    text = between.join(map(str, parts))
+    assert normalise_code(f"  {text.upper() if upper else text.title()}\n") == "-".join(map(str, parts))
+
+
+def test_leading_zero_and_missing_space_before_the_number() -> None:
+    assert normalise_code("acorn tulip river07") == "acorn-tulip-river-7"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "a code is three words and a number, such as acorn-tulip-river-42"),
+        ("acorn-tulip-river", "a code is three words and a number"),
+        ("acorn-tulip-river-42!", "a code is three words and a number"),
+        ("acorn-tulip-river-42-42", "a code is three words and a number"),
+        ("acorn-" * 1000, "a code is three words and a number"),
+        ("acorn-tulip-42-river", "'42' is not a word of any code"),
+        ("acorn-tulip-rivr-42", "'rivr' is not a word of any code: did you mean 'river'?"),
+        ("acorn-tulip-river-100", "a code ends in a number from 0 to 99, not in '100'"),
+        ("acorn-tulip-river-river", "a code ends in a number from 0 to 99, not in 'river'"),
+    ],
+)
+def test_nonsense_is_explained(text: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message.replace("?", r"\?")):
+        normalise_code(text)
+
+
+@given(st.text(max_size=100))
+def test_any_text_is_a_code_or_a_value_error(text: str) -> None:
+    try:
+        code = normalise_code(text)
+    except ValueError:
+        return
+    assert normalise_code(code) == code

@@ -1,0 +1,41 @@
+"""The window against a set of everything ever received."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from conf.protocol.session.drop_reasons import DatagramError, Reason
+from conf.protocol.session.replay_window import WINDOW, ReplayWindow
+
+
+@given(st.lists(st.integers(0, 300)))
+def test_every_counter_passes_once_and_only_inside_the_window(counters: list[int]) -> None:
+    window, seen = ReplayWindow(), set[int]()
+    for counter in counters:
+        highest = max(seen, default=-1)
+        allowed = counter not in seen and counter > highest - WINDOW
+        try:
+            window.check(counter)
+        except DatagramError:
+            assert not allowed
+            continue
+        assert allowed
+        window.accept(counter)
+        seen.add(counter)
+    assert window.highest == max(seen, default=-1)
+
+
+def test_check_alone_changes_nothing() -> None:
+    window = ReplayWindow()
+    window.accept(3)
+    window.check(1000)
+    assert (window.highest, window.received) == (3, 1)
+
+
+@pytest.mark.parametrize(("counter", "reason"), [(100, Reason.REPLAYED), (36, Reason.TOO_OLD)])
+def test_reasons(counter: int, reason: Reason) -> None:
+    window = ReplayWindow()
+    window.accept(100)
+    with pytest.raises(DatagramError) as caught:
+        window.check(counter)
+    assert caught.value.reason is reason
