@@ -293,7 +293,7 @@ def _measure(options: argparse.Namespace) -> None:
 
 
 def _models(options: argparse.Namespace) -> None:
-    from conf.sender.models import fetch_demo_clip, fetch_models, model_folder
+    from conf.sender.tracking.model_files import fetch_demo_clip, fetch_models, model_folder
 
     if options.what == "path":
         print(model_folder())

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 
-from conf.sender.models import fetch_demo_clip
+from conf.sender.tracking.model_files import fetch_demo_clip
 
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # read once, by whoever opens the first clip
 

@@ -14,8 +14,8 @@ import cv2
 import numpy as np
 import pytest
 
-from conf.sender.models import fetch_models
-from conf.sender.tracker import FaceTracker
+from conf.sender.tracking.model_files import fetch_models
+from conf.sender.tracking.tracker import FaceTracker
 
 CODE = "amber-canoe-tiger-7"
 CALL_S = 6.0

@@ -30,13 +30,13 @@ from conf.render.auto_framing import Framer
 from conf.render.camera import View
 from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow
-from conf.sender.canonical_face import read_canonical_face
-from conf.sender.models import fetch_models
-from conf.sender.motion import MotionExtractor
-from conf.sender.pace import Pace
-from conf.sender.pose import remove_head_pose
-from conf.sender.sources import open_clip
-from conf.sender.tracker import FaceTracker
+from conf.sender.capture.video import open_clip
+from conf.sender.frame_pacer import Pace
+from conf.sender.motion.extractor import MotionExtractor
+from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.model_files import fetch_models
+from conf.sender.tracking.pose_removal import remove_head_pose
+from conf.sender.tracking.tracker import FaceTracker
 from tools.curves import CURVES, compare, face_curves
 
 SIZE = (480, 480)

@@ -32,8 +32,8 @@ from conf.face.mesh.surface_graph import Surface
 from conf.render.camera import View, clip_matrix, project
 from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow
-from conf.sender.canonical_face import read_canonical_face
-from conf.sender.models import fetch_models
+from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.model_files import fetch_models
 from tools.fit_heads import Head, write_heads, write_mesh
 from tools.head.source import Source, fetch_wheel
 

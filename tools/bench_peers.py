@@ -28,10 +28,10 @@ from conf.output.media_writer import save_picture
 from conf.protocol.codec import LIVE, NARROW, RICH, Profile
 from conf.protocol.statistics import HEADER_BYTES, raw_bytes
 from conf.render.ui.charts import Dot, scatter_chart
-from conf.sender.canonical_face import read_canonical_face
-from conf.sender.models import fetch_models
-from conf.sender.motion import MotionExtractor
-from conf.sender.tracker import FaceTracker, Tracking
+from conf.sender.motion.extractor import MotionExtractor
+from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.model_files import fetch_models
+from conf.sender.tracking.tracker import FaceTracker, Tracking
 from tools.codec_link import Link, measure
 from tools.portrait_clip import FPS, SIZE, Pixels, load_frames
 from tools.portrait_peers import CODECS, HEADERS, transmit

@@ -33,12 +33,12 @@ from conf.receiver.portrait.album import Album
 from conf.receiver.portrait.renderer import PortraitRenderer
 from conf.render.camera import View
 from conf.render.window.offscreen import OffscreenWindow
-from conf.sender.canonical_face import read_canonical_face
-from conf.sender.models import fetch_models
-from conf.sender.motion import MotionExtractor
-from conf.sender.portrait.photographer import Shot
-from conf.sender.portrait.studio import PortraitStudio
-from conf.sender.tracker import FaceTracker, Tracking
+from conf.sender.motion.extractor import MotionExtractor
+from conf.sender.portrait.photo_builder import Shot
+from conf.sender.portrait.scheduler import PortraitStudio
+from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.model_files import fetch_models
+from conf.sender.tracking.tracker import FaceTracker, Tracking
 from tools.portrait_clip import FPS, SIZE, START_S, Pixels, average, compare, likenesses, load_frames, looped
 from tools.portrait_peers import CODECS, transmit
 

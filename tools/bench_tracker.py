@@ -23,15 +23,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.sender.blendshapes import BlendshapeFinder
-from conf.sender.canonical_face import read_canonical_face
-from conf.sender.detector import FaceDetector
-from conf.sender.landmarks import Crop, LandmarkFinder
-from conf.sender.models import fetch_models
-from conf.sender.motion import MotionExtractor
-from conf.sender.network import choose_backend
-from conf.sender.sources import open_clip
-from conf.sender.tracker import FaceTracker
+from conf.sender.capture.video import open_clip
+from conf.sender.motion.extractor import MotionExtractor
+from conf.sender.tracking.blendshape_network import BlendshapeFinder
+from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.detector import FaceDetector
+from conf.sender.tracking.inference import choose_backend
+from conf.sender.tracking.landmarks import Crop, LandmarkFinder
+from conf.sender.tracking.model_files import fetch_models
+from conf.sender.tracking.tracker import FaceTracker
 
 SIZE = (320, 240)
 NOISE = 3.0  # grey levels: a webcam indoors

@@ -13,7 +13,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINTS, INDEX, LANDMARKS
-from conf.sender.canonical_face import CanonicalFace
+from conf.sender.tracking.canonical_face import CanonicalFace
 from tools.head.control_vertices import VERTICES
 from tools.head.source import BaseMesh, Source
 

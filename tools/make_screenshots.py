@@ -23,7 +23,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.commands.measure import measure, plot
-from conf.commands.tracking import track_clip
 from conf.face.control_points import INDEX
 from conf.face.deformation.face_model import load_face
 from conf.protocol.codec import LIVE
@@ -35,10 +34,11 @@ from conf.receiver.pipeline import ReceivingLoop
 from conf.receiver.stage import Window
 from conf.render.window.glfw_window import GlfwWindow
 from conf.render.window.offscreen import OffscreenWindow
-from conf.sender.canonical_face import read_canonical_face
-from conf.sender.models import fetch_demo_clip, fetch_models
-from conf.sender.motion import MotionExtractor
-from conf.sender.sources import open_clip
+from conf.sender.capture.video import open_clip
+from conf.sender.motion.extractor import MotionExtractor
+from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.model_files import fetch_demo_clip, fetch_models
+from conf.sender.tracking.offline import track_clip
 from tools.bench_fidelity import Pair, run
 
 Pixels = NDArray[np.uint8]

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.portrait import contours
-from conf.sender.sources import open_clip
-from conf.sender.tracker import FaceTracker, Tracking
+from conf.sender.capture.video import open_clip
+from conf.sender.tracking.tracker import FaceTracker, Tracking
 
 SIZE = (320, 240)
 FPS = 15

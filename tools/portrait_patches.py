@@ -14,12 +14,12 @@ from conf.protocol.codec.symbol_coder import SCALES_AN_OCTAVE
 from conf.protocol.portrait.dct_coding import Planes
 from conf.protocol.portrait.patch import Patch, encode_patch, step_size
 from conf.protocol.portrait.probability_model import BlockModel, PortraitModel
-from conf.sender.canonical_face import read_canonical_face
-from conf.sender.models import fetch_models
-from conf.sender.motion import MotionExtractor
-from conf.sender.portrait.hanging import Hanging, differ
-from conf.sender.portrait.photographer import Shot, take_photograph
-from conf.sender.tracker import FaceTracker
+from conf.sender.motion.extractor import MotionExtractor
+from conf.sender.portrait.photo_builder import Shot, take_photograph
+from conf.sender.portrait.reference_photo import Hanging, differ
+from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.model_files import fetch_models
+from conf.sender.tracking.tracker import FaceTracker
 from tools.codec_fit import UNIT_SCALE
 from tools.portrait_clip import FPS, SIZE, load_frames
 

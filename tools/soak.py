@@ -20,7 +20,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from conf.sender.models import fetch_demo_clip
+from conf.sender.tracking.model_files import fetch_demo_clip
 from tools.call_probe import read_lines, split_address, start, start_receiver
 from tools.impair import Faults, Relay
 

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from conf.face.head_pose import HeadPose
 from conf.protocol.messages import MotionFrame
-from conf.sender.blendshapes import BlendshapeFinder
-from conf.sender.canonical_face import read_canonical_face
-from conf.sender.mean_face import MEAN_FACE
-from conf.sender.models import fetch_models
-from conf.sender.motion import MotionExtractor
-from conf.sender.pose import remove_head_pose
-from conf.sender.tracker import Tracking
+from conf.sender.motion.extractor import MotionExtractor
+from conf.sender.motion.mean_face import MEAN_FACE
+from conf.sender.tracking.blendshape_network import BlendshapeFinder
+from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.model_files import fetch_models
+from conf.sender.tracking.pose_removal import remove_head_pose
+from conf.sender.tracking.tracker import Tracking
 
 RIGHT_EYE, LEFT_EYE = 33, 263  # the outer corners: their distance is what errors are measured against
 

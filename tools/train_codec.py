@@ -51,7 +51,7 @@ from conf.protocol.codec.profiles import PROFILES, Profile
 from conf.protocol.codec.quantised_frame import LOG_SCALE, MIDDLE, POSE_VALUES, ROTATION, QuantisedFrame
 from conf.protocol.codec.symbol_coder import Tables, Writer
 from conf.protocol.codec.syntax import FEATURES, LOG_ONE, Context
-from conf.sender.mean_face import MEAN_FACE
+from conf.sender.motion.mean_face import MEAN_FACE
 from tools.codec_fit import fit_tables, fit_weights, predict_scales
 from tools.codec_link import HELD_OUT, Link, measure, total
 from tools.tracks import Track, TrackReader

@@ -31,8 +31,8 @@ from conf.protocol.codec.symbol_coder import SCALES_AN_OCTAVE
 from conf.protocol.portrait.patch import MAX_SIDE, POINT_STEPS
 from conf.protocol.portrait.probability_model import MODEL_FILE, PointTree, PortraitModel, RegionModel, Steps
 from conf.protocol.portrait.shape_coding import POINT_STEP, encode_shape
-from conf.sender.mean_face import MEAN_FACE
-from conf.sender.portrait.patchwork import place_cut
+from conf.sender.motion.mean_face import MEAN_FACE
+from conf.sender.portrait.patch_selection import place_cut
 from tools.codec_fit import UNIT_SCALE
 from tools.portrait_patches import PatchCounts, cost_of_patches, count_patches, read_patches
 from tools.tracks import StillFace, TrackReader

@@ -10,7 +10,7 @@ from conf.commands.receive import Showing, receive
 from conf.errors import ConfError
 from conf.protocol.session.pairing_code import make_code
 from conf.protocol.statistics import TrafficSnapshot
-from conf.sender.models import fetch_demo_clip
+from conf.sender.tracking.model_files import fetch_demo_clip
 from conf.transport.udp import ReceiverSocket
 
 LOOPBACK = "127.0.0.1"

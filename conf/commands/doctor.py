@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from conf.errors import ConfError
 from conf.render.window.glfw_window import GlfwWindow
 from conf.render.window.offscreen import OffscreenWindow
-from conf.sender.models import fetch_models
-from conf.sender.sources import open_camera
+from conf.sender.capture.video import open_camera
+from conf.sender.tracking.model_files import fetch_models
 from conf.transport.udp import ReceiverSocket
 
 

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
-from conf.commands.tracking import Progress, track_clip
 from conf.errors import CameraError
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.formats.dpc import Motion, write_dpc
-from conf.sender.canonical_face import read_canonical_face
-from conf.sender.models import fetch_models
-from conf.sender.motion import MotionExtractor
-from conf.sender.sources import open_clip
+from conf.sender.capture.video import open_clip
+from conf.sender.motion.extractor import MotionExtractor
+from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.model_files import fetch_models
+from conf.sender.tracking.offline import Progress, track_clip
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ from conf.face.formats.ppc import write_ppc
 from conf.face.mesh.axes import ORIENTATIONS
 from conf.face.mesh.mesh import Mesh, load_mesh
 from conf.mesh_fitting.face_search import Progress, observe
-from conf.sender.canonical_face import CanonicalFace, read_canonical_face
-from conf.sender.models import fetch_models
+from conf.sender.tracking.canonical_face import CanonicalFace, read_canonical_face
+from conf.sender.tracking.model_files import fetch_models
 
 OWN_MESH = "a mesh of the tracker's own landmarks: its vertices are the control points"
 _EYE_RINGS = ((263, 362, 386, 374), (33, 133, 159, 145))  # corners and lids of the left and the right eye

@@ -6,7 +6,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from conf.commands.tracking import Progress, track_clip
 from conf.errors import CameraError
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.output.media_writer import save_picture
@@ -16,11 +15,12 @@ from conf.protocol.messages import StreamParameters
 from conf.protocol.sender_connection import LinkOptions
 from conf.protocol.statistics import raw_bytes
 from conf.render.ui.charts import Bar, bar_chart
-from conf.sender.canonical_face import read_canonical_face
-from conf.sender.models import fetch_models
-from conf.sender.motion import MotionExtractor
-from conf.sender.pace import Pace
-from conf.sender.sources import open_clip
+from conf.sender.capture.video import open_clip
+from conf.sender.frame_pacer import Pace
+from conf.sender.motion.extractor import MotionExtractor
+from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.model_files import fetch_models
+from conf.sender.tracking.offline import Progress, track_clip
 
 SEAL_BYTES = 14  # framing and seal of a datagram; WIRE.md counts them
 JPEG_QUALITY = 30  # about the lowest at which a face is pleasant to look at

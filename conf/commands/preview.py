@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from conf.face.control_points import LANDMARKS
 from conf.render.window.glfw_window import GlfwWindow
 from conf.render.window.input_events import KeyPressed
-from conf.sender.sources import Frame
-from conf.sender.tracker import Tracking
+from conf.sender.capture.video import Frame
+from conf.sender.tracking.tracker import Tracking
 
 DOT = (90, 230, 90)  # BGR
 NEUTRAL_KEY = "n"

@@ -13,14 +13,14 @@ from conf.protocol.messages import StreamParameters
 from conf.protocol.portrait import PortraitOutbox
 from conf.protocol.sender_connection import Caller, LinkOptions
 from conf.protocol.session.client import SenderSession
-from conf.sender.canonical_face import read_canonical_face
-from conf.sender.models import fetch_models
-from conf.sender.motion import MotionExtractor
-from conf.sender.performance import Performance, TrackedPerformance, open_recording
+from conf.sender.capture.video import Frame, open_camera, open_clip
+from conf.sender.motion.extractor import MotionExtractor
+from conf.sender.motion_source import Performance, TrackedPerformance, open_recording
 from conf.sender.pipeline import SenderStatus, SendingLoop
-from conf.sender.portrait.studio import PortraitStudio
-from conf.sender.sources import Frame, open_camera, open_clip
-from conf.sender.tracker import FaceTracker, Tracking
+from conf.sender.portrait.scheduler import PortraitStudio
+from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.model_files import fetch_models
+from conf.sender.tracking.tracker import FaceTracker, Tracking
 from conf.transport.sender_udp import SenderSocket
 
 FPS = 15.0

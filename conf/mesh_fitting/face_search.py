@@ -14,8 +14,8 @@ from conf.face.mesh.raycast import front_hits
 from conf.face.similarity import Similarity
 from conf.mesh_fitting.multiview import FRONT, SIDE, Studio, pose_towards, triangulate
 from conf.render.window.offscreen import OffscreenWindow
-from conf.sender.models import fetch_models
-from conf.sender.tracker import FaceTracker
+from conf.sender.tracking.model_files import fetch_models
+from conf.sender.tracking.tracker import FaceTracker
 
 Progress = Callable[[str], None]
 

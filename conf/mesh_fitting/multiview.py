@@ -22,7 +22,7 @@ from conf.face.mesh.mesh import Mesh
 from conf.render.camera import View, clip_matrix
 from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow
-from conf.sender.tracker import FaceTracker
+from conf.sender.tracking.tracker import FaceTracker
 
 SIDE = 640  # pixels: the tracker looks at 256 x 256 of the face, so more adds nothing
 FRONT = (0.0, 0.0)

@@ -11,8 +11,8 @@ from conf.errors import NetworkError
 from conf.protocol.sender_connection import Caller, LinkStatus
 from conf.protocol.session.events import Connected, Event, Lost, NoAnswer, Refused, WrongCode
 from conf.protocol.session.handshake import Refusal
-from conf.sender.pace import Pace
-from conf.sender.performance import Performance
+from conf.sender.frame_pacer import Pace
+from conf.sender.motion_source import Performance
 from conf.transport.sender_udp import SenderSocket
 
 STATUS_EVERY_S = 0.25

@@ -6,7 +6,7 @@ import pytest
 from conf.commands.extract import extract
 from conf.errors import CameraError, FileFormatError
 from conf.face.formats.dpc import read_dpc
-from tests.commands.conftest import SHORT
+from tests.support.short_clips import SHORT
 
 
 def test_a_clip_becomes_a_motion(short_clip: Path, tmp_path: Path) -> None:

@@ -16,8 +16,8 @@ from conf.face.formats.ppc import read_ppc
 from conf.face.mesh.axes import turn_upright
 from conf.face.mesh.mesh import Mesh, load_mesh
 from conf.render.window.offscreen import OffscreenWindow
-from conf.sender.canonical_face import CanonicalFace, read_canonical_face
-from conf.sender.models import fetch_models
+from conf.sender.tracking.canonical_face import CanonicalFace, read_canonical_face
+from conf.sender.tracking.model_files import fetch_models
 
 
 @pytest.fixture(autouse=True)

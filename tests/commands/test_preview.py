@@ -2,7 +2,7 @@ import numpy as np
 
 from conf.commands.preview import DOT, rgba, with_points
 from conf.face.control_points import LANDMARKS
-from conf.sender.tracker import Tracking
+from conf.sender.tracking.tracker import Tracking
 
 
 def test_the_fifty_points_lie_where_the_face_is_and_the_frame_stays_as_it_was() -> None:

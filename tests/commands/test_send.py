@@ -5,7 +5,7 @@ import pytest
 from conf.commands.send import Sending, send
 from conf.errors import CameraError, NetworkError
 from conf.protocol.sender_connection import Caller
-from conf.sender.performance import TrackedPerformance
+from conf.sender.motion_source import TrackedPerformance
 from conf.transport.udp import ReceiverSocket
 
 CODE = "amber-canoe-tiger-7"

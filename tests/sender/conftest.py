@@ -7,9 +7,12 @@ import pytest
 from numpy.typing import NDArray
 
 from conf.errors import ModelError
-from conf.sender.canonical_face import CanonicalFace, read_canonical_face
-from conf.sender.models import fetch_demo_clip, fetch_models
-from conf.sender.sources import open_clip
+from conf.sender.capture.video import open_clip
+from conf.sender.tracking.canonical_face import CanonicalFace, read_canonical_face
+from conf.sender.tracking.model_files import fetch_demo_clip, fetch_models
+from tests.support.short_clips import _models, empty_clip, short_clip
+
+__all__ = ["_models", "empty_clip", "short_clip"]
 
 
 @pytest.fixture(scope="session")

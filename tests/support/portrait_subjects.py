@@ -9,8 +9,8 @@ from conf.face.head_pose import HeadPose
 from conf.face.portrait import contours
 from conf.face.portrait.photographed_face import project
 from conf.protocol.messages import MotionFrame
-from conf.sender.canonical_face import CanonicalFace
-from conf.sender.portrait.photographer import Shot
+from conf.sender.portrait.photo_builder import Shot
+from conf.sender.tracking.canonical_face import CanonicalFace
 from tests.support.drawn_person import SIZE, draw_person, to_pixels
 from tests.support.synthetic_portrait import POSE, face_points
 

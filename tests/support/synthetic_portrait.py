@@ -8,7 +8,7 @@ from conf.face.fapu import Fapu
 from conf.face.head_pose import HeadPose
 from conf.face.portrait import contours
 from conf.face.portrait.photographed_face import FaceShape
-from conf.sender.mean_face import MEAN_FACE
+from conf.sender.motion.mean_face import MEAN_FACE
 
 LINES = (
     *(contours.UPPER_INNER_LIP, contours.LOWER_INNER_LIP, contours.UPPER_OUTER_LIP, contours.LOWER_OUTER_LIP),

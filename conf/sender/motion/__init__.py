@@ -1,0 +1,1 @@
+"""From landmarks to displacements: head pose, neutral pose, eye openness, smoothing."""

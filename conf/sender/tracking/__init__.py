@@ -1,0 +1,1 @@
+"""From a frame to landmarks: detector, landmark and blendshape networks, and their files."""

@@ -1,0 +1,20 @@
+"""A clip as motion, as fast as the machine can: what `extract` and `measure` share."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from conf.sender.capture.video import Frame, open_clip
+from conf.sender.tracking.model_files import fetch_models
+from conf.sender.tracking.tracker import FaceTracker, Tracking
+
+Progress = Callable[[int], None]  # told how many frames are done
+
+
+def track_clip(clip: Path, on_progress: Progress | None = None) -> Iterator[tuple[Frame, Tracking | None]]:
+    """Yield each frame of a clip with the face in it, or None. Raises CameraError, ModelError."""
+    tracker = FaceTracker(fetch_models())
+    with open_clip(clip) as source:
+        for count, frame in enumerate(iter(source.read, None)):
+            yield frame, tracker.track(frame.pixels)
+            if on_progress:
+                on_progress(count + 1)
