@@ -29,8 +29,8 @@ from numpy.typing import NDArray
 from conf.face.head_pose import HeadPose
 from conf.protocol.codec import Decoder, Encoder
 from conf.protocol.portrait import PortraitInbox, PortraitOutbox
-from conf.receiver.portrait.album import Album
-from conf.receiver.portrait.renderer import PortraitRenderer
+from conf.receiver.portrait.portrait_renderer import PortraitRenderer
+from conf.receiver.portrait.portrait_store import Album
 from conf.render.camera import View
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.motion.extractor import MotionExtractor

@@ -23,7 +23,7 @@ from conf.face.head_pose import HeadPose
 from conf.protocol.codec.decoder import Decoder
 from conf.protocol.codec.encoder import Encoder
 from conf.protocol.messages import MotionFrame
-from conf.receiver.meter import MeterReading, draw_meter
+from conf.receiver.stats_overlay import MeterReading, draw_meter
 from conf.render.camera import View
 from conf.render.face_renderer import FaceRenderer
 from conf.render.ui.imgui_overlay import Overlay

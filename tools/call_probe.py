@@ -31,8 +31,8 @@ from conf.protocol.receiver_endpoint import Host
 from conf.protocol.session.flood_protection import Address
 from conf.protocol.session.server import ReceiverSessions
 from conf.protocol.statistics import HEADER_BYTES
+from conf.receiver.participant_grid import Window
 from conf.receiver.pipeline import ReceivingLoop
-from conf.receiver.stage import Window
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.pipeline import SenderStatus, SendingLoop
 from conf.transport.udp import ReceiverSocket

@@ -30,8 +30,8 @@ from conf.protocol.loopback import ONE_WAY_S, RECEIVER, Rehearsal
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.sender_connection import LinkOptions
 from conf.protocol.session.flood_protection import Address
+from conf.receiver.participant_grid import Window
 from conf.receiver.pipeline import ReceivingLoop
-from conf.receiver.stage import Window
 from conf.render.window.glfw_window import GlfwWindow
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.capture.video import open_clip

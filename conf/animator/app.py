@@ -25,7 +25,7 @@ from conf.errors import ConfError
 from conf.face.animation.idle_motion import IdleMotion
 from conf.face.deformation.face_model import Deformer
 from conf.output.media_writer import ClipRecorder, free_name
-from conf.receiver.stage import Window
+from conf.receiver.participant_grid import Window
 from conf.render.ui.imgui_input import Hands, dropped_files
 from conf.render.ui.imgui_overlay import Overlay
 

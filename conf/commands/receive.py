@@ -11,7 +11,7 @@ from conf.protocol.receiver_endpoint import Host
 from conf.protocol.session.server import ReceiverSessions
 from conf.protocol.statistics import TrafficSnapshot
 from conf.receiver.pipeline import ReceivingLoop
-from conf.receiver.viewer import TimedClip
+from conf.receiver.viewer_controls import TimedClip
 from conf.render.window.glfw_window import GlfwWindow
 from conf.render.window.offscreen import OffscreenWindow
 from conf.transport.udp import ReceiverSocket

@@ -11,11 +11,11 @@ from conf.protocol.messages import MotionFrame
 from conf.protocol.receiver_endpoint import Host
 from conf.protocol.session.events import Connected, Event, Lost, Roamed, WrongCode
 from conf.protocol.statistics import TrafficSnapshot
-from conf.receiver.meter import draw_meter
-from conf.receiver.notices import draw_help, draw_label, draw_notice
-from conf.receiver.readings import Readings
-from conf.receiver.stage import Cell, Stage, Window
-from conf.receiver.viewer import Viewer
+from conf.receiver.call_stats import Readings
+from conf.receiver.hud import draw_help, draw_label, draw_notice
+from conf.receiver.participant_grid import Cell, Stage, Window
+from conf.receiver.stats_overlay import draw_meter
+from conf.receiver.viewer_controls import Viewer
 from conf.render.ui.imgui_overlay import Overlay
 from conf.transport.udp import ReceiverSocket
 

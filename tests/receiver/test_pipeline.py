@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from conf.face.deformation.face_model import FaceModel
 from conf.protocol.session.flood_protection import Address
 from conf.protocol.statistics import TrafficSnapshot
-from conf.receiver.meter import MeterReading
+from conf.receiver.participant_grid import Window
 from conf.receiver.pipeline import ReceivingLoop
-from conf.receiver.stage import Window
+from conf.receiver.stats_overlay import MeterReading
 from conf.render.window.offscreen import OffscreenWindow
 from conf.transport.udp import Arrival
 from tests.support.fake_senders import FakeCaller, new_host

@@ -14,7 +14,7 @@ from conf.face.deformation.face_model import FaceModel
 from conf.face.fapu import Fapu
 from conf.face.head_pose import HeadPose
 from conf.output.media_writer import save_picture
-from conf.receiver.notices import draw_help
+from conf.receiver.hud import draw_help
 from conf.render.camera import View
 from conf.render.face_renderer import FaceRenderer
 from conf.render.ui.imgui_overlay import Overlay

@@ -1,6 +1,6 @@
 import numpy as np
 
-from conf.receiver.notices import draw_help, draw_notice, help_lines
+from conf.receiver.hud import draw_help, draw_notice, help_lines
 from conf.render.ui.imgui_overlay import Overlay
 from conf.render.window.input_events import KEYS
 from conf.render.window.offscreen import OffscreenWindow

@@ -1,6 +1,6 @@
 import pytest
 
-from conf.receiver.readings import HISTORY_EVERY_S, HISTORY_LENGTH, Readings, state_of
+from conf.receiver.call_stats import HISTORY_EVERY_S, HISTORY_LENGTH, Readings, state_of
 from tests.support.fake_senders import PARAMETERS, FakeCaller, new_host, talk
 
 

@@ -9,7 +9,7 @@ from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.portrait.patch_features import FEATURES
 from conf.protocol.portrait import NeutralUpdate, encode_thing
 from conf.protocol.portrait.patch import MAX_SLOTS
-from conf.receiver.portrait.album import Album
+from conf.receiver.portrait.portrait_store import Album
 from tests.support.drawn_person import patch, photograph
 from tests.support.synthetic_portrait import POSE
 

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.receiver.portrait.choice import SHOWN, blend_shares, layers
+from conf.receiver.portrait.patch_blending import SHOWN, blend_shares, layers
 
 KEYS = st.lists(st.lists(st.floats(-100, 100), min_size=3, max_size=3), min_size=1, max_size=8)
 

@@ -7,7 +7,7 @@ import pytest
 
 from conf.face.formats.dpc import read_dpc
 from conf.protocol.messages import MotionFrame
-from conf.receiver.viewer import CLIP_FPS, NOTICE_S, TimedClip, Viewer
+from conf.receiver.viewer_controls import CLIP_FPS, NOTICE_S, TimedClip, Viewer
 from conf.render.window.input_events import Dragged, Event, KeyPressed
 from conf.render.window.offscreen import OffscreenWindow
 

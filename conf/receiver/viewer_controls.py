@@ -7,8 +7,8 @@ from conf.errors import ConfError
 from conf.output.media_writer import ClipRecorder, free_name, save_picture
 from conf.output.motion_recorder import MotionRecorder
 from conf.protocol.messages import MotionFrame
-from conf.receiver.feelings import Feelings
-from conf.receiver.stage import Window
+from conf.receiver.expression_overlay import Feelings
+from conf.receiver.participant_grid import Window
 from conf.render.camera import View
 from conf.render.window.input_events import KeyPressed, action_of, apply
 

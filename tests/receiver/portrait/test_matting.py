@@ -1,8 +1,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.receiver.portrait.backdrop import person_share
-from conf.receiver.portrait.matte import cut_out
+from conf.receiver.portrait.inpainting import person_share
+from conf.receiver.portrait.matting import cut_out
 
 WALL, COAT = np.array((200.0, 100.0, 50.0)), np.array((20.0, 30.0, 160.0))
 OUTLINE = np.array([(0.3, 1.0), (0.3, 0.3), (0.7, 0.3), (0.7, 1.0)])

@@ -5,7 +5,7 @@ from collections import deque
 from conf.protocol.messages import Presence
 from conf.protocol.motion.inbound import Inbound
 from conf.protocol.receiver_endpoint import Host
-from conf.receiver.meter import MeterReading
+from conf.receiver.stats_overlay import MeterReading
 
 HISTORY_EVERY_S = 0.5
 HISTORY_LENGTH = 120

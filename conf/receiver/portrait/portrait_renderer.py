@@ -16,10 +16,10 @@ from conf.face.head_pose import HeadPose
 from conf.face.portrait.motion_deadband import settle_keys
 from conf.face.portrait.patch_features import FEATURES, KEY_STEP, MOUTH
 from conf.face.portrait.patch_mapping import FeatureMap
-from conf.receiver.portrait.album import Album, Sitter, Sticker
-from conf.receiver.portrait.choice import blend_shares, layers
+from conf.receiver.portrait.border_extension import draw_out
 from conf.receiver.portrait.layer import Layer, load_texture
-from conf.receiver.portrait.surround import draw_out
+from conf.receiver.portrait.patch_blending import blend_shares, layers
+from conf.receiver.portrait.portrait_store import Album, Sitter, Sticker
 from conf.render.camera import View, rotation
 from conf.render.shader_programs import program
 

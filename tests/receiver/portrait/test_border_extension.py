@@ -1,7 +1,7 @@
 import numpy as np
 
 from conf.face.portrait.person_outline import OVERLAP
-from conf.receiver.portrait.surround import draw_out
+from conf.receiver.portrait.border_extension import draw_out
 
 
 def test_the_picture_stays_and_its_colours_go_on_softer_the_farther_out() -> None:

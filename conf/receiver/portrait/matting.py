@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.receiver.portrait.backdrop import FRINGE, beyond_fringe, fill_behind, flow_in
+from conf.receiver.portrait.inpainting import FRINGE, beyond_fringe, fill_behind, flow_in
 
 SURELY = 0.02  # picture heights inside the outline, from where on everything is person
 AROUND = 0.012  # picture heights: the neighbourhood in which the background's unevenness is measured

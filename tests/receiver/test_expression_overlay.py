@@ -4,7 +4,7 @@ import pytest
 from conf.face.animation.action_units import load_emotions
 from conf.face.animation.timed_expression import Envelope, top_up
 from conf.protocol.messages import MotionFrame
-from conf.receiver.feelings import Feelings
+from conf.receiver.expression_overlay import Feelings
 
 ENVELOPE = Envelope()
 MOTION = np.random.default_rng(1).normal(0.0, 20.0, (50, 3)).astype(np.float32)

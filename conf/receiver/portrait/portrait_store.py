@@ -13,9 +13,9 @@ from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.portrait.objects import decode_thing
 from conf.protocol.portrait.patch import Patch
 from conf.protocol.portrait.photo import NeutralUpdate, Photograph
-from conf.receiver.portrait.backdrop import person_share
 from conf.receiver.portrait.decoding import decode_picture, paint_patch
-from conf.receiver.portrait.matte import Cutout, cut_out
+from conf.receiver.portrait.inpainting import person_share
+from conf.receiver.portrait.matting import Cutout, cut_out
 
 MAX_EARLY = 15
 

@@ -8,9 +8,9 @@ from itertools import pairwise
 from conf.face.deformation.face_model import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.protocol.messages import MotionFrame
-from conf.receiver.meter import covered_width
-from conf.receiver.portrait.album import Album
-from conf.receiver.portrait.renderer import PortraitRenderer
+from conf.receiver.portrait.portrait_renderer import PortraitRenderer
+from conf.receiver.portrait.portrait_store import Album
+from conf.receiver.stats_overlay import covered_width
 from conf.render.auto_framing import Area, Framer, rest
 from conf.render.camera import View
 from conf.render.face_renderer import FaceRenderer

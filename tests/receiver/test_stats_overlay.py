@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.receiver.meter import MARGIN, WIDTH, MeterReading, bitrate, draw_meter, rows, saved
+from conf.receiver.stats_overlay import MARGIN, WIDTH, MeterReading, bitrate, draw_meter, rows, saved
 from conf.render.ui.imgui_overlay import Overlay
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.image_measures import box

@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 
 from conf.face.deformation.face_model import FaceModel
 from conf.protocol.messages import MotionFrame
-from conf.receiver.meter import covered_width
-from conf.receiver.stage import Stage, grid
+from conf.receiver.participant_grid import Stage, grid
+from conf.receiver.stats_overlay import covered_width
 from conf.render.auto_framing import Area, head_box, rest
 from conf.render.camera import View
 from conf.render.window.offscreen import OffscreenWindow

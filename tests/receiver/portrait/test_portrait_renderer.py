@@ -9,8 +9,8 @@ from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.patch_features import MOUTH
 from conf.protocol.portrait import encode_thing
-from conf.receiver.portrait.album import Album
-from conf.receiver.portrait.renderer import PortraitRenderer
+from conf.receiver.portrait.portrait_renderer import PortraitRenderer
+from conf.receiver.portrait.portrait_store import Album
 from conf.render.camera import View
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.drawn_person import SIZE, draw_person, patch, photograph, to_pixels

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.portrait.person_outline import OVERLAP
-from conf.receiver.portrait.backdrop import flow_in
+from conf.receiver.portrait.inpainting import flow_in
 
 
 def draw_out(

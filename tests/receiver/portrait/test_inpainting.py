@@ -1,6 +1,6 @@
 import numpy as np
 
-from conf.receiver.portrait.backdrop import fill_behind, person_share
+from conf.receiver.portrait.inpainting import fill_behind, person_share
 
 SQUARE = np.array([(0.4, 0.4), (0.6, 0.4), (0.6, 0.6), (0.4, 0.6)])
 
