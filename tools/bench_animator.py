@@ -28,8 +28,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import numpy as np
 
 from conf.animator.app import Animator
-from conf.animator.requests import Play
-from conf.animator.subject import Subject, open_subject
+from conf.animator.commands import Play
+from conf.animator.face_document import Subject, open_subject
 from conf.errors import GraphicsError
 from conf.face.deformation.face_model import Deformer
 from conf.face.deformation.kernels import KERNELS

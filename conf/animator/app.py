@@ -8,19 +8,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.animator.actor import Actor
-from conf.animator.desk import Facts
-from conf.animator.director import Director
-from conf.animator.expressing import Expressing
-from conf.animator.fitting import Fit
-from conf.animator.interface import Interface
-from conf.animator.layout import Layout, scale_of
-from conf.animator.player import REST_POSE
-from conf.animator.puppet import Moment, moment
-from conf.animator.requests import Open, Request
-from conf.animator.subject import Subject
-from conf.animator.theme import BACKDROP, themed
-from conf.animator.touch import Touch, Wishes
+from conf.animator.background_fit import Fit
+from conf.animator.commands import Open, Request
+from conf.animator.controller import Director
+from conf.animator.face_document import Subject
+from conf.animator.face_instance import Actor
+from conf.animator.gui.layout import Layout, scale_of
+from conf.animator.gui.main import Interface
+from conf.animator.gui.theme import BACKDROP, themed
+from conf.animator.motion_mixer import Moment, moment
+from conf.animator.motion_player import REST_POSE
+from conf.animator.state.editor import Facts
+from conf.animator.state.expression import Expressing
+from conf.animator.viewport_controller import Touch, Wishes
 from conf.errors import ConfError
 from conf.face.animation.idle_motion import IdleMotion
 from conf.face.deformation.face_model import Deformer

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.animator.subject import Subject
+from conf.animator.face_document import Subject
 from conf.face.control_points import PUPILS
 from conf.face.deformation.anchors import choose_anchors
 from conf.face.deformation.eyelid_helpers import fold_margins, with_margins

@@ -6,9 +6,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from conf.animator.app import Animator
-from conf.animator.fitting import Fitted
-from conf.animator.requests import Open, Play
-from conf.animator.subject import open_subject
+from conf.animator.background_fit import Fitted
+from conf.animator.commands import Open, Play
+from conf.animator.face_document import open_subject
 from conf.commands.fit import fit
 from conf.errors import ConfError
 from conf.face.animation.action_units import load_emotions

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from conf.animator.builder import FaceBuilder
-from conf.animator.export import Export, check_output, export, needs_drawing, parse_fps, parse_size
-from conf.animator.film import emotion_motion, peak
-from conf.animator.player import open_recording
-from conf.animator.subject import open_subject
+from conf.animator.face_document import open_subject
+from conf.animator.file_export import Export, check_output, export, needs_drawing, parse_fps, parse_size
+from conf.animator.motion_clips import emotion_motion, peak
+from conf.animator.motion_player import open_recording
 from conf.errors import ConfError
 from conf.face.animation.action_units import load_expression
 from conf.face.animation.idle_motion import IdleMotion

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.animator.player import Recording
+from conf.animator.motion_player import Recording
 from conf.face.formats.dpc import Motion
 from conf.face.head_pose import HeadPose
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from conf.animator.builder import FaceBuilder
-from conf.animator.desk import Desk, Facts
-from conf.animator.interface import Panel
-from conf.animator.requests import Request
-from conf.animator.subject import Subject, open_subject
+from conf.animator.commands import Request
+from conf.animator.face_document import Subject, open_subject
+from conf.animator.gui.main import Panel
+from conf.animator.state.editor import Desk, Facts
 from conf.face.animation.action_units import load_emotions
 from conf.face.deformation.face_model import Deformer, FaceModel
 from conf.output.obj_writer import write_obj

@@ -13,8 +13,8 @@ import cv2
 import numpy as np
 import pytest
 
+from conf.animator.face_document import Subject
 from conf.animator.picking import Rect
-from conf.animator.subject import Subject
 from conf.face.control_points import INDEX
 from conf.face.formats.dpc import Motion, write_dpc
 from conf.face.formats.ppc import read_ppc, write_ppc
@@ -157,8 +157,8 @@ def test_points_are_placed_by_clicks_corrected_by_dragging_and_saved(
 
 def reference_place(session: Session, point: int, subject: Subject) -> tuple[float, float]:
     """Return where the reference face shows a point."""
-    from conf.animator.layout import REFERENCE
-    from conf.animator.panels.reference import SIDE, reference_clip
+    from conf.animator.gui.layout import REFERENCE
+    from conf.animator.gui.panels.reference_face import SIDE, reference_clip
 
     left, top, right, bottom = session.ask()["places"]["reference"]
     assert subject.points is not None

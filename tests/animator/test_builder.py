@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from conf.animator.builder import FaceBuilder
-from conf.animator.subject import Subject
+from conf.animator.face_document import Subject
 from conf.face.deformation.face_model import Deformer, FaceModel, make_face
 from conf.face.deformation.kernels import KERNELS
 

@@ -3,9 +3,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from conf.animator.face_document import Subject
+from conf.animator.motion_player import REST_POSE
 from conf.animator.picking import Picker, Rect, nearest_mark
-from conf.animator.player import REST_POSE
-from conf.animator.subject import Subject
 from conf.face.control_points import INDEX
 from conf.render.camera import View, clip_matrix
 

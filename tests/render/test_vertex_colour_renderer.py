@@ -1,6 +1,6 @@
 import numpy as np
 
-from conf.animator.player import REST_POSE
+from conf.animator.motion_player import REST_POSE
 from conf.face.deformation.face_model import FaceModel
 from conf.render.camera import View
 from conf.render.render_target import Canvas

@@ -14,9 +14,9 @@ import numpy as np
 from imgui_bundle import imgui
 
 from conf.animator.app import Animator
-from conf.animator.layout import Layout
-from conf.animator.player import REST_POSE
-from conf.animator.subject import open_subject
+from conf.animator.face_document import open_subject
+from conf.animator.gui.layout import Layout
+from conf.animator.motion_player import REST_POSE
 from conf.render.camera import clip_matrix
 from conf.render.window.glfw_window import GlfwWindow
 

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from imgui_bundle import imgui
 
+from conf.animator.gui.theme import column, themed
 from conf.animator.picking import Rect
-from conf.animator.theme import column, themed
 from conf.errors import GraphicsError
 from conf.render.ui.imgui_input import Hands
 from conf.render.ui.imgui_overlay import Overlay

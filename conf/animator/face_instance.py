@@ -1,0 +1,106 @@
+"""The face on the stage: its model, what draws it, and the worker that builds its next operator meanwhile."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.animator.background_task import LatestOnly
+from conf.animator.builder import FaceBuilder
+from conf.animator.face_document import Subject
+from conf.animator.face_view import FacePicture
+from conf.animator.picking import Picker
+from conf.animator.state.muscles import Muscling
+from conf.face.control_points import CONTROL_POINT_COUNT
+from conf.face.default_head import DEFAULT_HEAD
+from conf.face.deformation.face_model import Deformer, FaceModel
+from conf.face.deformation.facial_muscles import MuscleFace
+from conf.face.fapu import Fapu
+from conf.face.formats.ppc import read_ppc
+
+
+@dataclass(frozen=True)
+class Built:
+    """A face as one deformer moves it, and the milliseconds it took."""
+
+    face: FaceModel
+    milliseconds: float
+
+
+class Actor:
+    """One subject, drawn and moved."""
+
+    def __init__(self, ctx: moderngl.Context, subject: Subject, deformer: Deformer) -> None:
+        self.subject = subject
+        self._builder = None if subject.points is None else FaceBuilder(subject)
+        self.built = Built(unplaced(subject), 0.0) if self._builder is None else _build(self._builder, deformer)
+        self.picker = Picker(subject.mesh)
+        self._deformer = deformer
+        self._picture = FacePicture(ctx, self.built.face)
+        self._operators: LatestOnly[Built] = LatestOnly()
+        self._muscles: MuscleFace | None = None
+        self._attaching: LatestOnly[MuscleFace] = LatestOnly()
+        self._contracted: tuple[Mapping[str, float], float, NDArray[np.float32]] | None = None
+
+    @property
+    def face(self) -> FaceModel:
+        """The face as it is moved now."""
+        return self.built.face
+
+    @property
+    def picture(self) -> FacePicture:
+        """What draws it."""
+        return self._picture
+
+    @property
+    def busy(self) -> bool:
+        """Whether an operator is being built."""
+        return self._operators.busy
+
+    def follow(self, deformer: Deformer, muscling: Muscling) -> None:
+        """Build what the desk asks for in the background, and take what is ready. Raises what building raised."""
+        if self._builder is None:
+            return
+        if deformer != self._deformer:
+            self._deformer = deformer
+            builder = self._builder
+            self._operators.ask(lambda: _build(builder, deformer))
+        built = self._operators.take()
+        if built is not None:
+            self.built = built
+            self._picture.take(built.face)
+        if muscling.active and self._muscles is None and not self._attaching.busy:
+            face = self.face
+            self._attaching.ask(lambda: MuscleFace(face))
+        self._muscles = self._attaching.take() or self._muscles
+
+    def by_muscles(self, muscling: Muscling) -> NDArray[np.float32] | None:
+        """Return the (V, 3) vertices as the muscles pull them, None while these are not attached yet."""
+        if self._muscles is None:
+            return None
+        if self._contracted is None or self._contracted[:2] != (muscling.contractions, muscling.jaw):
+            vertices = self._muscles.deform(muscling.contractions, jaw=muscling.jaw)
+            self._contracted = (muscling.contractions, muscling.jaw, vertices)
+        return self._contracted[2]
+
+    def release(self) -> None:
+        """Free everything on the card, end the worker."""
+        self._operators.close()
+        self._attaching.close()
+        self._picture.release()
+
+
+def unplaced(subject: Subject) -> FaceModel:
+    """Return a face that can be drawn and that nothing moves: its control points are not known."""
+    points = read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
+    operator = np.zeros((len(subject.mesh.vertices), CONTROL_POINT_COUNT), np.float32)
+    return FaceModel(subject.mesh, points, Fapu.measure(points), operator, placement=subject.placement)
+
+
+def _build(builder: FaceBuilder, deformer: Deformer) -> Built:
+    began = time.perf_counter()
+    face = builder.build(deformer)
+    return Built(face, 1e3 * (time.perf_counter() - began))

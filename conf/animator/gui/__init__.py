@@ -1,0 +1,1 @@
+"""The animator's window in Dear ImGui: layout, theme, widgets, panels."""

@@ -1,0 +1,44 @@
+import itertools
+from dataclasses import replace
+
+import numpy as np
+
+from conf.animator.controller import Director
+from conf.animator.face_document import Subject
+from conf.animator.face_instance import Actor
+from conf.animator.gui.layout import Layout
+from conf.animator.gui.main import Interface
+from conf.animator.gui.theme import themed
+from conf.animator.state.editor import Facts
+from conf.animator.state.point_placement import Placing
+from conf.animator.viewport_controller import Touch
+from conf.face.deformation.face_model import Deformer
+from tests.support.imgui_stage import Stage
+
+
+def test_notice_help_and_reference_face_show_when_they_should(stage: Stage, subject: Subject, facts: Facts) -> None:
+    director = Director(stage.window.ctx, Actor(stage.window.ctx, subject, Deformer()))
+    interface, touch, size = Interface(stage.overlay), Touch(director), stage.window.size
+    layout = Layout.of(size, 0.5)
+
+    def shot() -> np.ndarray:
+        for _ in range(2):
+            interface.prepare(director)
+            stage.window.begin()
+            with stage.overlay.frame(stage.window.framebuffer, size, 1.0, scale=0.5), themed(0.5):
+                assert interface.draw(director, touch, layout, facts) == []
+        return stage.window.read()
+
+    plain = shot()
+    director.notice = "something was saved"
+    noticed = shot()
+    director.desk = replace(director.desk, help=True)
+    helped = shot()
+    director.desk = replace(director.desk, help=False, placing=Placing())
+    placing = shot()
+    pictures = [plain, noticed, helped, placing]
+    assert all((a != b).any() for a, b in itertools.pairwise(pictures))
+    below = layout.reference
+    assert placing[round(below.y) + 5 :, : round(below.width)].mean() > plain[round(below.y) + 5 :, :60].mean() + 20
+    interface.release()
+    director.release()

@@ -1,0 +1,57 @@
+import os
+import sys
+import threading
+from functools import partial
+
+import pytest
+
+from conf.animator.background_task import PATIENCE, LatestOnly
+
+
+def wait_for(worker: LatestOnly[int]) -> int:
+    while (result := worker.take()) is None:
+        pass
+    return result
+
+
+def test_only_the_newest_of_those_that_wait_is_done() -> None:
+    worker: LatestOnly[int] = LatestOnly()
+    gate = threading.Event()
+    done: list[int] = []
+
+    def note(number: int) -> int:
+        done.append(number)
+        return number
+
+    def slow() -> int:
+        gate.wait(10)
+        return note(0)
+
+    worker.ask(slow)
+    for i in range(1, 5):
+        worker.ask(partial(note, i))
+    assert worker.take() is None and worker.busy
+    gate.set()
+    assert wait_for(worker) == 0
+    assert wait_for(worker) == 4
+    assert done == [0, 4] and not worker.busy
+    worker.close()
+
+
+def test_what_goes_wrong_comes_out_where_the_result_would() -> None:
+    worker: LatestOnly[int] = LatestOnly()
+    worker.ask(lambda: 1 // 0)
+    with pytest.raises(ZeroDivisionError):
+        wait_for(worker)
+    worker.close()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells threads apart")
+def test_the_picture_has_the_processor_first() -> None:
+    worker: LatestOnly[int] = LatestOnly()
+    own = os.getpriority(os.PRIO_PROCESS, 0)
+    worker.ask(lambda: os.getpriority(os.PRIO_PROCESS, 0))
+    while (theirs := worker.take()) is None:
+        pass
+    worker.close()
+    assert theirs == min(own + PATIENCE, 19) and os.getpriority(os.PRIO_PROCESS, 0) == own
