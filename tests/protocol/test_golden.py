@@ -5,7 +5,7 @@ import pytest
 from conf.errors import ProtocolError
 from conf.protocol.codec import Decoder, MissingReferenceError
 from conf.protocol.wire import Motion, decode_body
-from tools.golden_wire import BODIES, FOLDER, invalid, payloads, valid
+from tools.golden.wire import BODIES, FOLDER, invalid, payloads, valid
 
 
 def files(prefix: str) -> dict[str, bytes]:

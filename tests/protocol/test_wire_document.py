@@ -22,7 +22,7 @@ from conf.protocol.session.packet import parse
 from conf.protocol.wire import decode_body
 from tests.protocol.independent_decoder import PayloadReader, read_patch, read_shape
 from tests.support.portrait_objects import patch, photograph
-from tools.golden_wire import BODIES, FOLDER, HEADS
+from tools.golden.wire import BODIES, FOLDER, HEADS
 
 TEXT = (Path(bodies.__file__).parent / "WIRE.md").read_text()
 # A name, then hex in groups, perhaps going on in lines that are indented further.

@@ -1,8 +1,8 @@
 """FACS action units: what single muscles of a face do, as displacements of the control points, and emotions made of
 them.
 
-The displacements lie in assets/action_units.epc, which tools/build_action_units.py derives from sculpted shapes. They
-are in FAPU units, so that they fit any face.
+The displacements lie in assets/action_units.epc, which tools/assets/build_action_units.py derives from sculpted shapes.
+They are in FAPU units, so that they fit any face.
 Source: Ekman, Friesen 1978 (FACS); tables 3.2 and 3.3 of the thesis, where action unit 10 bears the name of 5: it
 raises the upper lip.
 """

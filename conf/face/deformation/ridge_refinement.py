@@ -13,7 +13,7 @@ from conf.face.deformation.blendshapes import Shapes
 from conf.face.deformation.regions import Regions
 from conf.face.deformation.rig import CHIN, Jaw, swing
 
-# lambda, cm: of those that rebuild a held-out jaw to 1 mm, the least error on all, see tools/bench_deform.py
+# lambda, cm: of those that rebuild a held-out jaw to 1 mm, the least error on all, see tools/bench/deformation.py
 SMOOTHING = 0.1
 _SMALLEST = 0.3  # cm, root of the summed squares at the control points: smaller shapes weigh no more
 _JAW_SHIFTS = ("jawForward", "jawLeft", "jawRight")  # what follows the jaw moves as far as the chin, the rest does not

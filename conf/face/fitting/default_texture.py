@@ -1,7 +1,8 @@
 """Paint for a face that has no picture of its own: plain skin, eyes with an iris, teeth, a dark mouth.
 
-Without an iris nobody, and no tracker, sees where an eye looks. One small picture, made by `tools/paint_plain.py`,
-holds an eye as seen along its axis, its distance from the middle the arc on the eyeball, and four plain colours.
+Without an iris nobody, and no tracker, sees where an eye looks. One small picture, made by
+`tools/assets/default_texture.py`, holds an eye as seen along its axis, its distance from the middle the arc on the
+eyeball, and four plain colours.
 """
 
 from collections.abc import Mapping

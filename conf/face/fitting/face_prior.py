@@ -75,7 +75,7 @@ class FacePrior:
 
 @cache
 def load_prior() -> FacePrior:
-    """Return the prior that tools/train_fit.py measured."""
+    """Return the prior that tools/train/face_prior.py measured."""
     with np.load(PRIOR_FILE) as arrays:
         return FacePrior(**{name: arrays[name].astype(np.float64) for name in FacePrior.__dataclass_fields__})
 

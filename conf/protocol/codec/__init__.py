@@ -3,7 +3,7 @@
 Strategy. A frame is turned into about twenty numbers of equal worth (transform.py), each number into its difference
 from a frame that the receiver is known to have (encoder.py, prediction.py), each difference into a symbol of a trained
 table chosen by its context (syntax.py, model.py, symbols.py), the symbols into bytes (range_coder.py). The order of
-symbols is written once for both directions. tools/train_codec.py makes the tables, tools/bench_codec.py measures.
+symbols is written once for both directions. tools/train/codec.py makes the tables, tools/bench/codec.py measures.
 
 Reading order: profiles, transform, range_coder, symbols, syntax, bundle, prediction, encoder, decoder.
 """

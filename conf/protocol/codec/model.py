@@ -58,7 +58,7 @@ def load_models() -> dict[str, Model]:
 
 
 def build_models(arrays: Mapping[str, np.ndarray[Any, Any]]) -> dict[str, Model]:
-    """Build the models from the file's arrays: tools/train_codec.py says what each is."""
+    """Build the models from the file's arrays: tools/train/codec.py says what each is."""
     return {name: _build_model(profile, arrays) for name, profile in PROFILES.items()}
 
 

@@ -3,7 +3,7 @@
 Strategy. All faces are much alike, and what is unlike is alike for points that lie together. A point is told by how it
 differs from the average, less what its parent differs: the points form a tree, learned beforehand like the average
 itself. The differences are whole steps, range-coded with the motion codec's tables; for each there is a scale that says
-how far from zero it usually lies. Learned by tools/train_portrait.py.
+how far from zero it usually lies. Learned by tools/train/portrait.py.
 """
 
 from collections.abc import Sequence

@@ -7,7 +7,7 @@ import pytest
 
 from conf.errors import ProtocolError
 from conf.protocol.codec import Decoder
-from tools.golden_codec import FOLDER, MEANING, meanings, payloads
+from tools.golden.codec import FOLDER, MEANING, meanings, payloads
 
 GOLDEN = json.loads(MEANING.read_text())
 PAYLOADS = {name: (FOLDER / f"codec_{name}.bin").read_bytes() for name in GOLDEN}

@@ -13,7 +13,7 @@ from spake2 import SPAKE2_A
 from conf.protocol.session.drop_reasons import DatagramError
 from conf.protocol.session.packet import parse
 from conf.protocol.session.server import ReceiverSessions
-from tools.golden_session import CODE, FOLDER, SENDER, invalid, stream, valid
+from tools.golden.session import CODE, FOLDER, SENDER, invalid, stream, valid
 
 VALID = {path.stem.removeprefix("session_"): path for path in sorted(FOLDER.glob("session_[!i]*.bin"))}
 INVALID = {path.stem.removeprefix("session_invalid_"): path for path in sorted(FOLDER.glob("session_invalid_*.bin"))}

@@ -1,0 +1,37 @@
+"""Fitting the codec's statistics: what is put in is found again, and tables are whole."""
+
+import numpy as np
+import pytest
+
+from conf.protocol.codec.range_coder import TOTAL
+from conf.protocol.codec.symbol_coder import ESCAPE, REACH, Tables
+from conf.protocol.codec.syntax import LOG_ONE
+from tools.train.codec_fit import SCALES, fit_tables, fit_weights, predict_scales
+
+
+def test_the_scale_follows_the_feature_that_drives_it() -> None:
+    random = np.random.default_rng(3)
+    activity = random.integers(0, 64, size=4000)
+    spread = 0.4 * 2 ** (activity / LOG_ONE)
+    differences = np.rint(random.logistic(size=4000) * spread).astype(np.int64)
+    features = np.stack([np.full(4000, LOG_ONE), activity, random.integers(0, 64, size=4000)], axis=1)
+    weights = fit_weights(features, differences)
+    scales = predict_scales(weights, features)
+    assert np.corrcoef(scales, activity)[0, 1] > 0.98
+    octaves = (scales[activity == 63].mean() - scales[activity == 0].mean()) / 4
+    assert octaves == pytest.approx(63 / LOG_ONE, abs=0.4)
+
+
+def test_tables_are_whole_even_when_nothing_was_seen() -> None:
+    nothing = np.zeros(0, dtype=np.int64)
+    frequencies = fit_tables(nothing, nothing)
+    assert frequencies.shape == (SCALES, ESCAPE + 1)
+    assert (frequencies.sum(axis=1, dtype=int) == TOTAL).all()
+    Tables.from_frequencies(frequencies.tolist())
+
+
+def test_tables_move_to_what_was_counted() -> None:
+    seen = np.array([0] * 9000 + [1] * 500 + [-1] * 500 + [999])
+    table = fit_tables(np.full(len(seen), 7), seen)[7]
+    assert table[REACH] / TOTAL == pytest.approx(0.9, abs=0.02)
+    assert table[REACH + 1] == pytest.approx(table[REACH - 1], abs=2)

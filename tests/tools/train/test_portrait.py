@@ -1,0 +1,42 @@
+import numpy as np
+
+from conf.face.portrait.patch_features import FEATURES
+from conf.protocol.portrait.probability_model import load_portrait_model
+from tools.bench.portrait_patches import PatchCounts
+from tools.train.portrait import CONTROLS, Poses, cost_of, learn
+
+
+def track(seed: int) -> Poses:
+    """Return faces that differ from the shipped average by width, height and a little noise."""
+    rng = np.random.default_rng(seed)
+    model = load_portrait_model()
+    mean = model.face.mean
+    points = np.rint(mean * rng.uniform(0.9, 1.1, 3) + rng.normal(0, 1, (8, *mean.shape))).astype(np.int64)
+    neutral = points[:, :CONTROLS] + rng.integers(-2, 3, (8, CONTROLS, 3))
+    patches = [r.points.mean + rng.integers(-9, 10, (8, *r.points.mean.shape)) for r in model.regions]
+    return Poses(points, neutral, patches, [rng.integers(-20, 21, (8, len(r.key_spread))) for r in model.regions])
+
+
+def test_what_is_learned_makes_a_strangers_face_cheaper_than_a_byte_a_coordinate() -> None:
+    model = learn([track(seed) for seed in range(6)], [PatchCounts()])
+    stranger = track(99)
+    coordinates = stranger.points[0].size + stranger.neutral[0].size
+    assert cost_of(model, stranger) < 0.6 * coordinates
+
+
+def test_the_control_points_are_told_first_and_every_region_is_learned() -> None:
+    model = learn([track(seed) for seed in range(4)], [])
+    assert set(model.face.order[:CONTROLS]) == set(range(CONTROLS))
+    assert len(model.regions) == len(FEATURES)
+    for tree in (model.face, *(region.points for region in model.regions)):
+        assert all(tree.parents[i] < i for i in range(len(tree.parents)))
+
+
+def test_blocks_that_are_never_empty_are_expected_to_be_full() -> None:
+    full, empty = PatchCounts(), PatchCounts()
+    for _ in range(20):
+        full.count([np.full((3, 3, 64), 5.0)] * 3)
+        empty.count([np.zeros((3, 3, 64))] * 3)
+    assert (full.model().coded[:, 2] > 30_000).all() and (empty.model().coded[:, 0] < 3_000).all()
+    assert full.model().last[0].argmax() == 63
+    assert full.model().level_spread.min() > empty.model().level_spread.max()

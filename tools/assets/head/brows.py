@@ -1,0 +1,70 @@
+"""The eyebrows, drawn hair by hair on a plane before the face and cast onto the skin."""
+
+from collections.abc import Mapping
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import map_coordinates
+
+from tools.assets.head.texels import Texels
+
+_SCALE = 160  # pixels a centimetre
+_WIDTH, _HEIGHT = 7.0, 3.2  # cm: the plane from x = 0, centred on the brow
+_HAIRS = 640
+# From the control points inner, top and outer to where the brow's middle line starts, peaks and ends, cm.
+_SPINE = np.array([(-0.1, -0.42), (-0.1, -0.2), (-0.4, 0.3)])
+_OVERSAMPLE = 16  # cv2's fractional bits are 4
+
+
+def brow_coverage(texels: Texels, points: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
+    """Return (N,) how much brow hair covers each texel, 0 to 1; the two sides mirror each other with other hairs."""
+    inner, top, outer = (points[f"brow_{name}_l"] for name in ("inner", "top", "outer"))
+    bottom = top[1] - _HEIGHT / 2
+    cover = np.zeros(len(texels.row))
+    x, y, z = texels.position.T
+    front = (z > -1.5) & (texels.normal[:, 2] > 0.05)
+    for sign in (1, -1):
+        plane = _draw(inner, top, outer, bottom, np.random.default_rng(40 + sign))
+        drawn = map_coordinates(plane, [(y - bottom) * _SCALE, x * sign * _SCALE], order=1)
+        cover = np.maximum(cover, np.where(front & (x * sign > 0), drawn, 0))
+    return cover
+
+
+def _draw(
+    inner: NDArray[np.float64],
+    top: NDArray[np.float64],
+    outer: NDArray[np.float64],
+    bottom: float,
+    random: np.random.Generator,
+) -> NDArray[np.float32]:
+    plane = np.zeros((int(_HEIGHT * _SCALE), int(_WIDTH * _SCALE)), dtype=np.uint8)
+    along = random.uniform(0, 0.97, _HAIRS) ** 0.9
+    across = np.clip(random.normal(0, 0.45, _HAIRS), -1, 1)
+    for s, d in zip(along, across, strict=True):
+        x, y, slope = _spine(s, inner, top, outer)
+        thick = 0.34 * np.interp(s, [0, 0.12, 0.6, 1], [0.7, 1.0, 0.75, 0.25])
+        lean = np.interp(s, [0, 0.25, 1], [1.15, 0.55, 0.12]) - 0.35 * d + random.normal(0, 0.12)
+        angle = slope + lean
+        length = random.uniform(0.42, 0.62) * np.interp(s, [0, 0.3, 1], [0.8, 1.0, 0.75])
+        start = np.array([x - 0.12, y - bottom + d * thick])
+        middle = start + length * 0.55 * np.array([np.cos(angle), np.sin(angle)])
+        end = middle + length * 0.45 * np.array([np.cos(angle - 0.25), np.sin(angle - 0.25)])
+        path = (np.array([start, middle, end]) * _SCALE * _OVERSAMPLE).astype(np.int32)
+        hair = np.zeros_like(plane)
+        strength = int(random.uniform(110, 205) * np.interp(s, [0, 0.15, 0.7, 1], [0.65, 1.0, 1.0, 0.6]))
+        cv2.polylines(hair, [path], False, strength, 3, cv2.LINE_AA, 4)
+        plane = np.maximum(plane, hair)
+    soft = cv2.GaussianBlur(plane, (0, 0), 0.22 * _SCALE * 0.5)
+    return np.clip(plane.astype(np.float32) / 255 * 0.85 + soft.astype(np.float32) / 255 * 0.45, 0, 0.95)
+
+
+def _spine(
+    s: float, inner: NDArray[np.float64], top: NDArray[np.float64], outer: NDArray[np.float64]
+) -> tuple[float, float, float]:
+    """Return x, y and slope of the brow's middle line at s from 0 (inner end) to 1 (outer end)."""
+    start, peak, end = (point[:2] + shift for point, shift in zip((inner, top, outer), _SPINE, strict=True))
+    control = 2 * peak - (start + end) / 2
+    x, y = (1 - s) ** 2 * start + 2 * s * (1 - s) * control + s**2 * end
+    dx, dy = 2 * (1 - s) * (control - start) + 2 * s * (end - control)
+    return float(x), float(y), float(np.arctan2(dy, dx))

@@ -1,0 +1,155 @@
+"""Paint the skin: tone, redness, lips, lids, brows, pores, the shadow of the beard and of everything that overhangs."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tools.assets.head.brows import brow_coverage
+from tools.assets.head.noise import layered, noise, smoothstep
+from tools.assets.head.scalp import hairline, polar
+from tools.assets.head.texels import Texels
+
+Points = Mapping[str, NDArray[np.float64]]
+Colours = NDArray[np.float64]
+
+# sRGB, 0 to 255.
+_TONE = (218, 172, 147)
+_FLUSH = (206, 128, 110)
+_SALLOW = (214, 172, 136)
+_STUBBLE = (150, 124, 112)
+_SHADE = (176, 128, 112)
+_LID = (196, 144, 124)
+_LIP = (184, 112, 102)
+_LIP_INNER = (138, 70, 66)
+_NOSTRIL = (84, 44, 38)
+_WET = (204, 138, 124)
+_ROOTS = (52, 38, 31)
+_LASH = (44, 30, 26)
+_BROW = (58, 42, 34)
+
+
+def paint_skin(texels: Texels, points: Points) -> Colours:
+    """Return (N, 3) sRGB colours 0 to 255 of the skin's texels."""
+    colours = np.tile(np.array(_TONE, dtype=float), (len(texels.row), 1))
+    for layer in (_flush, _beard, _scalp, _around_eyes, _nostrils, _lips, _brows):
+        layer(colours, texels, points)
+    _grain(colours, texels)
+    return _shadow(colours, texels)
+
+
+def blend(colours: Colours, target: tuple[int, int, int], amount: NDArray[np.floating]) -> None:
+    """Move the colours towards the target by an amount of 0 to 1 each, in place."""
+    colours += (np.array(target, dtype=float) - colours) * amount[:, None]
+
+
+def _blob(texels: Texels, centre: NDArray[np.float64], radius: tuple[float, float, float]) -> NDArray[np.float64]:
+    """Return a soft spot on both sides of the face: 1 at the centre, near 0 beyond the radius."""
+    fold = np.array([np.sign(centre[0]), 1, 1])
+    folded = np.where(
+        centre[0] == 0, texels.position, np.abs(texels.position) * [1, 0, 0] + texels.position * [0, 1, 1]
+    )
+    offset = folded - centre * fold
+    return np.asarray(np.exp(-2.0 * ((offset / radius) ** 2).sum(axis=1)))
+
+
+def _flush(colours: Colours, texels: Texels, points: Points) -> None:
+    mottle = 1 + 0.45 * layered(texels.position, 0.9, 3)
+    nose = (points["nose_bottom_edge_l"] + points["nose_bottom_edge_r"]) / 2 + [0, 0.6, 1.0]
+    cheek = points["cheekbone_l"] * [0.9, 1, 1] + [0, -0.3, 0]
+    chin = points["chin_boss"] + [0, 0.3, 0]
+    ear = np.array([8.9, 0.6, -6.5])
+    for centre, radius, amount in (
+        (nose, (1.7, 1.5, 2.2), 0.42),
+        (cheek, (2.6, 2.0, 4.0), 0.34),
+        (chin, (1.8, 1.2, 2.5), 0.16),
+        (ear, (1.1, 3.2, 2.6), 0.34),
+    ):
+        blend(colours, _FLUSH, np.clip(amount * mottle * _blob(texels, np.asarray(centre), radius), 0, 1))
+    blend(
+        colours, _SALLOW, 0.5 * smoothstep(4.5, 8.0, texels.position[:, 1]) * smoothstep(-4, 2, texels.position[:, 2])
+    )
+
+
+def _beard(colours: Colours, texels: Texels, points: Points) -> None:
+    x, y, z = texels.position.T
+    lip = points["outer_lip_upper_mid"][1]
+    jaw = (
+        smoothstep(lip + 1.3, lip - 0.6, y - 0.16 * np.abs(x)) * smoothstep(-12.8, -10.0, y) * smoothstep(-4.2, -1.0, z)
+    )
+    moustache = np.exp(-(((y - lip - 0.5) / 0.55) ** 2)) * smoothstep(2.6, 1.6, np.abs(x)) * smoothstep(2, 4, z)
+    fine = 1 + 0.6 * noise(texels.position, 16.0)
+    blend(colours, _STUBBLE, np.clip(0.17 * np.maximum(jaw, moustache) * fine, 0, 1))
+
+
+def _scalp(colours: Colours, texels: Texels, points: Points) -> None:
+    """Darken the skin between the roots of the hair, fading out where the hair begins."""
+    around, down, out = polar(texels.position)
+    depth = (hairline(around) - down) * out
+    x, y, z = texels.position.T
+    ear = smoothstep(1.15, 0.85, np.hypot((y - 0.6) / 3.1, (z + 6.6) / 2.9)) * smoothstep(7.6, 7.9, np.abs(x))
+    roots = smoothstep(-0.25, 0.9, depth + 0.25 * noise(texels.position, 5.0)) * (1 - ear)
+    blend(colours, _ROOTS, 0.86 * roots)
+
+
+def _around_eyes(colours: Colours, texels: Texels, points: Points) -> None:
+    lid = points["eyelid_upper_l"]
+    under = points["eyelid_lower_l"] + np.array([-0.5, -0.75, 0])
+    socket = lid + np.array([-1.0, 0.75, 0])
+    blend(colours, _LID, 0.55 * _blob(texels, lid + np.array([0.1, 0.3, 0]), (1.9, 0.75, 2.5)))
+    blend(colours, _SHADE, 0.3 * _blob(texels, under, (1.6, 0.55, 2.0)))
+    blend(colours, _SHADE, 0.25 * _blob(texels, socket, (0.9, 0.6, 2.0)))
+    ring = texels.eye_ring
+    upper = texels.position[:, 1] > np.interp(np.abs(texels.position[:, 0]), *_canthus_line(points))
+    outward = smoothstep(1.7, 3.4, np.abs(texels.position[:, 0]))
+    blend(colours, _WET, 0.75 * smoothstep(4.6, 3.0, ring))
+    line = np.exp(-(((ring - 3.6) / 0.75) ** 2))
+    blend(colours, _LASH, np.where(upper, 0.35 + 0.5 * outward, 0.12 + 0.2 * outward) * line)
+    blend(colours, _WET, 0.6 * smoothstep(2.4, 1.6, ring))
+
+
+def _canthus_line(points: Points) -> tuple[list[float], list[float]]:
+    inner, outer = points["eye_inner_corner_l"], points["eye_outer_corner_l"]
+    return [inner[0], outer[0]], [inner[1], outer[1]]
+
+
+def _nostrils(colours: Colours, texels: Texels, points: Points) -> None:
+    """Darken the inside of the nose, where no light comes out again."""
+    base = (points["nose_bottom_edge_l"] + points["nose_bottom_edge_r"]) / 2
+    near = smoothstep(1.9, 1.3, np.linalg.norm((texels.position - base - [0, 0.3, 0.6]) / [1.0, 0.8, 1.0], axis=1))
+    blend(colours, _NOSTRIL, 0.9 * near * smoothstep(0.62, 0.3, texels.sky))
+
+
+def _lips(colours: Colours, texels: Texels, points: Points) -> None:
+    x, y, _ = texels.position.T
+    ring = texels.mouth_ring
+    contact = points["inner_lip_upper_mid"][1]
+    upper = y > contact
+    wander = 0.22 * noise(texels.position, 3.0)
+    edge = np.where(upper, 6.0, 7.0) + wander
+    vermilion = smoothstep(edge + 0.55, edge - 0.75, ring)
+    creases = noise(texels.position, (9.0, 0.8, 0.8)) * smoothstep(2.4, 1.2, np.abs(x))
+    tone = np.array(_LIP, dtype=float) * np.where(upper, 0.93, 1.03)[:, None] * (1 + 0.055 * creases)[:, None]
+    colours += (tone - colours) * (0.86 * vermilion)[:, None]
+    blend(colours, _LIP_INNER, 0.9 * smoothstep(3.4, 0.8, ring))
+    shine = np.exp(-(((ring - edge - 0.9) / 0.6) ** 2)) * smoothstep(2.3, 1.0, np.abs(x))
+    blend(colours, (232, 190, 168), 0.16 * shine)
+
+
+def _brows(colours: Colours, texels: Texels, points: Points) -> None:
+    blend(colours, _BROW, 0.88 * brow_coverage(texels, points))
+
+
+def _grain(colours: Colours, texels: Texels) -> None:
+    position = texels.position
+    blotches = 0.022 * layered(position, 0.6, 4)
+    pores = 0.02 * noise(position, 10.0) + 0.015 * noise(position, 22.0)
+    colours *= (1 + blotches + pores)[:, None]
+    freckles = smoothstep(0.84, 0.97, noise(position + 7.0, 4.2)) * smoothstep(-3.5, 1.0, position[:, 2])
+    blend(colours, (172, 118, 94), 0.16 * freckles)
+
+
+def _shadow(colours: Colours, texels: Texels) -> Colours:
+    """Darken what sees little sky; light that leaves skin again is red, so red darkens least."""
+    sky = np.clip(texels.sky, 0.05, 1)[:, None]
+    return np.asarray(np.clip(colours * sky ** np.array([0.5, 0.62, 0.66]) * 1.02, 0, 255))

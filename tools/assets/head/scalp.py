@@ -1,0 +1,91 @@
+"""The scalp as a height field around the middle of the head: where the hairline runs and how far out the skin is."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+from scipy.ndimage import gaussian_filter, map_coordinates, median_filter
+
+from tools.assets.head.casting import distances_along
+
+CENTRE = np.array([0.0, 4.0, -6.0])  # cm, middle of the skull
+_AROUND, _DOWN = 96, 56  # cells of the height field
+_DEEPEST = np.radians(165.0)
+
+# The hairline of the left side, cm: forehead, temple, sideburn, over the ear, behind it, nape.
+_HAIRLINE = np.array(
+    [
+        (0.0, 9.3, 3.6),
+        (2.4, 9.5, 2.9),
+        (4.4, 9.3, 1.6),
+        (5.6, 8.3, 0.6),
+        (6.2, 7.0, 0.0),
+        (6.6, 5.4, -0.6),
+        (7.0, 3.6, -1.9),
+        (7.3, 1.4, -2.9),
+        (7.4, -0.2, -3.3),
+        (7.5, -0.2, -3.9),
+        (7.7, 1.6, -4.5),
+        (7.9, 3.1, -5.4),
+        (7.9, 3.6, -6.6),
+        (7.8, 2.9, -8.3),
+        (7.5, 0.9, -9.5),
+        (7.0, -1.6, -10.0),
+        (5.9, -4.0, -10.8),
+        (3.6, -5.3, -12.2),
+        (0.0, -5.7, -12.8),
+    ]
+)
+
+
+@dataclass(frozen=True)
+class Scalp:
+    """The skull seen from its middle.
+
+    radius : (down, around) cm to the skin; around runs from the front over the left side, down from the crown
+    """
+
+    radius: NDArray[np.float64]
+
+    def out(self, around: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how far the skin is from the centre in these directions (radians)."""
+        column = np.mod(around / (2 * np.pi), 1.0) * _AROUND
+        row = np.clip(down / _DEEPEST, 0, 1) * (_DOWN - 1)
+        padded = np.concatenate([self.radius, self.radius[:, :1]], axis=1)
+        return map_coordinates(padded, [row, column], order=1)
+
+    def points(
+        self, around: NDArray[np.float64], down: NDArray[np.float64], height: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return points at a height over the skin, cm, in directions given in radians."""
+        return CENTRE + _directions(around, down) * (self.out(around, down) + height)[..., None]
+
+
+def build_scalp(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Scalp:
+    """Measure the skull; the ears are smoothed away."""
+    around = np.arange(_AROUND) * 2 * np.pi / _AROUND
+    down = np.linspace(0, _DEEPEST, _DOWN)
+    directions = _directions(*np.meshgrid(around, down)).reshape(-1, 3)
+    radius = distances_along(CENTRE, directions, vertices, triangles).reshape(_DOWN, _AROUND)
+    radius[np.isnan(radius)] = np.nanmedian(radius)
+    wrapped = np.pad(np.pad(radius, ((0, 0), (8, 8)), mode="wrap"), ((8, 8), (0, 0)), mode="edge")
+    return Scalp(gaussian_filter(median_filter(wrapped, (3, 5)), 0.7)[8:-8, 8:-8])
+
+
+def polar(points: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return radians around (0 in front, positive to the left), radians from the crown, cm from the centre."""
+    x, y, z = (np.asarray(points, dtype=float) - CENTRE).T
+    return np.arctan2(x, z), np.arctan2(np.hypot(x, z), y), np.sqrt(x * x + y * y + z * z)
+
+
+def hairline(around: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how far down from the crown the hair reaches, radians."""
+    return np.asarray(_CURVE(np.abs(np.mod(np.asarray(around) + np.pi, 2 * np.pi) - np.pi)))
+
+
+def _directions(around: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.stack([np.sin(down) * np.sin(around), np.cos(down), np.sin(down) * np.cos(around)], axis=-1)
+
+
+_CURVE = PchipInterpolator(*polar(_HAIRLINE)[:2])

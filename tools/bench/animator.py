@@ -1,0 +1,148 @@
+"""How fast the animator's window draws a large face: at rest, moving, and while B is built again and again.
+
+    xvfb-run -a python tools/bench/animator.py [--vertices 20000] [--frames 200] [--size 1280x800] [--json]
+
+The face is the shipped head cut to so many vertices, opened from a file of its own as a user's mesh is. At rest it does
+what it does by itself, blinks and sways; `moving` plays an emotion; `changing` asks for another kernel and locality as
+soon as the last B is there, and `build_ms` is what each B took meanwhile. Times are milliseconds of a whole frame of
+the running window, the display's share included. `*_cpu_ms` is the processor time of all threads: what a frame costs
+whatever else the machine does. Without a display it is drawn offscreen; waiting for such a picture keeps Python's lock,
+so that each B takes three times as long as beside a window. Where there is no GPU this is llvmpipe.
+"""
+
+import argparse
+import json
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from itertools import count, cycle
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+import numpy as np
+
+from conf.animator.app import Animator
+from conf.animator.commands import Play
+from conf.animator.face_document import Subject, open_subject
+from conf.errors import GraphicsError
+from conf.face.deformation.face_model import Deformer
+from conf.face.deformation.kernels import KERNELS
+from conf.face.formats.obj import RawMesh
+from conf.face.formats.ppc import write_ppc
+from conf.face.mesh.mesh import build_mesh
+from conf.output.obj_writer import write_obj
+from conf.render.window.glfw_window import GlfwWindow
+from conf.render.window.offscreen import OffscreenWindow
+from tools.bench.deformation import head_of
+
+WARM_UP = 20
+
+
+def large_face(folder: Path, vertices: int) -> Subject:
+    """Return the shipped head, cut to so many vertices, as a mesh of a user's own with its control points."""
+    head = open_subject()
+    assert head.points is not None
+    places, triangles = head_of(head.mesh, vertices)
+    corners = np.stack([triangles, np.full_like(triangles, -1)], axis=-1).astype(np.int64)
+    path = folder / "face.obj"
+    mesh = build_mesh(RawMesh(places, np.zeros((0, 2)), corners, {}, None))
+    write_obj(path, mesh, places)
+    write_ppc(path.with_suffix(".ppc"), head.points)
+    return open_subject(path)
+
+
+def open_window(size: tuple[int, int]) -> GlfwWindow | OffscreenWindow:
+    """Return a window on the display, or one in memory where there is none."""
+    try:
+        return GlfwWindow(*size, "bench animator")
+    except GraphicsError:
+        return OffscreenWindow(*size)
+
+
+def deformers() -> Iterator[Deformer]:
+    """Return settings as a user goes through them: another kernel each time, and another locality."""
+    for name, step in zip(cycle(KERNELS), count()):
+        yield Deformer(name, epsilon=0.3 + 0.1 * (step % 10))
+
+
+class Bench:
+    """One animator and the times of its frames."""
+
+    def __init__(self, window: GlfwWindow | OffscreenWindow, subject: Subject) -> None:
+        self._window = window
+        self.animator = Animator(window, subject)
+        self._settings = deformers()
+        self.builds: list[float] = []
+        self.frames(WARM_UP)
+
+    def frames(self, number: int, between: Callable[[], None] = lambda: None) -> dict[str, float]:
+        """Draw so many frames. Returns their figures in milliseconds."""
+        wall = np.zeros(number)
+        cpu = time.process_time()
+        for i in range(number):
+            began = time.perf_counter()
+            self.animator.draw_frame()
+            self._window.ctx.finish()
+            wall[i] = time.perf_counter() - began
+            between()
+        cpu = time.process_time() - cpu
+        low, middle, high, most = 1e3 * np.quantile(wall, [0.0, 0.5, 0.95, 1.0])
+        return {"min": low, "median": middle, "p95": high, "max": most, "cpu": 1e3 * cpu / number}
+
+    def change(self) -> None:
+        """Ask for another B if the last one is there."""
+        director = self.animator.director
+        if not director.actor.busy:
+            self.builds.append(director.actor.built.milliseconds)
+            director.desk = replace(director.desk, deformer=next(self._settings))
+
+
+def measure(window: GlfwWindow | OffscreenWindow, subject: Subject, frames: int) -> dict[str, float]:
+    """Return the figures of every state."""
+    bench = Bench(window, subject)
+    report: dict[str, float] = {}
+    try:
+        report |= named("rest", bench.frames(frames))
+        bench.animator.request(Play("joy"))
+        report |= named("moving", bench.frames(frames))
+        report |= named("changing", bench.frames(frames, bench.change))
+    finally:
+        bench.animator.close()
+    builds = bench.builds[2:]  # the first stands for no change, the second also finds the regions
+    report |= {"build_median_ms": round(float(np.median(builds)), 1), "build_max_ms": round(max(builds), 1)}
+    return report | {"builds": len(builds)}
+
+
+def named(state: str, figures: dict[str, float]) -> dict[str, float]:
+    """Return the figures under the names they are printed with."""
+    return {f"{state}_{name}_ms": round(float(value), 2) for name, value in figures.items()}
+
+
+def main() -> None:
+    """Print the table, or one JSON object."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--vertices", type=int, default=20_000)
+    parser.add_argument("--frames", type=int, default=200)
+    parser.add_argument("--size", default="1280x800", help="width x height of the window in pixels")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    width, height = (int(side) for side in options.size.split("x"))
+    with tempfile.TemporaryDirectory() as folder, open_window((width, height)) as window:
+        driver = str(window.ctx.info["GL_RENDERER"])
+        report = measure(window, large_face(Path(folder), options.vertices), options.frames)
+    facts = {"width": width, "height": height, "vertices": options.vertices, "driver": driver}
+    if options.json:
+        print(json.dumps(facts | report))
+        return
+    for name, value in (facts | report).items():
+        print(f"{name.replace('_', ' '):>22}  {value}")
+
+
+if __name__ == "__main__":
+    main()

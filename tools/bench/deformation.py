@@ -1,0 +1,235 @@
+"""Measure the deformer: what it costs, beside solving the RBF system for every frame, and how true it is.
+
+    python tools/bench/deformation.py [--json]
+
+Cost, on the default head cut to 5,000, 10,000 and 20,000 vertices, one BLAS thread, medians. `build` is all that
+happens once a face and kernel: distances along the surface, regions, solve, matrix. `apply` is one frame: B times
+(50, 3) plus the neutral vertices. `rival` is scipy's RBFInterpolator made anew for the frame, as the thesis did it;
+`difference` is the largest between the two where no regions are split, for displacements of about 1 cm.
+
+Truth: each of the 52 sculpted shapes is left out in turn, the operator is learned from the other 51, and the
+left-out shape is rebuilt from the displacements of its 50 control points. The error is the RMS over all vertices of the
+skin, as `rms_mm`; `rms_moving_mm` counts only those that the shape moves by more than 0.1 mm; `generic` is the split
+RBF alone.
+"""
+
+import argparse
+import json
+import os
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import RBFInterpolator
+
+from conf.face.control_points import LOWER_LIP, PUPILS, UPPER_LIP, indices
+from conf.face.deformation.anchors import choose_anchors
+from conf.face.deformation.blendshapes import Shapes, load_shapes
+from conf.face.deformation.eyelid_helpers import fold_margins, with_margins
+from conf.face.deformation.face_model import DEFAULT_HEAD, Deformer, load_face
+from conf.face.deformation.kernels import KERNELS
+from conf.face.deformation.rbf import build_operator
+from conf.face.deformation.regions import Regions, split_regions
+from conf.face.deformation.ridge_refinement import refine_operator, without_jaw
+from conf.face.deformation.rig import swing
+from conf.face.deformation.rig_json import load_rig
+from conf.face.formats.ppc import read_ppc
+from conf.face.head_pose import ES0_CM
+from conf.face.mesh.mesh import Mesh, load_mesh
+from conf.face.mesh.surface_graph import Surface
+
+SIZES = (5_000, 10_000, 20_000)
+KERNEL = KERNELS["multiquadric"]
+SMOOTHING = Deformer().smoothing
+MOVING_CM = 0.01
+MM = 10.0  # in a cm
+CORNERS = indices("inner_lip_corner", "outer_lip_corner")
+CORNER_CM = 1.0  # nearer to a corner of the mouth both lips move together
+LIP_CM = 0.5  # what lies nearer to a lip's point is that lip
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Medians for one size in ms, and the largest difference to the rival in cm."""
+
+    vertices: int
+    build_ms: float
+    apply_ms: float
+    rival_ms: float
+    difference_cm: float
+
+
+def median_ms(work: Callable[[], object], repeats: int) -> float:
+    """Return the median time of the work in milliseconds."""
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - start)
+    return 1e3 * statistics.median(times)
+
+
+def head_of(mesh: Mesh, count: int) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Return vertices and triangles of the head, cut finer if need be, without what lies farthest from the face."""
+    vertices, triangles = mesh.vertices, mesh.triangles.astype(np.int64)
+    while len(vertices) < count:
+        edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+        keys, middles = np.unique(edges[:, 0] * len(vertices) + edges[:, 1], return_inverse=True)
+        (a, b, c), (x, y, z) = triangles.T, middles.reshape(-1, 3).T + len(vertices)
+        triangles = np.concatenate([np.stack(t, axis=1) for t in ((a, x, z), (x, b, y), (z, y, c), (x, y, z))])
+        vertices = np.concatenate([vertices, vertices[np.stack(np.divmod(keys, len(vertices)))].mean(axis=0)])
+    face = np.array([0.0, 0.0, vertices[:, 2].max()])
+    kept = np.argsort(np.linalg.norm(vertices - face, axis=1))[:count]
+    index = np.full(len(vertices), -1)
+    index[kept] = np.arange(count)
+    triangles = index[triangles]
+    return vertices[kept], triangles[(triangles >= 0).all(axis=1)].astype(np.int32)
+
+
+def rbf_matrix(vertices: NDArray[np.float64], points: NDArray[np.float64], regions: Regions) -> NDArray[np.float32]:
+    """Return the split RBF operator, as conf.face.deformation.face_model builds it."""
+    centres, fields = with_margins(points, regions)
+    operator = build_operator(
+        vertices, centres, kernel=KERNEL, epsilon=KERNEL.epsilon, regions=fields, smoothing=SMOOTHING
+    )
+    return fold_margins(operator.matrix)
+
+
+def measure_cost(mesh: Mesh, points: NDArray[np.float64], count: int) -> Cost:
+    """Time building and applying B at one size, and the rival."""
+    vertices, triangles = head_of(mesh, count)
+    neutral = vertices.astype(np.float32)
+    displacements = np.random.default_rng(1).normal(size=points.shape)
+    few = displacements.astype(np.float32)
+
+    def build() -> NDArray[np.float32]:
+        anchors = choose_anchors(vertices, points, eye_distance=ES0_CM)
+        regions = split_regions(Surface(vertices, triangles), points, anchors=anchors).without(PUPILS)
+        return rbf_matrix(vertices, points, regions)
+
+    def rival() -> NDArray[np.float64]:
+        field = RBFInterpolator(points, displacements, kernel="multiquadric", epsilon=KERNEL.epsilon)
+        return np.asarray(field(vertices))
+
+    build_ms = median_ms(build, 9)
+    matrix = build()
+    out = np.empty_like(neutral)
+
+    def apply() -> None:
+        np.matmul(matrix, few, out=out)
+        np.add(out, neutral, out=out)
+
+    whole = build_operator(vertices, points, kernel=KERNEL, epsilon=KERNEL.epsilon).matrix
+    difference = float(np.abs(whole @ few - rival()).max())
+    return Cost(count, build_ms, median_ms(apply, 300), median_ms(rival, 9), difference)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """How true the learned operator is.
+
+    rms, rms_moving, generic : error of each sculpted shape in mm, left out of learning
+    leak : largest entry of one lip's columns of B on the other lip
+    """
+
+    rms: dict[str, float]
+    rms_moving: dict[str, float]
+    generic: dict[str, float]
+    leak: float
+
+
+def measure_truth(mesh: Mesh, points: NDArray[np.float64], rig_path: Path, shapes: Shapes) -> Truth:
+    """Leave each of the sculpted shapes out in turn and rebuild it from its control points."""
+    surface = Surface(mesh.vertices, mesh.triangles)
+    known = load_rig(rig_path, mesh, points).anchors
+    anchors = choose_anchors(mesh.vertices, points, eye_distance=ES0_CM, known=known)
+    regions = split_regions(surface, points, anchors=anchors).without(PUPILS)
+    matrix = rbf_matrix(mesh.vertices, points, regions)
+    moved = shapes.at(surface.snap(points, tolerance=0.0))
+    skin = mesh.group_vertices("skin")
+    truth = Truth({}, {}, {}, lip_leak(load_face().operator, surface, points))
+    for i, name in enumerate(shapes.names):
+        others = [j for j in range(len(shapes.names)) if j != i]
+        jaw = load_rig(rig_path, mesh, points, shapes.only(others)).jaw
+        assert jaw is not None, "the default head has a jaw"
+        left, offsets = without_jaw(jaw, points, moved, shapes.offsets)
+        rebuilt = refine_operator(matrix, left[others], offsets[others], regions=regions) @ left[i]
+        rebuilt[jaw.vertices] += swing(jaw.arms, jaw.shares, jaw.motion(points, moved[i]))
+        sculpted = shapes.offsets[i, skin]
+        moving = np.linalg.norm(sculpted, axis=1) > MOVING_CM
+        truth.rms[name] = rms_mm(rebuilt[skin] - sculpted)
+        truth.rms_moving[name] = rms_mm((rebuilt[skin] - sculpted)[moving])
+        truth.generic[name] = rms_mm(matrix[skin] @ moved[i] - sculpted)
+    return truth
+
+
+def rms_mm(errors: NDArray[np.floating]) -> float:
+    """Return the root of the mean squared length of (k, 3) errors in cm, in mm."""
+    return MM * float(np.sqrt((errors.astype(np.float64) ** 2).sum(axis=1).mean())) if len(errors) else 0.0
+
+
+def lip_leak(matrix: NDArray[np.float32], surface: Surface, points: NDArray[np.float64]) -> float:
+    """Return how much one lip's points move the other lip, at most, away from the corners of the mouth."""
+    seeds = surface.snap(points, tolerance=0.0)
+    far = surface.distances(seeds[CORNERS], limit=1.0) >= CORNER_CM
+    largest = 0.0
+    for lip, other in ((UPPER_LIP, LOWER_LIP), (LOWER_LIP, UPPER_LIP)):
+        on_lip = far & (surface.distances(seeds[lip], limit=1.0) < LIP_CM)
+        largest = max(largest, float(np.abs(matrix[on_lip][:, other]).max()))
+    return largest
+
+
+def main() -> None:
+    """Print what was measured."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    options = parser.parse_args()
+    mesh, points = load_mesh(DEFAULT_HEAD), read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
+    rig, sculpted = DEFAULT_HEAD.with_name("rig.json"), DEFAULT_HEAD.with_name("shapes.npz")
+    costs = [measure_cost(mesh, points, size) for size in SIZES]
+    shapes = load_shapes(sculpted, len(mesh.vertices)) if sculpted.is_file() else None
+    truth = None if shapes is None else measure_truth(mesh, points, rig, shapes)
+    print_json(costs, truth) if options.json else print_tables(costs, truth)
+
+
+def print_json(costs: list[Cost], truth: Truth | None) -> None:
+    """Print one object: the figures of the largest size at the top, all sizes below."""
+    largest = costs[-1]
+    report: dict[str, object] = {
+        "vertices": largest.vertices,
+        "build_ms": largest.build_ms,
+        "apply_ms": largest.apply_ms,
+        "rival_ms": largest.rival_ms,
+        "max_difference_cm": largest.difference_cm,
+        "sizes": [asdict(cost) for cost in costs],
+    }
+    if truth is not None:
+        report |= {"rms_mm": truth.rms, "rms_moving_mm": truth.rms_moving, "rms_generic_mm": truth.generic}
+        report["lip_leak"] = truth.leak
+    print(json.dumps(report))
+
+
+def print_tables(costs: list[Cost], truth: Truth | None) -> None:
+    """Print the same for people."""
+    print(f"{'vertices':>10} {'build ms':>9} {'apply ms':>9} {'rival ms':>9} {'difference cm':>14}")
+    for cost in costs:
+        times = f"{cost.build_ms:9.1f} {cost.apply_ms:9.3f} {cost.rival_ms:9.2f}"
+        print(f"{cost.vertices:10} {times} {cost.difference_cm:14.1e}")
+    if truth is None:
+        print("no sculpted shapes beside the default head: no table of errors")
+        return
+    print(f"\n{'left-out shape, mm':22} {'learned':>8} {'moving':>8} {'generic':>8}")
+    for name, error in truth.rms.items():
+        print(f"{name:22} {error:8.2f} {truth.rms_moving[name]:8.2f} {truth.generic[name]:8.2f}")
+    print(f"\none lip's columns on the other lip: at most {truth.leak:.4f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,175 @@
+"""How true is the drawn face to the person? Track a clip, send it, draw it, track the drawing, compare the curves.
+
+    python tools/bench/fidelity.py CLIP [--face FACE.obj] [--pictures FOLDER] [--json]
+
+The clip goes through the whole path, datagrams included, in simulated time, so that frame and drawing belong together.
+"""
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.face.deformation.face_model import load_face
+from conf.face.head_pose import HeadPose
+from conf.protocol.codec import LIVE
+from conf.protocol.loopback import ONE_WAY_S, Rehearsal
+from conf.protocol.messages import StreamParameters
+from conf.protocol.sender_connection import LinkOptions
+from conf.render.auto_framing import Framer
+from conf.render.camera import View
+from conf.render.face_renderer import FaceRenderer
+from conf.render.window.offscreen import OffscreenWindow
+from conf.sender.capture.video import open_clip
+from conf.sender.frame_pacer import Pace
+from conf.sender.motion.extractor import MotionExtractor
+from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.model_files import fetch_models
+from conf.sender.tracking.pose_removal import remove_head_pose
+from conf.sender.tracking.tracker import FaceTracker
+from tools.bench.rate_curves import CURVES, compare, face_curves
+
+SIZE = (480, 480)
+MOVES = {  # a curve whose spread on the person is below the tracker's own noise says nothing
+    "mouth_opening": 0.01, "mouth_width": 0.01, "lid_right": 0.006, "lid_left": 0.006,
+    "brow_inner": 0.006, "brow_outer": 0.006, "yaw": 1.0, "pitch": 1.0, "roll": 1.0,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Pair:
+    """One frame of the person and the drawing made of it, each with its curves."""
+
+    pixels: NDArray[np.uint8]
+    drawing: NDArray[np.uint8]
+    source: dict[str, float]
+    shown: dict[str, float] | None
+
+
+def main() -> None:
+    """Print the table, or one JSON object."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("clip", type=Path)
+    parser.add_argument("--face", type=Path, help="another face, with its PPC beside it")
+    parser.add_argument("--pictures", type=Path, help="write person and drawing side by side into this folder")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    pairs = list(run(options.clip, options.face))
+    result = summary(pairs)
+    if options.pictures:
+        write_pictures(pairs, options.pictures)
+    print(json.dumps(result) if options.json else table(result, pairs))
+
+
+def run(clip: Path, face_path: Path | None = None) -> Iterator[Pair]:
+    """Yield every frame with a face, with its drawing."""
+    models = fetch_models()
+    canonical = read_canonical_face(models)
+    face = load_face(face_path)
+    person, again = FaceTracker(models), FaceTracker(models)
+    with open_clip(clip) as source, OffscreenWindow(*SIZE) as window:
+        renderer = FaceRenderer(window.ctx, face)
+        extractor = MotionExtractor(canonical, source.size)
+        parameters = StreamParameters(*source.size, source.fps, 50, extractor.fapu_lengths())
+        call = Rehearsal(parameters, 0.0, link=LinkOptions(LIVE.name))
+        pace, framer, view = Pace(LIVE.fps), Framer(), View()
+        for frame in iter(source.read, None):
+            tracking = person.track(frame.pixels)
+            now = frame.timestamp
+            if tracking is None or pace.wait(now, now) is None:
+                continue
+            call.send_frame(extractor.update(tracking, now), now)
+            delay = call.inbound.snapshot(now).playout_delay_ms / 1000
+            playout = call.inbound.play(now + ONE_WAY_S + delay + 1e-3)
+            if playout is None:
+                continue
+            pose = framer.place(HeadPose.from_vector(playout.frame.pose), now)
+            window.begin()
+            renderer.draw(face.deform(playout.frame.displacements), pose, view, window.framebuffer)
+            window.end()
+            drawing = window.read()
+            drawn = again.track(drawing)
+            aligned, source_pose = remove_head_pose(tracking.landmarks, canonical, source.size)
+            shown = None
+            if drawn is not None:
+                shown = face_curves(*remove_head_pose(drawn.landmarks, canonical, SIZE))
+            yield Pair(frame.pixels, drawing, face_curves(aligned, source_pose), shown)
+        renderer.release()
+
+
+def summary(pairs: list[Pair]) -> dict[str, dict[str, float | None]]:
+    """Return correlation and gain of each curve; None where the person does not move it."""
+    seen = [(pair.source, pair.shown) for pair in pairs if pair.shown is not None]
+    result: dict[str, dict[str, float | None]] = {}
+    for name in CURVES:
+        source = np.array([a[name] for a, _ in seen])
+        shown = np.array([b[name] for _, b in seen])
+        moves = source.std() >= MOVES[name]
+        correlation, gain = compare(source, shown)
+        result[name] = {
+            "correlation": round(correlation, 3) if moves else None,
+            "gain": round(gain, 3) if moves else None,
+            "source_spread": round(float(source.std()), 4),
+        }
+    return result | {"lids_when_shut": shut_lids(seen)}
+
+
+def shut_lids(seen: list[tuple[dict[str, float], dict[str, float]]]) -> dict[str, float | None]:
+    """Return how far the lids of the drawing stand open, as a share of their usual gap, when the person's are shut."""
+    source = np.array([[a["lid_right"], a["lid_left"]] for a, _ in seen]).mean(axis=1)
+    shown = np.array([[b["lid_right"], b["lid_left"]] for _, b in seen]).mean(axis=1)
+    usual = np.median(source)
+    shut = source < 0.5 * usual
+    if not shut.any():
+        return {"source": None, "shown": None}
+    return {
+        "source": round(float(source[shut].min() / usual), 3),
+        "shown": round(float(shown[shut].min() / np.median(shown)), 3),
+    }
+
+
+def table(result: dict[str, dict[str, float | None]], pairs: list[Pair]) -> str:
+    """Return the result for people to read."""
+    lines = [f"{'curve':<16}{'correlation':>12}{'gain':>8}{'spread':>9}"]
+    for name in CURVES:
+        row = result[name]
+        lines.append(f"{name:<16}{_cell(row['correlation']):>12}{_cell(row['gain']):>8}{row['source_spread']:>9}")
+    lids = result["lids_when_shut"]
+    lines.append(
+        f"lids at their most shut: person {_cell(lids['source'])}, drawing {_cell(lids['shown'])} of the usual gap"
+    )
+    lost = sum(pair.shown is None for pair in pairs)
+    lines.append(f"{len(pairs)} frames, {lost} drawings in which the tracker found no face")
+    return "\n".join(lines)
+
+
+def _cell(value: float | None) -> str:
+    return "still" if value is None else f"{value:.3f}"
+
+
+def write_pictures(pairs: list[Pair], folder: Path) -> None:
+    """Write a sheet of telling moments: the widest mouth, shut lids, largest turns, and an even sample."""
+    folder.mkdir(parents=True, exist_ok=True)
+    picked = set(np.linspace(0, len(pairs) - 1, 9).astype(int).tolist())
+    for name in CURVES:
+        values = [pair.source[name] for pair in pairs]
+        picked |= {int(np.argmax(values)), int(np.argmin(values))}
+    for index in sorted(picked):
+        person = pairs[index].pixels
+        scale = SIZE[1] / person.shape[0]
+        person = cv2.resize(person, (round(person.shape[1] * scale), SIZE[1]))
+        cv2.imwrite(str(folder / f"{index:05}.jpg"), np.hstack([person, pairs[index].drawing]))
+
+
+if __name__ == "__main__":
+    main()

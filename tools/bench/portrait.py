@@ -1,0 +1,258 @@
+"""How good is the portrait? A clip through the whole path, beside video codecs at the same rate.
+
+    python tools/bench/portrait.py CLIP... [--json] [--pictures FOLDER] [--no-peers]
+
+Each clip at 320x240, 15 frames a second, shorter ones looped to 30 s. Motion goes through the codec of the wire, the
+portrait's pieces ride on the motion's datagrams within their budget, acknowledgements come back two frames late.
+Figures are of what follows the first ten seconds; those have a row of their own. Rates count UDP/IP headers (28 bytes),
+framing and seal; for video RTP, UDP and IP (40 bytes).
+"""
+
+import argparse
+import json
+import os
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.face.head_pose import HeadPose
+from conf.protocol.codec import Decoder, Encoder
+from conf.protocol.portrait import PortraitInbox, PortraitOutbox
+from conf.receiver.portrait.portrait_renderer import PortraitRenderer
+from conf.receiver.portrait.portrait_store import Album
+from conf.render.camera import View
+from conf.render.window.offscreen import OffscreenWindow
+from conf.sender.motion.extractor import MotionExtractor
+from conf.sender.portrait.photo_builder import Shot
+from conf.sender.portrait.scheduler import PortraitStudio
+from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.model_files import fetch_models
+from conf.sender.tracking.tracker import FaceTracker, Tracking
+from tools.bench.portrait_clip import FPS, SIZE, START_S, Pixels, average, compare, likenesses, load_frames, looped
+from tools.bench.portrait_peers import CODECS, transmit
+
+FRAMING = 14 + 28  # bytes of seal and framing, UDP and IP, of each motion datagram
+BESIDE = 2  # bytes that a piece adds to the datagram it rides on
+ACK_FRAMES = 2
+DRAWN_SIZE = (640, 480)
+RATES = (10.0, 20.0)
+NO_WORSE = 0.01  # face SSIM: two pictures this near are as good as each other
+
+
+@dataclass
+class Call:
+    """What one clip gave: pictures shown, bytes sent, milliseconds of drawing."""
+
+    sources: list[Pixels]
+    trackings: list[Tracking | None] = field(default_factory=list)
+    shown: list[Pixels | None] = field(default_factory=list)
+    frozen: list[Pixels | None] = field(default_factory=list)  # the photograph as it arrived, not moved
+    wire_bytes: list[int] = field(default_factory=list)
+    motion_bytes: list[int] = field(default_factory=list)
+    draw_ms: list[float] = field(default_factory=list)
+    shown_at: float | None = None
+    stickers: int = 0
+
+
+def main() -> None:
+    """Print a table for each clip, or one JSON object."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("clips", type=Path, nargs="+")
+    parser.add_argument("--pictures", type=Path, help="write side-by-side pictures into this folder")
+    parser.add_argument("--no-peers", action="store_true", help="leave the video codecs out")
+    parser.add_argument("--kbps", type=float, default=4.0, help="the portrait's budget after the start")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    results = {}
+    for clip in options.clips:
+        call = run(looped(load_frames(clip)), options.kbps)
+        result, videos = measure(call, peers=() if options.no_peers else tuple(CODECS))
+        results[clip.stem] = result
+        if options.pictures:
+            write_pictures(call, videos, options.pictures / f"{clip.stem}.jpg")
+        if not options.json:
+            print(table(clip.stem, result), flush=True)
+    if options.json:
+        print(json.dumps(results))
+
+
+def run(frames: Sequence[Pixels], kbps: float) -> Call:
+    """Send frames through tracker, codec, portrait's transfer and renderer."""
+    models = fetch_models()
+    canonical, tracker = read_canonical_face(models), FaceTracker(models)
+    extractor = MotionExtractor(canonical, SIZE)
+    encoder, decoder = Encoder(), Decoder()
+    outbox, inbox, album = PortraitOutbox(kbps=kbps), PortraitInbox(), Album()
+    studio = PortraitStudio(canonical, outbox)
+    call = Call(list(frames))
+    with OffscreenWindow(*SIZE) as window, OffscreenWindow(*DRAWN_SIZE) as large:
+        large.begin()  # a renderer is made while its own context is the current one
+        timed = PortraitRenderer(large.ctx, album)
+        window.begin()
+        renderer = PortraitRenderer(window.ctx, album)
+        for number, pixels in enumerate(frames):
+            now = number / FPS
+            tracking = tracker.track(pixels)
+            call.trackings.append(tracking)
+            payload = b""
+            displacements = pose = None
+            if tracking is not None:
+                motion = extractor.update(tracking, now)
+                payload = encoder.encode([motion], number)
+                decoded = decoder.decode(payload, number)[0]
+                displacements, pose = decoded.displacements, HeadPose.from_vector(decoded.pose)
+                shot = Shot(pixels, tracking.landmarks, extractor.neutral_points, extractor.fapu)
+                studio.watch(shot, motion, tracking.presence, now)
+            encoder.acknowledge([number - ACK_FRAMES])
+            outbox.charge(FRAMING + len(payload), now)
+            piece = outbox.next_piece(now, overhead=BESIDE)
+            call.motion_bytes.append(FRAMING + len(payload))
+            call.wire_bytes.append(FRAMING + len(payload) + (len(piece) + BESIDE if piece else 0))
+            if piece and (data := inbox.receive_piece(piece)):
+                album.receive(data)
+            if answer := inbox.next_answer(now):
+                outbox.receive_answer(answer)
+            call.frozen.append(_at_size(album.sitter.pixels) if album.sitter else None)
+            if not renderer.ready or displacements is None or pose is None:
+                call.shown.append(call.shown[-1] if call.shown else None)
+                continue
+            if call.shown_at is None:
+                call.shown_at = now
+            window.begin()
+            renderer.draw(displacements, pose, View(), window.framebuffer)
+            window.end()
+            call.shown.append(window.read())
+            if number % 5 == 0:
+                call.draw_ms.append(_draw_large(large, timed, displacements, pose))
+        call.stickers = len(album.stickers)
+    return call
+
+
+def _at_size(pixels: Pixels) -> Pixels:
+    """Return a photograph as large as the frames are: a draft has fewer pixels."""
+    return np.asarray(cv2.resize(pixels, SIZE, interpolation=cv2.INTER_LINEAR), np.uint8)
+
+
+def _draw_large(
+    window: OffscreenWindow, renderer: PortraitRenderer, displacements: NDArray[np.float32], pose: HeadPose
+) -> float:
+    """Return how many milliseconds a frame takes, read back included."""
+    began = time.perf_counter()
+    window.begin()
+    renderer.draw(displacements, pose, View(), window.framebuffer)
+    window.end()
+    window.read()
+    return (time.perf_counter() - began) * 1000
+
+
+def measure(call: Call, peers: Sequence[str]) -> tuple[dict[str, Any], dict[str, list[Pixels]]]:
+    """Return the figures and what the video codecs showed at the same rate."""
+    models = fetch_models()
+    rows = likenesses(call.sources, call.shown, call.trackings, FaceTracker(models))
+    start = round(START_S * FPS)
+    result: dict[str, Any] = {"kbps": rate(call.wire_bytes[start:]), **average(rows[start:])}
+    result["worse_than_frozen"], result["worst_below_frozen"] = below_frozen(call, start)
+    result["motion_kbps"] = rate(call.motion_bytes[start:])
+    result["start"] = {"kbps": rate(call.wire_bytes[:start]), **average(rows[:start])}
+    result["shown_at_s"] = call.shown_at
+    result["draw_ms_median_640x480"] = round(float(np.median(call.draw_ms)), 2)
+    result["patches"] = call.stickers
+    result["peers"] = {}
+    videos = {}
+    for codec in peers:
+        for kbps in (result["kbps"], *RATES):
+            video = transmit(call.sources, codec, kbps)
+            seen = likenesses(call.sources, video.frames, call.trackings, FaceTracker(models))
+            name = codec if kbps == result["kbps"] else f"{codec}_{kbps:g}kbps"
+            result["peers"][name] = {"kbps": rate(video.wire_bytes[start:]), **average(seen[start:])}
+            result["peers"][name]["start"] = {"kbps": rate(video.wire_bytes[:start]), **average(seen[:start])}
+            if kbps == result["kbps"]:
+                videos[codec] = video.frames
+    return result, videos
+
+
+def below_frozen(call: Call, start: int) -> tuple[float, float]:
+    """Return the share of pictures after the start that are worse than the photograph not moved, and by how much.
+
+    Worse is a face whose SSIM with the source's is lower by more than NO_WORSE; how much lower at the worst is told for
+    all pictures, 0 if none is lower.
+    """
+    lacks = []
+    rows = list(zip(call.sources, call.shown, call.frozen, call.trackings, strict=True))
+    for source, shown, frozen, tracking in rows[start:]:
+        if shown is None or frozen is None or tracking is None:
+            continue
+        moved, still = (compare(source, picture, tracking, None).face_ssim for picture in (shown, frozen))
+        lacks.append(still - moved)
+    if not lacks:
+        return 0.0, 0.0
+    return round(float(np.mean(np.array(lacks) > NO_WORSE)), 4), round(max(0.0, *lacks), 4)
+
+
+def rate(wire_bytes: Sequence[int]) -> float:
+    """Return kbit/s of bytes a frame."""
+    return round(sum(wire_bytes) * 8 * FPS / max(len(wire_bytes), 1) / 1000, 2)
+
+
+COLUMNS = ("kbps", "face_ssim", "mouth_ssim", "face_psnr", "mouth_psnr", "landmark_error_percent", "not_found")
+
+
+def table(name: str, result: dict[str, Any]) -> str:
+    """Return the figures of one clip for people to read."""
+    shown = f"{result['shown_at_s']:.1f} s" if result["shown_at_s"] is not None else "never"
+    lines = [
+        f"{name}: shown after {shown}, {result['patches']} patches, motion {result['motion_kbps']} kbit/s,",
+        f"{result['worse_than_frozen']:.1%} of the pictures worse than the frozen photograph, "
+        f"at the worst by {result['worst_below_frozen']:.3f},",
+        f"drawn in {result['draw_ms_median_640x480']} ms at 640x480 (median)",
+        f"{'':<16}" + "".join(f"{column.replace('landmark_error_percent', 'landmark %'):>12}" for column in COLUMNS),
+    ]
+    rows = {"conf": result, "conf, first 10 s": result["start"], **result["peers"]}
+    for label, figures in rows.items():
+        cells = (figures.get(column) for column in COLUMNS)
+        lines.append(f"{label:<16}" + "".join(f"{'-' if v is None else format(v, '.3f'):>12}" for v in cells))
+    return "\n".join(lines) + "\n"
+
+
+def write_pictures(call: Call, videos: dict[str, list[Pixels]], path: Path) -> None:
+    """Write source, portrait and video codecs side by side, at the moments that are hardest."""
+    columns: list[NDArray[np.uint8]] = []
+    for number in moments(call):
+        views = [call.sources[number], call.shown[number], *(frames[number] for frames in videos.values())]
+        columns.append(np.vstack([v if v is not None else np.zeros_like(call.sources[0]) for v in views]))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    cv2.imwrite(str(path), np.hstack(columns))
+
+
+def moments(call: Call) -> list[int]:
+    """Return frames after the start: widest mouth, shut eyes, largest turns, and an even sample."""
+    start = round(START_S * FPS)
+    tracked = [
+        i for i in range(start, len(call.sources)) if call.trackings[i] is not None and call.shown[i] is not None
+    ]
+    points = {i: tracking.landmarks for i in tracked if (tracking := call.trackings[i]) is not None}
+    size = {i: float(np.linalg.norm(p[10] - p[152])) for i, p in points.items()}
+    measures = [
+        lambda i: (points[i][14, 1] - points[i][13, 1]) / size[i],
+        lambda i: -(points[i][145, 1] - points[i][159, 1] + points[i][374, 1] - points[i][386, 1]) / size[i],
+        lambda i: (points[i][234, 2] - points[i][454, 2]) / size[i],
+        lambda i: (points[i][454, 2] - points[i][234, 2]) / size[i],
+        lambda i: abs(points[i][10, 2] - points[i][152, 2]) / size[i],
+    ]
+    even = [tracked[k] for k in np.linspace(0, len(tracked) - 1, 3).astype(int)]
+    return [max(tracked, key=m) for m in measures] + even
+
+
+if __name__ == "__main__":
+    main()

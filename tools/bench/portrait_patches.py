@@ -1,0 +1,125 @@
+"""Patches of a clip, cut as the sender cuts them, and what their coefficients are like: for tools/train/portrait.py."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.face.portrait.patch_features import FEATURES
+from conf.face.portrait.patch_prediction import to_planes
+from conf.protocol.codec.range_coder import TOTAL
+from conf.protocol.codec.symbol_coder import SCALES_AN_OCTAVE
+from conf.protocol.portrait.dct_coding import Planes
+from conf.protocol.portrait.patch import Patch, encode_patch, step_size
+from conf.protocol.portrait.probability_model import BlockModel, PortraitModel
+from conf.sender.motion.extractor import MotionExtractor
+from conf.sender.portrait.photo_builder import Shot, take_photograph
+from conf.sender.portrait.reference_photo import Hanging, differ
+from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.model_files import fetch_models
+from conf.sender.tracking.tracker import FaceTracker
+from tools.bench.portrait_clip import FPS, SIZE, load_frames
+from tools.train.codec_fit import UNIT_SCALE
+
+PHOTO_AT = 8  # the frame that is photographed: the tracker has settled
+EVERY = 6  # frames between two patches
+STEPS = (14, 19, 24)  # of the quantiser, around those in use
+CHECKED_STEP = 19
+DEAD = 0.6
+COEFFICIENTS = 64
+
+
+@dataclass
+class PatchCounts:
+    """What was counted.
+
+    coded : (2, 3, 2) blocks by kind, neighbours that are not empty, and whether they are empty or not
+    last : (2, 64) by kind and the last coefficient told
+    levels, told : (2, 64) sums of magnitudes, and of how many
+    """
+
+    coded: NDArray[np.float64] = field(default_factory=lambda: np.full((2, 3, 2), 2.0))
+    last: NDArray[np.float64] = field(default_factory=lambda: np.full((2, COEFFICIENTS), 0.2))
+    levels: NDArray[np.float64] = field(default_factory=lambda: np.full((2, COEFFICIENTS), 0.1))
+    told: NDArray[np.float64] = field(default_factory=lambda: np.full((2, COEFFICIENTS), 0.5))
+
+    def __add__(self, other: "PatchCounts") -> "PatchCounts":
+        """Return both together."""
+        names = self.__dataclass_fields__
+        return PatchCounts(**{name: getattr(self, name) + getattr(other, name) for name in names})
+
+    def count(self, planes: Planes) -> None:
+        """Count a patch's coefficients, in steps."""
+        for kind, plane in zip((0, 1, 1), planes, strict=True):
+            level = np.where(np.abs(plane) >= DEAD, np.maximum(np.rint(np.abs(plane)), 1), 0)
+            ends = np.where(level > 0, np.arange(1, COEFFICIENTS + 1), 0).max(axis=2)
+            full = np.pad((ends > 0).astype(int), ((1, 0), (1, 0)))
+            neighbours = full[:-1, 1:] + full[1:, :-1]
+            np.add.at(self.coded[kind], (neighbours.ravel(), full[1:, 1:].ravel()), 1)
+            np.add.at(self.last[kind], ends[ends > 0] - 1, 1)
+            before = np.arange(COEFFICIENTS) < ends[..., None]
+            self.levels[kind] += (level * before).sum(axis=(0, 1))
+            self.told[kind] += before.sum(axis=(0, 1))
+
+    def model(self) -> BlockModel:
+        """Return what the coder uses."""
+        chance = self.coded[..., 1] / self.coded.sum(axis=2)
+        coded = np.clip(np.rint(chance * TOTAL), 64, TOTAL - 64).astype(np.int64)
+        last = np.array([_whole(_smooth(row)) for row in self.last])
+        mean = np.array([_smooth(row) for row in self.levels / self.told])
+        spread = np.rint(UNIT_SCALE + SCALES_AN_OCTAVE * np.log2(mean / np.log(4)))
+        return BlockModel(coded, last, np.maximum(spread, 0).astype(np.int64))
+
+
+def _smooth(row: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(np.convolve(np.pad(row, 2, "edge"), [0.1, 0.2, 0.4, 0.2, 0.1], "valid"))
+
+
+def _whole(weights: NDArray[np.float64]) -> NDArray[np.int64]:
+    result = np.asarray(1 + np.floor((TOTAL - len(weights)) * weights / weights.sum()), np.int64)
+    result[np.argmax(result)] += TOTAL - result.sum()
+    return result
+
+
+def read_patches(clip: Path) -> list[Patch]:
+    """Return patches of a clip's frames on an early one, their planes in levels of brightness."""
+    models = fetch_models()
+    canonical, tracker = read_canonical_face(models), FaceTracker(models)
+    extractor = MotionExtractor(canonical, SIZE)
+    hanging: Hanging | None = None
+    found = []
+    for number, pixels in enumerate(load_frames(clip)):
+        tracking = tracker.track(pixels)
+        if tracking is None:
+            continue
+        motion = extractor.update(tracking, number / FPS)
+        shot = Shot(pixels, tracking.landmarks, extractor.neutral_points, extractor.fapu)
+        if hanging is None and number >= PHOTO_AT:
+            hanging = Hanging.of(take_photograph(shot, canonical, 0), shot, 0.0)
+        elif hanging is not None and number % EVERY == 0:
+            for region, feature in enumerate(FEATURES):
+                if hanging.fits(shot, motion, region):
+                    difference, points = differ(hanging, shot, motion, feature)
+                    size = difference.shape[1], difference.shape[0]
+                    key = feature.key(motion.displacements)
+                    found.append(Patch(0, region, 0, key, points, size, 0, to_planes(difference)))
+    return found
+
+
+def count_patches(found: Sequence[Patch]) -> PatchCounts:
+    """Count the coefficients of patches at each of STEPS."""
+    counts = PatchCounts()
+    for patch in found:
+        for step in STEPS:
+            counts.count([plane / step_size(step) for plane in patch.planes])
+    return counts
+
+
+def cost_of_patches(model: PortraitModel, found: Sequence[Patch]) -> str:
+    """Return the mean bytes of patches at CHECKED_STEP."""
+    size = step_size(CHECKED_STEP)
+    told = [replace(patch, step=CHECKED_STEP, planes=[plane / size for plane in patch.planes]) for patch in found]
+    sizes = [len(encode_patch(patch, model=model)) for patch in told]
+    return f"{np.mean(sizes):6.1f} B of {len(sizes)}"

@@ -1,0 +1,116 @@
+"""How long the receiver needs for one picture, step by step: medians in milliseconds.
+
+    python tools/bench/receiver.py [--size 640x480] [--frames 300] [--meter] [--json]
+
+Every frame is a payload of the codec that is decoded, moves the shipped head, is drawn offscreen and read back. `fps`
+is what the whole frame allows. Where there is no GPU this is llvmpipe; LP_NUM_THREADS sets its threads.
+"""
+
+import argparse
+import json
+import os
+import sys
+import time
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+import numpy as np
+
+from conf.face.deformation.face_model import load_face
+from conf.face.head_pose import HeadPose
+from conf.protocol.codec.decoder import Decoder
+from conf.protocol.codec.encoder import Encoder
+from conf.protocol.messages import MotionFrame
+from conf.receiver.stats_overlay import MeterReading, draw_meter
+from conf.render.camera import View
+from conf.render.face_renderer import FaceRenderer
+from conf.render.ui.imgui_overlay import Overlay
+from conf.render.window.offscreen import OffscreenWindow
+
+STEPS = ("decode", "deform", "normals", "upload", "draw", "meter", "read_back")
+WARM_UP = 20
+READING = MeterReading(
+    "receiving", 60.0, 60.0, 7.2, 230400.0, 27648.0, 3840.0, 99.97, 50, 320, 240, 900, 3, 1, 67.0, 4.1, 24.0,
+    tuple(7.0 + np.sin(np.arange(60) / 5)), 30.0,
+)  # fmt: skip
+
+
+def motion(count: int) -> list[bytes]:
+    """Return coded frames of a head that nods and a face that moves all over."""
+    rng = np.random.default_rng(7)
+    phases, speeds = rng.uniform(0, 6, (50, 3)), rng.uniform(0.05, 0.3, (50, 3))
+    frames = (
+        MotionFrame(
+            i / 60,
+            (40 * np.sin(speeds * i + phases)).astype(np.float32),
+            np.array([0.1 * np.sin(i / 15), 0.3 * np.sin(i / 25), 0.0, 0.0, -0.03, np.log(0.033)]),
+        )
+        for i in range(count)
+    )
+    encoder = Encoder()
+    return [encoder.encode([frame], i) for i, frame in enumerate(frames)]
+
+
+def measure(size: tuple[int, int], frames: int, *, meter: bool) -> tuple[np.ndarray, str]:
+    """Return (frames, steps) seconds and the name of the OpenGL driver."""
+    face = load_face()
+    times = np.zeros((frames, len(STEPS)))
+    with OffscreenWindow(*size) as window:
+        renderer, overlay = FaceRenderer(window.ctx, face), Overlay(window.ctx)
+        vertices, decoder = face.neutral.copy(), Decoder()
+        for i, data in enumerate(motion(WARM_UP + frames)):
+            marks = [time.perf_counter()]
+            (frame,) = decoder.decode(data, i)
+            marks.append(time.perf_counter())
+            face.deform(frame.displacements, out=vertices)
+            marks.append(time.perf_counter())
+            pose = HeadPose.from_vector(frame.pose)
+            renderer.prepare(vertices, pose)
+            marks.append(time.perf_counter())
+            renderer.upload()
+            marks.append(time.perf_counter())
+            window.begin()
+            renderer.show(pose, View(), window.framebuffer)
+            window.end()
+            window.ctx.finish()
+            marks.append(time.perf_counter())
+            if meter:
+                with overlay.frame(window.framebuffer, window.size, window.pixel_ratio):
+                    draw_meter(overlay, READING)
+                window.ctx.finish()
+            marks.append(time.perf_counter())
+            window.read()
+            marks.append(time.perf_counter())
+            if i >= WARM_UP:
+                times[i - WARM_UP] = np.diff(marks)
+        driver = str(window.ctx.info["GL_RENDERER"])
+        overlay.release()
+        renderer.release()
+    return times, driver
+
+
+def main() -> None:
+    """Print the table, or one JSON object."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--size", default="640x480", help="width x height in pixels")
+    parser.add_argument("--frames", type=int, default=300)
+    parser.add_argument("--meter", action="store_true", help="draw the meter too")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    width, height = (int(side) for side in options.size.split("x"))
+    times, driver = measure((width, height), options.frames, meter=options.meter)
+    total = float(np.median(times.sum(axis=1)))
+    report = {f"{name}_ms": round(float(ms), 3) for name, ms in zip(STEPS, np.median(times, axis=0) * 1e3, strict=True)}
+    report |= {"total_ms": round(total * 1e3, 3), "fps": round(1 / total, 1)}
+    if options.json:
+        print(json.dumps({"width": width, "height": height, "frames": options.frames, "driver": driver, **report}))
+        return
+    print(f"{width} x {height}, {options.frames} frames, {driver}")
+    for name, value in report.items():
+        print(f"{name:>14} {value:9.3f}")
+
+
+if __name__ == "__main__":
+    main()

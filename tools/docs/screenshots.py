@@ -1,0 +1,181 @@
+"""Make the pictures of a call that README shows, from the demo's clip.
+
+    xvfb-run -s "-screen 0 1280x1024x24" python tools/docs/screenshots.py [--offscreen]
+
+- receiver.jpg: the receiver's window in the middle of a call
+- before_after.jpg: moments of the person, and what is drawn of them
+- stages.png: the plot of `conf measure`
+
+The call goes through the real loop, datagrams included, in simulated time: the pictures are the same on a busy machine.
+"""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+from unittest.mock import patch
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.commands.measure import measure, plot
+from conf.face.control_points import INDEX
+from conf.face.deformation.face_model import load_face
+from conf.protocol.codec import LIVE
+from conf.protocol.loopback import ONE_WAY_S, RECEIVER, Rehearsal
+from conf.protocol.messages import MotionFrame, StreamParameters
+from conf.protocol.sender_connection import LinkOptions
+from conf.protocol.session.flood_protection import Address
+from conf.receiver.participant_grid import Window
+from conf.receiver.pipeline import ReceivingLoop
+from conf.render.window.glfw_window import GlfwWindow
+from conf.render.window.offscreen import OffscreenWindow
+from conf.sender.capture.video import open_clip
+from conf.sender.motion.extractor import MotionExtractor
+from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.model_files import fetch_demo_clip, fetch_models
+from conf.sender.tracking.offline import track_clip
+from tools.bench.fidelity import Pair, run
+
+Pixels = NDArray[np.uint8]
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+SIZE = (900, 675)
+FPS = 30.0
+LOOPS = 5  # of the clip, so that the meter has something to show
+QUALITY = [cv2.IMWRITE_JPEG_QUALITY, 88]
+LIPS = INDEX["inner_lip_lower_mid"], INDEX["inner_lip_upper_mid"]
+LIDS = [(INDEX[f"eyelid_upper_{side}"], INDEX[f"eyelid_lower_{side}"]) for side in "lr"]
+COLUMN = 300
+CAPTION = 34
+
+
+class Recorded:
+    """The loop's socket and its clock: while the loop waits, the caller says the frames that are due."""
+
+    def __init__(self, call: Rehearsal, frames: list[MotionFrame]) -> None:
+        self.now = 0.0
+        self._call = call
+        self._frames = list(reversed(frames))
+
+    def monotonic(self) -> float:
+        """Return the simulated time in seconds."""
+        return self.now
+
+    def receive(self, limit: int = 4096) -> list[tuple[bytes, Address]]:
+        """Return nothing: the rehearsal hands its datagrams to the host by itself."""
+        return []
+
+    def send(self, datagrams: list[tuple[bytes, Address]]) -> None:
+        """Hand the host's answers to the caller."""
+        for data, _ in datagrams:
+            self._call.caller.receive_datagram(data, RECEIVER, self.now)
+
+    def wait(self, seconds: float) -> None:
+        """Let time go by."""
+        self.now += max(min(seconds, 1 / 60), 1e-4)
+        while self._frames and self._frames[-1].timestamp <= self.now:
+            frame = self._frames.pop()
+            self._call.send_frame(frame, frame.timestamp)
+
+
+def main() -> None:
+    """Write the pictures and say where."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--offscreen", action="store_true", help="without a window: the same picture")
+    parser.add_argument("--output", type=Path, default=DOCS, help="folder for the pictures")
+    options = parser.parse_args()
+    options.output.mkdir(parents=True, exist_ok=True)
+    clip = fetch_demo_clip()
+    with OffscreenWindow(*SIZE) if options.offscreen else GlfwWindow(*SIZE, "conf") as window:
+        cv2.imwrite(str(options.output / "receiver.jpg"), receiver_picture(window, clip), QUALITY)
+    cv2.imwrite(str(options.output / "before_after.jpg"), before_after(list(run(clip))), QUALITY)
+    plot(measure(clip), options.output / "stages.png")
+    for name in ("stages.png", "before_after.jpg", "receiver.jpg"):
+        path = options.output / name
+        print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+
+
+def receiver_picture(window: Window, clip: Path) -> Pixels:
+    """Return the window's picture at the liveliest moment of the last time the clip goes round."""
+    frames, parameters = motion(clip)
+    length = frames[-1].timestamp + 1 / parameters.fps
+    looped = [
+        MotionFrame(frame.timestamp + i * length, frame.displacements, frame.pose)
+        for i in range(LOOPS)
+        for frame in frames
+    ]
+    call = Rehearsal(parameters, 0.0, link=LinkOptions(LIVE.name))
+    link = Recorded(call, looped)
+    shown: list[tuple[float, Pixels]] = []
+
+    def keep(window: Window, now: float) -> None:
+        if now > (LOOPS - 1) * length:
+            played = now - ONE_WAY_S - call.inbound.snapshot(now).playout_delay_ms / 1000
+            nearest = min(looped, key=lambda frame: abs(frame.timestamp - played))
+            if not shown or liveliness(nearest) > shown[0][0]:
+                shown[:] = [(liveliness(nearest), window.read())]
+
+    loop = ReceivingLoop(window, load_face(), call.host, link)  # type: ignore[arg-type]
+    with patch("conf.receiver.pipeline.time", link):
+        loop.run(fps=FPS, seconds=LOOPS * length, on_picture=keep)
+    return shown[0][1]
+
+
+def motion(clip: Path) -> tuple[list[MotionFrame], StreamParameters]:
+    """Return what the live profile sends of a clip."""
+    with open_clip(clip) as source:
+        size, fps = source.size, source.fps
+    extractor = MotionExtractor(read_canonical_face(fetch_models()), size)
+    tracked = [(frame.timestamp, tracking) for frame, tracking in track_clip(clip)]
+    for timestamp, tracking in tracked:
+        if tracking is not None:
+            extractor.update(tracking, timestamp)
+    extractor.restart()
+    frames = [extractor.update(tracking, timestamp) for timestamp, tracking in tracked if tracking is not None]
+    step = max(1, round(fps / LIVE.fps))
+    return frames[::step], StreamParameters(*size, LIVE.fps, 50, extractor.fapu_lengths())
+
+
+def liveliness(frame: MotionFrame) -> float:
+    """Return how well a moment suits a picture: an open mouth, open eyes, a head that is not turned far."""
+    up = frame.displacements[:, 1]
+    mouth = min(float(up[LIPS[1]] - up[LIPS[0]]), 350.0)
+    shut = sum(max(0.0, float(up[lower] - up[upper])) for upper, lower in LIDS)
+    return mouth - 0.6 * shut - 400.0 * float(np.abs(frame.pose[:3]).sum())
+
+
+def before_after(pairs: list[Pair]) -> Pixels:
+    """Return columns: the person above, what is drawn below, in words what it is."""
+    mouth = [pair.source["mouth_opening"] for pair in pairs]
+    lids = [pair.source["lid_left"] + pair.source["lid_right"] for pair in pairs]
+    roll = [abs(pair.source["roll"]) for pair in pairs]
+    brows = [pair.source["brow_inner"] + pair.source["brow_outer"] for pair in pairs]
+    moments = {
+        "mouth wide open": np.argmax(mouth),
+        "eyes shut": np.argmin(lids),
+        "head tilted": np.argmax(roll),
+        "brows raised": np.argmax(np.array(brows) - np.array(mouth)),
+    }
+    return np.hstack([column(pairs[int(i)], words) for words, i in moments.items()])
+
+
+def column(pair: Pair, words: str) -> Pixels:
+    """Return (H, COLUMN, 3): person, drawing, words."""
+    height = round(COLUMN * pair.pixels.shape[0] / pair.pixels.shape[1])
+    person = cv2.resize(pair.pixels, (COLUMN, height), interpolation=cv2.INTER_CUBIC)
+    drawing = cv2.resize(pair.drawing, (COLUMN, COLUMN), interpolation=cv2.INTER_AREA)
+    caption = np.full((CAPTION, COLUMN, 3), 255, np.uint8)
+    (width, _), _ = cv2.getTextSize(words, cv2.FONT_HERSHEY_DUPLEX, 0.6, 1)
+    at = ((COLUMN - width) // 2, 23)
+    cv2.putText(caption, words, at, cv2.FONT_HERSHEY_DUPLEX, 0.6, (40, 40, 40), 1, cv2.LINE_AA)
+    framed = cv2.copyMakeBorder(np.vstack([person, drawing]), 2, 2, 2, 2, cv2.BORDER_CONSTANT, value=(255, 255, 255))
+    return np.vstack([cv2.resize(framed, (COLUMN, framed.shape[0])), caption]).astype(np.uint8)
+
+
+if __name__ == "__main__":
+    main()

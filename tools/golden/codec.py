@@ -1,0 +1,61 @@
+"""Write the golden payloads of the codec into tests/data/codec_*.bin and what they decode to into codec_golden.json.
+
+    python tools/golden/codec.py
+
+To be run again only when the tables or the syntax change on purpose: both ends of a call need the same.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from conf.protocol.codec import PROFILES, Decoder, Encoder
+from tests.support.synthetic_motion import grimace, talking
+
+FOLDER = Path(__file__).resolve().parents[2] / "tests" / "data"
+MEANING = FOLDER / "codec_golden.json"
+PAYLOADS = 4
+ACK_DELAY = 2  # payloads
+
+
+def payloads() -> dict[str, tuple[int, bytes]]:
+    """Return payloads with the number of their first frame, by name, to be decoded in this order."""
+    result = {}
+    for profile in PROFILES.values():
+        encoder = Encoder(profile)
+        for position in range(PAYLOADS):
+            number = position * profile.bundle
+            encoder.acknowledge(range(number - (ACK_DELAY - 1) * profile.bundle))
+            frames = talking(profile.bundle, first=number)
+            result[f"{profile.name}_{position}"] = number, encoder.encode(frames, number)
+    result["grimace"] = 1000, Encoder().encode(grimace(1), 1000)
+    return result
+
+
+def meanings(coded: dict[str, tuple[int, bytes]]) -> dict[str, dict[str, object]]:
+    """Return for each payload its first frame's number, and the pose and the mean displacement of its last frame."""
+    decoder = Decoder()
+    result: dict[str, dict[str, object]] = {}
+    for name, (number, payload) in coded.items():
+        last = decoder.decode(payload, number)[-1]
+        result[name] = {
+            "number": number,
+            "pose": [round(value, 6) for value in last.pose.tolist()],
+            "mean_displacement": [round(value, 3) for value in last.displacements.mean(axis=0).tolist()],
+        }
+    return result
+
+
+def main() -> None:
+    """Write the files."""
+    coded = payloads()
+    for name, (_, payload) in coded.items():
+        (FOLDER / f"codec_{name}.bin").write_bytes(payload)
+    MEANING.write_text(json.dumps(meanings(coded), indent=1) + "\n")
+    print(f"{len(coded)} payloads in {FOLDER}")
+
+
+if __name__ == "__main__":
+    main()

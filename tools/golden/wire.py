@@ -1,0 +1,90 @@
+"""Write the golden bodies into tests/data/body_*.bin and the invalid payloads into payload_*.bin, always the same.
+
+    python tools/golden/wire.py
+
+Valid payloads are the codec's (tools/golden/codec.py), datagrams the session's (tools/golden/session.py).
+"""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from conf.protocol.codec.decoder import MAX_PAYLOAD
+from conf.protocol.codec.payload_header import BundleHeader, code_header
+from conf.protocol.codec.symbol_coder import Writer
+from conf.protocol.feedback import Report
+from conf.protocol.messages import KeepAlive, Presence, StreamParameters
+from conf.protocol.wire import MAX_BODY, Body, Feedback, Goodbye, Motion, RoundTripNotice, encode_body
+
+FOLDER = Path(__file__).resolve().parents[2] / "tests" / "data"
+
+BODIES: dict[str, Body] = {
+    "parameters": StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1), clock=12.345),
+    "keep_alive": KeepAlive(3.25, Presence.NO_FACE),
+    "report": Feedback(Report(highest=300, missing=5, lost=2, jitter_ms=12, hold_ms=30), refresh=True),
+    "round_trip": RoundTripNotice(80),
+    "goodbye": Goodbye(),
+    "motion": Motion(77, b"\x01\x02\x03"),
+}
+HEADS = {
+    "live": BundleHeader("live", count=1, stride=1, age=2, companion=True),
+    "narrow": BundleHeader("narrow", count=3, stride=1, age=0, companion=False),
+    "rich": BundleHeader("rich", count=2, stride=2, age=7, companion=False),
+}
+
+
+def head(name: str) -> bytes:
+    """Return a payload that ends after its head."""
+    writer = Writer(trade=0.0)
+    code_header(writer, HEADS[name])
+    return writer.finish()
+
+
+def valid() -> dict[str, bytes]:
+    """Return each body, by name."""
+    return {name: encode_body(body) for name, body in BODIES.items()}
+
+
+def invalid() -> dict[str, bytes]:
+    """Return bodies that must be refused, by what is wrong with them."""
+    good = valid()
+    parameters, report = good["parameters"], good["report"]
+    return {
+        "empty": b"",
+        "too_long": bytes([0x80]) * (MAX_BODY + 1),
+        "unknown_kind": b"\x7f" + parameters[1:],
+        "parameters_truncated": parameters[:-1],
+        "parameters_without_points": parameters.replace(b"\x32", b"\x00", 1),
+        "parameters_width_0": parameters.replace(b"\xcd\x01\x40", b"\x00", 1),
+        "parameters_negative_clock": parameters.replace(b"\xcd\x30\x39", b"\xff", 1),
+        "keep_alive_presence_2": good["keep_alive"][:-1] + b"\x02",
+        "report_flag_2": report[:1] + b"\x02" + report[2:],
+        "report_lost_more_than_sent": report[:7] + b"\xcd\x01\x2d" + report[8:],
+        "report_with_a_tail": report + b"\x00",
+        "round_trip_of_two_minutes": b"\x03\x91\xce\x00\x01\xd4\xc0",
+        "goodbye_with_more": good["goodbye"] + b"\x00",
+    }
+
+
+def payloads() -> dict[str, bytes]:
+    """Return payloads that must be refused by a decoder that knows no frame, by reason."""
+    return {
+        "padded": head("narrow") + b"\x00",
+        "too_long": b"\x01" * (MAX_PAYLOAD + 1),
+        "missing_reference": head("live"),
+    }
+
+
+def main() -> None:
+    """Write the files."""
+    for name, data in valid().items():
+        (FOLDER / f"body_{name}.bin").write_bytes(data)
+    for name, data in invalid().items():
+        (FOLDER / f"body_invalid_{name}.bin").write_bytes(data)
+    for name, data in payloads().items():
+        (FOLDER / f"payload_invalid_{name}.bin").write_bytes(data)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,164 @@
+"""Throw mutated and random datagrams, and every truncation of every golden file, at a live call.
+
+    python tools/network/fuzz_wire.py [--datagrams 1000000] [--seed 1] [--json]
+
+Both ends of a call that plays are bombarded with datagrams, and a motion receiver of its own with bodies that a peer
+under a valid seal might send. It ends with an error at the first exception, at an answer larger than what it answers,
+at any change of the call's state, or when memory grows. One datagram in eight is a random one, the others are real
+ones or golden files, damaged.
+"""
+
+import argparse
+import json
+import random
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from conf.protocol.messages import MotionFrame, StreamParameters
+from conf.protocol.motion.inbound import Inbound
+from conf.protocol.receiver_endpoint import Host
+from conf.protocol.sender_connection import Caller
+from conf.protocol.session.client import SenderSession
+from conf.protocol.session.server import ReceiverSessions
+from tests.support.synthetic_motion import talking
+from tools.bench.session import CODE, RECEIVER, SENDER, mutate
+from tools.golden.codec import FOLDER
+
+STATM = Path("/proc/self/statm")
+PAGE_KB = 4
+
+STRANGER = ("203.0.113.9", 9)
+MAX_GROWTH_KB = 8_000  # of the whole process: counts, caches and what the limits on strangers remember
+WARM = 20_000  # datagrams before memory is measured: by then every bounded buffer is full
+PARAMETERS = StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1))
+
+
+def memory_kb() -> int:
+    """Return what this process occupies, 0 where the system does not tell."""
+    return int(STATM.read_text().split()[1]) * PAGE_KB if STATM.exists() else 0
+
+
+class LiveCall:
+    """A caller and a host without a network in between; `seen` : every datagram so far."""
+
+    def __init__(self, seed: int) -> None:
+        numbers = random.Random(seed)
+        self.host = Host(ReceiverSessions(CODE, numbers.randbytes))
+        self.caller = Caller(SenderSession(CODE, RECEIVER, numbers.randbytes, 0.0), PARAMETERS, 0.0)
+        self.seen: list[bytes] = []
+        self.genuine: set[bytes] = set()
+        self.frames: list[MotionFrame] = talking(200)
+        self.now = 0.0
+
+    def play(self, frames: int) -> None:
+        """Let the call go on for so many frames."""
+        for _ in range(frames):
+            self.now += 1 / 15
+            frame = self.frames[round(self.now * 15) % len(self.frames)]
+            self.caller.send_frame(MotionFrame(self.now, frame.displacements, frame.pose), self.now)
+            for data, _ in self.caller.datagrams_to_send(self.now):
+                self.seen.append(data)
+                self.host.receive_datagram(data, SENDER, self.now)
+            for data, _ in self.host.datagrams_to_send(self.now):
+                self.seen.append(data)
+                self.caller.receive_datagram(data, RECEIVER, self.now)
+        del self.seen[:-500]
+        self.genuine = set(self.seen)
+        while self.host.next_event() or self.caller.next_event():
+            pass
+
+    def state(self) -> tuple[object, ...]:
+        """Return what no datagram without a valid seal may change."""
+        inbounds = [
+            (number, inbound.traffic.total, inbound.frames.count, inbound.rejected, inbound.presence)
+            for number, inbound in self.host.inbounds.items()
+        ]
+        peers = [
+            (number, peer.address, peer.heard, peer.opener.window.highest, peer.sealer.counter)
+            for number, peer in self.host._sessions.sessions.items()
+        ]
+        return (*inbounds, *peers, self.caller._session.session, self.caller.status(self.now))
+
+
+def datagrams(call: LiveCall, count: int, numbers: random.Random) -> Iterator[bytes]:
+    """Yield every truncation of every golden file, then `count` damaged and random datagrams, none of them genuine."""
+    golden = [path.read_bytes() for path in sorted(FOLDER.glob("*.bin"))]
+    for data in golden:
+        yield from (data[:size] for size in range(len(data) + 1))
+    number = 0
+    while number < count:
+        if number % 8 == 0:
+            data = numbers.randbytes(numbers.randrange(1300 if number % 64 == 0 else 80))
+        else:
+            data = mutate(numbers.choice(call.seen if number % 2 else golden) or b"\0", numbers)
+        if data not in call.genuine:
+            number += 1
+            yield data
+
+
+def fuzz(count: int, seed: int) -> dict[str, Any]:
+    """Bombard a call and return the figures. Exits with a sentence at the first fault."""
+    numbers, call = random.Random(seed), LiveCall(seed)
+    call.play(60)
+    bare, thrown, bare_motion = Inbound(), 0, 0
+    before, memory = call.state(), 0
+    start = time.perf_counter()
+    for data in datagrams(call, count, numbers):
+        thrown += 1
+        _throw(call, data)
+        if thrown % 5 == 0 and 0 < len(data) <= 1200:
+            bare.receive_body(data, thrown, len(data), call.now)
+            bare_motion += 1
+        if thrown == WARM:
+            memory = memory_kb()
+        if thrown % 100_000 == 0:
+            print(thrown, f"{time.perf_counter() - start:.0f} s", file=sys.stderr)
+        if thrown % 1000 == 0:
+            if call.state() != before:
+                sys.exit(f"the call has changed in the thousand before datagram {thrown}")
+            bare.play(call.now)
+            call.play(3)
+            before = call.state()
+    growth = memory_kb() - memory if thrown > WARM else 0
+    if growth > MAX_GROWTH_KB:
+        sys.exit(f"memory has grown by {growth} kB")
+    return {
+        "datagrams": thrown,
+        "bodies": bare_motion,
+        "bodies_refused": bare.rejected + bare.missed_references,
+        "seconds": round(time.perf_counter() - start, 1),
+        "memory_growth_kb": growth,
+        "dropped": {str(k): v for k, v in sorted(call.host._sessions.dropped.items())},
+        "frames_received_meanwhile": call.host.snapshot(call.now).frames_received,
+    }
+
+
+def _throw(call: LiveCall, data: bytes) -> None:
+    try:
+        call.host.receive_datagram(data, STRANGER, call.now)
+        call.caller.receive_datagram(data, RECEIVER, call.now)
+    except Exception as error:
+        sys.exit(f"{error!r} after {data.hex()}")
+    answers = call.host._sessions.datagrams_to_send(call.now)
+    if sum(len(answer) for answer, _ in answers) > len(data):
+        sys.exit(f"a larger answer to {data.hex()}")
+
+
+def main() -> None:
+    """Fuzz and print the figures."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--datagrams", type=int, default=1_000_000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    result = fuzz(options.datagrams, options.seed)
+    print(json.dumps(result) if options.json else "\n".join(f"{name:28} {value}" for name, value in result.items()))
+
+
+if __name__ == "__main__":
+    main()
