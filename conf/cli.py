@@ -178,27 +178,27 @@ def _demo(options: argparse.Namespace) -> None:
 
 
 def _receive(options: argparse.Namespace) -> None:
-    from conf.commands.receive import Showing, receive
-    from conf.protocol.session.pairing_code import make_code
-    from conf.transport.udp import ReceiverSocket
+    from conf.commands.receive import ReceiveOptions, receive
+    from conf.protocol.session.pairing_code import generate_code
+    from conf.transport.udp import UdpSocket
 
-    code = options.code or make_code(os.urandom)
-    with ReceiverSocket(*options.listen) as link:
+    code = options.code or generate_code(os.urandom)
+    with UdpSocket(*options.listen) as link:
         _tell("listening on {}:{}, code {}".format(*link.address, code), options)
-        showing = Showing(options.headless, None, options.seconds, on_event=lambda text: _tell(text, options))
+        showing = ReceiveOptions(options.headless, None, options.seconds, on_event=lambda text: _tell(text, options))
         traffic = receive(link, code, showing, face=options.face)
     _print_figures("the call", traffic, options)
 
 
 def _send(options: argparse.Namespace) -> None:
-    from conf.commands.send import Sending, send
-    from conf.protocol.sender_connection import LinkOptions
+    from conf.commands.send import SendOptions, send
+    from conf.protocol.sender_connection import RateOptions
 
     code = options.code or _ask_code()
-    link = LinkOptions(options.profile, options.kbps)
+    link = RateOptions(options.profile, options.kbps)
     if options.portrait and (options.profile == "narrow" or (options.kbps or PORTRAIT_KBPS) < PORTRAIT_KBPS):
         _tell("no picture will be sent: --profile narrow and so low a --kbps leave no room for one", options)
-    sending = Sending(
+    sending = SendOptions(
         options.camera,
         options.file,
         options.dpc,
@@ -248,17 +248,17 @@ def _extract(options: argparse.Namespace) -> None:
 
 
 def _animate(options: argparse.Namespace) -> None:
-    from conf.commands.animate import Sitter, animate
+    from conf.commands.animate import FaceOptions, animate
 
-    sitter = Sitter(options.face, options.ppc, options.up, options.front)
+    sitter = FaceOptions(options.face, options.ppc, options.up, options.front)
     animate(sitter, dpc=options.dpc, emotion=options.emotion)
 
 
 def _export(options: argparse.Namespace) -> None:
-    from conf.commands.export import ExportWish, export_file
+    from conf.commands.export import ExportRequest, export_file
 
     names = ("output", "dpc", "emotion", "size", "fps", "face", "ppc", "at")
-    wish = ExportWish(**{name: getattr(options, name) for name in names})
+    wish = ExportRequest(**{name: getattr(options, name) for name in names})
     with _progress(options) as show:
         result = export_file(wish, show)
     _print_figures("exported", result, options)
@@ -304,10 +304,10 @@ def _models(options: argparse.Namespace) -> None:
 
 
 def _doctor(options: argparse.Namespace) -> None:
-    from conf.commands.doctor import examine
+    from conf.commands.doctor import run_checks
 
     host, port = options.listen
-    findings = examine(camera=options.camera, host=host, port=port)
+    findings = run_checks(camera=options.camera, host=host, port=port)
     if options.json:
         print(json.dumps({"findings": [asdict(finding) for finding in findings]}))
         return

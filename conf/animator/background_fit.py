@@ -8,11 +8,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.animator.background_task import LatestOnly
+from conf.animator.background_task import LatestTaskWorker
 
 
 @dataclass(frozen=True)
-class Fitted:
+class FitResult:
     """Control points that were found.
 
     points : (n, 3) in the coordinates of the mesh's file
@@ -23,26 +23,26 @@ class Fitted:
     remarks: tuple[str, ...] = ()
 
 
-class Fit(Protocol):
+class FitFunction(Protocol):
     """Looks for the face in a mesh file."""
 
     def __call__(
         self, path: Path, axes: tuple[str | None, str | None], on_progress: Callable[[str], None], /
-    ) -> Fitted:
+    ) -> FitResult:
         """Return its control points. axes : towards crown and nose, None to try. Raises ConfError: there is no face."""
 
 
-class Fitting:
+class BackgroundFit:
     """One search at a time, while the window goes on."""
 
-    def __init__(self, fit: Fit | None) -> None:
+    def __init__(self, fit: FitFunction | None) -> None:
         """fit : what searches; None if nothing can"""
         self._fit = fit
-        self._worker: LatestOnly[tuple[Path, Fitted]] = LatestOnly()
+        self._worker: LatestTaskWorker[tuple[Path, FitResult]] = LatestTaskWorker()
         self._progress = ""
 
     @property
-    def possible(self) -> bool:
+    def available(self) -> bool:
         """Whether there is anything that can search."""
         return self._fit is not None
 
@@ -51,17 +51,17 @@ class Fitting:
         """How far it is, in words; None when nothing is under way."""
         return self._progress if self._worker.busy else None
 
-    def begin(self, path: Path, axes: tuple[str | None, str | None]) -> None:
+    def start(self, path: Path, axes: tuple[str | None, str | None]) -> None:
         """Start to look for the face in a mesh file."""
         fit = self._fit
         if fit is None:
             raise ValueError("fit must be given")
         self._progress = "looking for the face"
-        self._worker.ask(lambda: (path, fit(path, axes, self._say)))
+        self._worker.submit(lambda: (path, fit(path, axes, self._say)))
 
-    def take(self) -> tuple[Path, Fitted] | None:
+    def poll(self) -> tuple[Path, FitResult] | None:
         """Return the file and what was found in it, once. Raises what the search raised."""
-        return self._worker.take()
+        return self._worker.poll()
 
     def close(self) -> None:
         """Wait for the search that is under way."""

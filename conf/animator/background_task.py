@@ -6,15 +6,15 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Generic, TypeVar
 
-PATIENCE = 5  # of nice: a third of the processor's time while everybody wants it
+NICENESS = 5  # of nice: a third of the processor's time while everybody wants it
 Result = TypeVar("Result")
 
 
-class LatestOnly(Generic[Result]):
+class LatestTaskWorker(Generic[Result]):
     """Runs tasks on one thread. A task that waits is replaced by the next; one that runs is finished and shown."""
 
     def __init__(self) -> None:
-        self._pool = ThreadPoolExecutor(1, thread_name_prefix="conf-worker", initializer=_step_back)
+        self._pool = ThreadPoolExecutor(1, thread_name_prefix="conf-worker", initializer=_lower_priority)
         self._running: Future[Result] | None = None
         self._waiting: Callable[[], Result] | None = None
 
@@ -23,12 +23,12 @@ class LatestOnly(Generic[Result]):
         """Whether something is under way."""
         return self._running is not None
 
-    def ask(self, task: Callable[[], Result], /) -> None:
+    def submit(self, task: Callable[[], Result], /) -> None:
         """Do a task as soon as the one under way is done."""
         self._waiting = task
         self._start()
 
-    def take(self) -> Result | None:
+    def poll(self) -> Result | None:
         """Return what a task has returned since the last call, None if none has ended. Raises what it raised."""
         if self._running is None or not self._running.done():
             return None
@@ -46,7 +46,7 @@ class LatestOnly(Generic[Result]):
             self._running, self._waiting = self._pool.submit(self._waiting), None
 
 
-def _step_back() -> None:
+def _lower_priority() -> None:
     """Let the picture have the processor first, where the system can tell threads apart."""
     if sys.platform == "linux":
-        os.nice(PATIENCE)
+        os.nice(NICENESS)

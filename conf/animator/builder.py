@@ -10,30 +10,30 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.animator.face_document import Subject
+from conf.animator.face_document import FaceDocument
 from conf.face.control_points import PUPILS
 from conf.face.deformation.anchors import choose_anchors
-from conf.face.deformation.eyelid_helpers import fold_margins, with_margins
-from conf.face.deformation.face_model import Deformer, FaceModel
+from conf.face.deformation.eyelid_helpers import append_helpers, fold_helpers
+from conf.face.deformation.face_model import DeformerOptions, FaceModel
 from conf.face.deformation.kernels import KERNELS
 from conf.face.deformation.rbf import build_operator
 from conf.face.deformation.regions import Regions, split_regions
-from conf.face.deformation.ridge_refinement import refine_operator, without_jaw
+from conf.face.deformation.ridge_refinement import refine_with_blendshapes, subtract_jaw_motion
 from conf.face.fapu import Fapu
 from conf.face.head_pose import ES0_CM
-from conf.face.mesh.surface_graph import Surface
+from conf.face.mesh.surface_graph import SurfaceGraph
 
 
 class FaceBuilder:
     """Makes faces of one subject whose control points are known."""
 
-    def __init__(self, subject: Subject) -> None:
+    def __init__(self, subject: FaceDocument) -> None:
         if subject.points is None:
             raise ValueError("subject must have control points")
         self.subject = subject
         self._points: NDArray[np.float64] = subject.points
 
-    def build(self, deformer: Deformer, /) -> FaceModel:
+    def build(self, deformer: DeformerOptions, /) -> FaceModel:
         """Return the face as this deformer moves it.
 
         Raises ValueError for an unknown kernel, or control points that all lie in one place.
@@ -44,9 +44,9 @@ class FaceBuilder:
         kernel = KERNELS[deformer.kernel]
         if deformer.degree is not None:
             kernel = replace(kernel, degree=deformer.degree)
-        regions = self._split if deformer.split else self._whole
+        regions = self._split if deformer.use_regions else self._whole
         margins = None if subject.rig is None else subject.rig.margins
-        centres, fields = with_margins(points, regions, margins)
+        centres, fields = append_helpers(points, regions, margins)
         operator = build_operator(
             subject.mesh.vertices,
             centres,
@@ -55,9 +55,9 @@ class FaceBuilder:
             regions=fields,
             smoothing=deformer.smoothing,
         )
-        matrix = fold_margins(operator.matrix, margins)
-        if deformer.learned and subject.shapes is not None:
-            matrix = refine_operator(matrix, *self._sculpted, regions=regions)
+        matrix = fold_helpers(operator.matrix, margins)
+        if deformer.use_ridge_refinement and subject.shapes is not None:
+            matrix = refine_with_blendshapes(matrix, *self._sculpted, regions=regions)
         if subject.rig is not None:
             matrix[subject.rig.rigid] = 0.0
         return FaceModel(
@@ -65,28 +65,28 @@ class FaceBuilder:
         )
 
     @cached_property
-    def _surface(self) -> Surface:
-        return Surface(self.subject.mesh.vertices, self.subject.mesh.triangles)
+    def _surface(self) -> SurfaceGraph:
+        return SurfaceGraph(self.subject.mesh.vertices, self.subject.mesh.triangles)
 
     @cached_property
     def _anchors(self) -> NDArray[np.float64]:
         known = None if self.subject.rig is None else self.subject.rig.anchors
-        return choose_anchors(self.subject.mesh.vertices, self._points, eye_distance=ES0_CM, known=known)
+        return choose_anchors(self.subject.mesh.vertices, self._points, eye_distance=ES0_CM, initial=known)
 
     @cached_property
     def _split(self) -> Regions:
-        return split_regions(self._surface, self._points, anchors=self._anchors).without(PUPILS)
+        return split_regions(self._surface, self._points, anchors=self._anchors).excluding(PUPILS)
 
     @cached_property
     def _whole(self) -> Regions:
-        return Regions.whole(len(self.subject.mesh.vertices), anchors=self._anchors).without(PUPILS)
+        return Regions.unrestricted(len(self.subject.mesh.vertices), anchors=self._anchors).excluding(PUPILS)
 
     @cached_property
     def _sculpted(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Displacements of the control points and offsets of the vertices in each sculpted shape, the jaw taken out."""
         shapes, rig = self.subject.shapes, self.subject.rig
         assert shapes is not None
-        displacements = shapes.at(self._surface.snap(self._points, tolerance=0.0))
+        displacements = shapes.offsets_at(self._surface.nearest_vertices(self._points, tolerance=0.0))
         if rig is not None and rig.jaw is not None:
-            return without_jaw(rig.jaw, self._points, displacements, shapes.offsets)
+            return subtract_jaw_motion(rig.jaw, self._points, displacements, shapes.offsets)
         return displacements, shapes.offsets

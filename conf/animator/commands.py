@@ -5,7 +5,7 @@ from pathlib import Path
 
 
 @dataclass(frozen=True)
-class Open:
+class OpenFile:
     """Open a file: a mesh, control points, a recording or expressions, by its suffix."""
 
     path: Path
@@ -29,7 +29,7 @@ class FitPoints:
 
 
 @dataclass(frozen=True)
-class Stand:
+class SetAxes:
     """Stand a face without control points upright: its file's axes towards crown and nose."""
 
     up: str
@@ -42,24 +42,24 @@ class MirrorPoints:
 
 
 @dataclass(frozen=True)
-class AcceptPoints:
+class ApplyPoints:
     """The points are placed: build the face on them."""
 
 
 @dataclass(frozen=True)
-class LeavePlacing:
+class CancelPlacement:
     """Stop placing and keep the points as they were."""
 
 
 @dataclass(frozen=True)
-class Play:
+class PlayExpression:
     """Begin an emotion."""
 
     name: str
 
 
 @dataclass(frozen=True)
-class Release:
+class ReleaseExpressions:
     """Let the emotions fade."""
 
 
@@ -81,7 +81,7 @@ class Seek:
 
 
 @dataclass(frozen=True)
-class Step:
+class StepFrames:
     """Stand still so many frames on."""
 
     frames: int
@@ -107,12 +107,12 @@ class CloseRecording:
 
 
 @dataclass(frozen=True)
-class RecordTake:
+class ToggleMotionRecording:
     """Begin to take down what the face does, or end it: the take becomes the recording."""
 
 
 @dataclass(frozen=True)
-class WriteFile:
+class Export:
     """Export what is chosen in the export panel."""
 
 
@@ -122,24 +122,24 @@ class CancelExport:
 
 
 Request = (
-    Open
+    OpenFile
     | SavePoints
     | PlacePoints
     | FitPoints
-    | Stand
+    | SetAxes
     | MirrorPoints
-    | AcceptPoints
-    | LeavePlacing
-    | Play
-    | Release
+    | ApplyPoints
+    | CancelPlacement
+    | PlayExpression
+    | ReleaseExpressions
     | TogglePlaying
     | Stop
     | Seek
-    | Step
+    | StepFrames
     | SetSpeed
     | SetLoop
     | CloseRecording
-    | RecordTake
-    | WriteFile
+    | ToggleMotionRecording
+    | Export
     | CancelExport
 )

@@ -8,23 +8,23 @@ from numpy.typing import NDArray
 
 from conf.errors import ConfError
 from conf.face.default_head import DEFAULT_HEAD
-from conf.face.deformation.blendshapes import Shapes, load_shapes
+from conf.face.deformation.blendshapes import Blendshapes, load_shapes
 from conf.face.deformation.rig import Rig
 from conf.face.deformation.rig_json import load_rig
 from conf.face.fapu import Fapu
-from conf.face.fitting.custom_face import settle
+from conf.face.fitting.custom_face import prepare_face
 from conf.face.formats.ppc import read_ppc, write_ppc
-from conf.face.mesh.axes import ORIENTATIONS, turn_upright
-from conf.face.mesh.editing import welded
+from conf.face.mesh.axes import ORIENTATIONS, axes_rotation
+from conf.face.mesh.editing import weld_vertices
 from conf.face.mesh.mesh import Mesh, load_mesh
-from conf.face.similarity import UNMOVED, Similarity
+from conf.face.similarity import IDENTITY, SimilarityTransform
 
 HEIGHT_CM = 26.0  # a mesh whose eyes are not known yet is taken for a head of this height
-USUAL = ORIENTATIONS[0]
+DEFAULT_AXES = ORIENTATIONS[0]
 
 
 @dataclass(frozen=True)
-class Subject:
+class FaceDocument:
     """A mesh and where its control points are.
 
     source : the mesh as its file has it
@@ -39,10 +39,10 @@ class Subject:
     source: Mesh
     mesh: Mesh
     points: NDArray[np.float64] | None = None
-    placement: Similarity = UNMOVED
-    axes: tuple[str, str] = USUAL
+    placement: SimilarityTransform = IDENTITY
+    axes: tuple[str, str] = DEFAULT_AXES
     rig: Rig | None = None
-    shapes: Shapes | None = None
+    shapes: Blendshapes | None = None
 
     @property
     def is_default(self) -> bool:
@@ -51,12 +51,12 @@ class Subject:
 
     def to_file(self, places: NDArray[np.floating], /) -> NDArray[np.float64]:
         """Return (..., 3) places in the frame and unit of the mesh's file."""
-        return self.placement.undo(np.asarray(places, np.float64))
+        return self.placement.inverse_apply(np.asarray(places, np.float64))
 
 
-def open_subject(
+def open_face_document(
     path: Path | None = None, ppc: Path | None = None, /, *, up: str | None = None, front: str | None = None
-) -> Subject:
+) -> FaceDocument:
     """Open a mesh, None for the shipped head; its control points from a PPC file, or from the one beside it.
 
     up, front : the mesh's axes towards the crown and towards the nose, such as "z" and "-y", as long as no points tell
@@ -66,14 +66,14 @@ def open_subject(
     mesh = load_mesh(path)
     if ppc is None and path.with_suffix(".ppc").exists():
         ppc = path.with_suffix(".ppc")
-    subject = Subject(path, mesh, mesh)
+    subject = FaceDocument(path, mesh, mesh)
     if subject.is_default:
         shapes = load_shapes(path.with_name("shapes.npz"), len(mesh.vertices))
-        return place_points(replace(subject, shapes=shapes), read_ppc(ppc or path.with_suffix(".ppc")))
-    return stood(subject, up, front) if ppc is None else place_points(subject, read_ppc(ppc))
+        return with_points(replace(subject, shapes=shapes), read_ppc(ppc or path.with_suffix(".ppc")))
+    return with_axes(subject, up, front) if ppc is None else with_points(subject, read_ppc(ppc))
 
 
-def place_points(subject: Subject, in_file: NDArray[np.float64], /) -> Subject:
+def with_points(subject: FaceDocument, in_file: NDArray[np.float64], /) -> FaceDocument:
     """Return the subject with its control points, (n, 3) in the file's frame, its eyes where the shipped head's are.
 
     Raises ConfError if the points cannot be those of this face.
@@ -83,13 +83,13 @@ def place_points(subject: Subject, in_file: NDArray[np.float64], /) -> Subject:
             Fapu.measure(in_file)
             rig = load_rig(subject.path.with_name("rig.json"), subject.source, in_file, subject.shapes)
             return replace(subject, points=in_file, rig=rig)
-        own = settle(subject.source, in_file)
+        own = prepare_face(subject.source, in_file)
     except ValueError as error:
         raise ConfError(f"these control points do not fit this face: {error}") from error
-    return replace(subject, mesh=own.mesh, points=own.points, placement=own.placement, rig=own.rig)
+    return replace(subject, mesh=own.mesh, points=own.points, placement=own.file_to_model, rig=own.rig)
 
 
-def stood(subject: Subject, up: str | None, front: str | None, /) -> Subject:
+def with_axes(subject: FaceDocument, up: str | None, front: str | None, /) -> FaceDocument:
     """Return a subject without control points, upright, at the size of a head, in the middle.
 
     up, front : the file's axes towards the crown and towards the nose, None for what is usual
@@ -98,16 +98,16 @@ def stood(subject: Subject, up: str | None, front: str | None, /) -> Subject:
     axes = next(((u, f) for u, f in ORIENTATIONS if up in (None, u) and front in (None, f)), None)
     if axes is None:
         raise ConfError(f"up {up} and front {front} name one line: name two, such as y and z")
-    turn = turn_upright(*axes)
+    turn = axes_rotation(*axes)
     turned = subject.source.vertices @ turn.T
     low, high = turned.min(axis=0), turned.max(axis=0)
     scale = HEIGHT_CM / float(max(high[1] - low[1], (high - low).max() / 2, 1e-9))
-    placement = Similarity(turn, scale, -(low + high) / 2 * scale)
-    mesh = welded(replace(subject.source, vertices=placement.apply(subject.source.vertices)))
+    placement = SimilarityTransform(turn, scale, -(low + high) / 2 * scale)
+    mesh = weld_vertices(replace(subject.source, vertices=placement.apply(subject.source.vertices)))
     return replace(subject, mesh=mesh, points=None, rig=None, placement=placement, axes=axes)
 
 
-def save_points(path: Path, subject: Subject, /) -> None:
+def save_points(path: Path, subject: FaceDocument, /) -> None:
     """Write the control points as PPC, in the file's frame.
 
     Raises ConfError if there are none yet or the file cannot be written.

@@ -8,41 +8,43 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.animator.background_task import LatestOnly
+from conf.animator.background_task import LatestTaskWorker
 from conf.animator.builder import FaceBuilder
-from conf.animator.face_document import Subject
-from conf.animator.face_view import FacePicture
+from conf.animator.face_document import FaceDocument
+from conf.animator.face_view import FaceView
 from conf.animator.picking import Picker
-from conf.animator.state.muscles import Muscling
+from conf.animator.state.muscles import MuscleState
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.default_head import DEFAULT_HEAD
-from conf.face.deformation.face_model import Deformer, FaceModel
-from conf.face.deformation.facial_muscles import MuscleFace
+from conf.face.deformation.face_model import DeformerOptions, FaceModel
+from conf.face.deformation.facial_muscles import MuscleDeformer
 from conf.face.fapu import Fapu
 from conf.face.formats.ppc import read_ppc
 
 
 @dataclass(frozen=True)
-class Built:
+class BuiltFace:
     """A face as one deformer moves it, and the milliseconds it took."""
 
     face: FaceModel
     milliseconds: float
 
 
-class Actor:
+class FaceInstance:
     """One subject, drawn and moved."""
 
-    def __init__(self, ctx: moderngl.Context, subject: Subject, deformer: Deformer) -> None:
+    def __init__(self, ctx: moderngl.Context, subject: FaceDocument, deformer: DeformerOptions) -> None:
         self.subject = subject
         self._builder = None if subject.points is None else FaceBuilder(subject)
-        self.built = Built(unplaced(subject), 0.0) if self._builder is None else _build(self._builder, deformer)
+        self.built = (
+            BuiltFace(face_without_points(subject), 0.0) if self._builder is None else _build(self._builder, deformer)
+        )
         self.picker = Picker(subject.mesh)
         self._deformer = deformer
-        self._picture = FacePicture(ctx, self.built.face)
-        self._operators: LatestOnly[Built] = LatestOnly()
-        self._muscles: MuscleFace | None = None
-        self._attaching: LatestOnly[MuscleFace] = LatestOnly()
+        self._picture = FaceView(ctx, self.built.face)
+        self._operators: LatestTaskWorker[BuiltFace] = LatestTaskWorker()
+        self._muscles: MuscleDeformer | None = None
+        self._attaching: LatestTaskWorker[MuscleDeformer] = LatestTaskWorker()
         self._contracted: tuple[Mapping[str, float], float, NDArray[np.float32]] | None = None
 
     @property
@@ -51,7 +53,7 @@ class Actor:
         return self.built.face
 
     @property
-    def picture(self) -> FacePicture:
+    def picture(self) -> FaceView:
         """What draws it."""
         return self._picture
 
@@ -60,24 +62,24 @@ class Actor:
         """Whether an operator is being built."""
         return self._operators.busy
 
-    def follow(self, deformer: Deformer, muscling: Muscling) -> None:
+    def update(self, deformer: DeformerOptions, muscling: MuscleState) -> None:
         """Build what the desk asks for in the background, and take what is ready. Raises what building raised."""
         if self._builder is None:
             return
         if deformer != self._deformer:
             self._deformer = deformer
             builder = self._builder
-            self._operators.ask(lambda: _build(builder, deformer))
-        built = self._operators.take()
+            self._operators.submit(lambda: _build(builder, deformer))
+        built = self._operators.poll()
         if built is not None:
             self.built = built
-            self._picture.take(built.face)
+            self._picture.set_face(built.face)
         if muscling.active and self._muscles is None and not self._attaching.busy:
             face = self.face
-            self._attaching.ask(lambda: MuscleFace(face))
-        self._muscles = self._attaching.take() or self._muscles
+            self._attaching.submit(lambda: MuscleDeformer(face))
+        self._muscles = self._attaching.poll() or self._muscles
 
-    def by_muscles(self, muscling: Muscling) -> NDArray[np.float32] | None:
+    def muscle_vertices(self, muscling: MuscleState) -> NDArray[np.float32] | None:
         """Return the (V, 3) vertices as the muscles pull them, None while these are not attached yet."""
         if self._muscles is None:
             return None
@@ -93,14 +95,14 @@ class Actor:
         self._picture.release()
 
 
-def unplaced(subject: Subject) -> FaceModel:
+def face_without_points(subject: FaceDocument) -> FaceModel:
     """Return a face that can be drawn and that nothing moves: its control points are not known."""
     points = read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
     operator = np.zeros((len(subject.mesh.vertices), CONTROL_POINT_COUNT), np.float32)
     return FaceModel(subject.mesh, points, Fapu.measure(points), operator, placement=subject.placement)
 
 
-def _build(builder: FaceBuilder, deformer: Deformer) -> Built:
+def _build(builder: FaceBuilder, deformer: DeformerOptions) -> BuiltFace:
     began = time.perf_counter()
     face = builder.build(deformer)
-    return Built(face, 1e3 * (time.perf_counter() - began))
+    return BuiltFace(face, 1e3 * (time.perf_counter() - began))

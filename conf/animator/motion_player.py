@@ -10,7 +10,7 @@ from conf.errors import ConfError
 from conf.face.animation.playback import PlaybackClock, displacements_at, duration_of, pose_at
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.fapu import Fapu
-from conf.face.formats.dpc import Motion, read_dpc
+from conf.face.formats.dpc import MotionClip, read_dpc
 from conf.face.head_pose import HeadPose
 from conf.render.auto_framing import CENTRE, LOG_SCALE
 
@@ -18,11 +18,11 @@ REST_POSE = HeadPose(np.zeros(3), CENTRE, LOG_SCALE)
 
 
 @dataclass(frozen=True)
-class Recording:
+class NamedClip:
     """A motion that can be played: fifty points, in FAPU units, the head's place taken to the picture's centre."""
 
     name: str
-    motion: Motion
+    motion: MotionClip
 
     @property
     def duration(self) -> float:
@@ -36,7 +36,7 @@ class Recording:
         return displacements_at(self.motion, position), pose
 
 
-def open_recording(path: Path, fapu: Fapu, /) -> Recording:
+def load_motion_clip(path: Path, fapu: Fapu, /) -> NamedClip:
     """Read a DPC file. fapu : of the face, for files in mesh units.
 
     Raises FileFormatError if it is not one, ConfError if its points are not ours.
@@ -48,10 +48,10 @@ def open_recording(path: Path, fapu: Fapu, /) -> Recording:
     if motion.units != "fapu":
         in_units = (motion.displacements / fapu.lengths()).astype(np.float32)
         motion = replace(motion, displacements=in_units, units="fapu")
-    return Recording(path.name, centred(motion))
+    return NamedClip(path.name, recentre(motion))
 
 
-def centred(motion: Motion, /) -> Motion:
+def recentre(motion: MotionClip, /) -> MotionClip:
     """Return the motion with its head's mean place and size those of the picture's centre."""
     if motion.poses is None:
         return motion
@@ -62,10 +62,10 @@ def centred(motion: Motion, /) -> Motion:
     return replace(motion, poses=poses)
 
 
-class Player:
+class MotionPlayer:
     """A recording and the clock it plays by."""
 
-    def __init__(self, recording: Recording, *, loop: bool = True) -> None:
+    def __init__(self, recording: NamedClip, *, loop: bool = True) -> None:
         self.recording = recording
         self.clock = PlaybackClock(recording.duration, loop=loop)
 

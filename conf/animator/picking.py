@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from conf.face.mesh.mesh import Mesh
-from conf.face.mesh.raycast import first_hits
+from conf.face.mesh.raycast import cast_clip_rays
 from conf.render.materials import material_of
 
 SNAP_CM = 1.5  # a mirrored place farther from the mesh's front than this goes to the nearest vertex instead
@@ -22,7 +22,7 @@ class Rect:
     width: float
     height: float
 
-    def holds(self, x: float, y: float) -> bool:
+    def contains(self, x: float, y: float) -> bool:
         """Tell whether a place lies inside."""
         return self.x <= x < self.x + self.width and self.y <= y < self.y + self.height
 
@@ -50,23 +50,23 @@ class Picker:
         self._tree = KDTree(mesh.vertices[np.unique(self._triangles)])
         self.middle = float((mesh.vertices[:, 0].min() + mesh.vertices[:, 0].max()) / 2)
 
-    def at(self, place: NDArray[np.float64], clip: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    def pick(self, place: NDArray[np.float64], clip: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """Return the (3,) point of the mesh seen at a place (2,), -1 to 1, y up; None beside the face."""
-        hit = first_hits(place[None], clip, self._vertices, self._triangles)[0]
+        hit = cast_clip_rays(place[None], clip, self._vertices, self._triangles)[0]
         return hit if np.isfinite(hit).all() else None
 
-    def onto_surface(self, place: NDArray[np.float64]) -> NDArray[np.float64]:
+    def project_to_surface(self, place: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the (3,) point of the mesh for a place near it: straight behind or before it, or the nearest."""
         reach = float(np.abs(self._vertices).max()) + 1.0
         straight = np.diag([1 / reach, 1 / reach, -1 / reach, 1.0])
-        hit = first_hits(place[None, :2] / reach, straight, self._vertices, self._triangles)[0]
+        hit = cast_clip_rays(place[None, :2] / reach, straight, self._vertices, self._triangles)[0]
         if np.isfinite(hit).all() and np.linalg.norm(hit - place) < SNAP_CM:
             return np.asarray(hit)
         nearest: NDArray[np.float64] = self._tree.data[self._tree.query(place)[1]]
         return nearest
 
 
-def nearest_mark(x: float, y: float, marks: NDArray[np.float64], *, reach: float) -> int | None:
+def nearest_point(x: float, y: float, marks: NDArray[np.float64], *, reach: float) -> int | None:
     """Return the index of the mark, (n, 2) pixels, nearest to a place, None if none is within reach."""
     distance = np.hypot(marks[:, 0] - x, marks[:, 1] - y)
     distance = np.where(np.isfinite(distance), distance, np.inf)

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from conf.animator.app import Animator
-from conf.animator.background_fit import Fitted
-from conf.animator.commands import Open, Play
-from conf.animator.face_document import open_subject
+from conf.animator.app import AnimatorApp
+from conf.animator.background_fit import FitResult
+from conf.animator.commands import OpenFile, PlayExpression
+from conf.animator.face_document import open_face_document
 from conf.commands.fit import fit
 from conf.errors import ConfError
 from conf.face.animation.action_units import load_emotions
@@ -20,7 +20,7 @@ SIZE = (1280, 800)
 
 
 @dataclass(frozen=True)
-class Sitter:
+class FaceOptions:
     """Who is animated.
 
     face : mesh, None for the shipped head; ppc : its control points, None for those beside it or to find them
@@ -33,37 +33,37 @@ class Sitter:
     front: str | None = None
 
 
-def animate(sitter: Sitter, *, dpc: Path | None = None, emotion: str | None = None) -> None:
+def animate(sitter: FaceOptions, *, dpc: Path | None = None, emotion: str | None = None) -> None:
     """Open the window and stay until it is closed.
 
     dpc : a recording to play at once
     emotion : one of the six by name, or an EPC file whose first expression plays
     Raises GraphicsError, FileFormatError, ConfError.
     """
-    subject = open_subject(sitter.face, sitter.ppc, up=sitter.up, front=sitter.front)
+    subject = open_face_document(sitter.face, sitter.ppc, up=sitter.up, front=sitter.front)
     name = _emotion_name(emotion)
     with GlfwWindow(*SIZE, "conf animate") as window:
-        animator = Animator(window, subject, fit=find_points)
+        animator = AnimatorApp(window, subject, fit=fit_points)
         try:
             if dpc is not None:
-                animator.request(Open(dpc))
+                animator.request(OpenFile(dpc))
             if emotion is not None and name not in load_emotions().names:
-                animator.request(Open(Path(emotion)))
+                animator.request(OpenFile(Path(emotion)))
             if name is not None:
                 desk = animator.director.desk
-                animator.director.desk = replace(desk, expressing=replace(desk.expressing, stays=True))
-                animator.request(Play(name))
+                animator.director.desk = replace(desk, expressing=replace(desk.expressing, hold_until_released=True))
+                animator.request(PlayExpression(name))
             animator.run()
         finally:
             animator.close()
 
 
-def find_points(path: Path, axes: tuple[str | None, str | None], on_progress: Callable[[str], None], /) -> Fitted:
+def fit_points(path: Path, axes: tuple[str | None, str | None], on_progress: Callable[[str], None], /) -> FitResult:
     """Let `conf fit` find the control points of a mesh file. Raises ConfError if there is no face in it."""
     with TemporaryDirectory(prefix="conf-fit-") as folder:
         output = Path(folder) / "found.ppc"
         report = fit(path, output, up=axes[0], front=axes[1], on_progress=on_progress)
-        return Fitted(read_ppc(output), report.remarks)
+        return FitResult(read_ppc(output), report.remarks)
 
 
 def _emotion_name(emotion: str | None) -> str | None:

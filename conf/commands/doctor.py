@@ -9,11 +9,11 @@ from conf.render.window.glfw_window import GlfwWindow
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.capture.video import open_camera
 from conf.sender.tracking.model_files import fetch_models
-from conf.transport.udp import ReceiverSocket
+from conf.transport.udp import UdpSocket
 
 
 @dataclass(frozen=True)
-class Finding:
+class CheckResult:
     """One thing that was tried. `detail` says what was found or what to do."""
 
     name: str
@@ -21,7 +21,7 @@ class Finding:
     detail: str
 
 
-def examine(*, camera: str, host: str, port: int) -> list[Finding]:
+def run_checks(*, camera: str, host: str, port: int) -> list[CheckResult]:
     """Try everything that a call needs, and go on after each failure."""
     checks: dict[str, Callable[[], str]] = {
         "tracker's files": lambda: str(fetch_models()),
@@ -33,11 +33,11 @@ def examine(*, camera: str, host: str, port: int) -> list[Finding]:
     return [_try(name, check) for name, check in checks.items()]
 
 
-def _try(name: str, check: Callable[[], str]) -> Finding:
+def _try(name: str, check: Callable[[], str]) -> CheckResult:
     try:
-        return Finding(name, True, check())
+        return CheckResult(name, True, check())
     except ConfError as error:
-        return Finding(name, False, str(error))
+        return CheckResult(name, False, str(error))
 
 
 def _camera(name: str) -> str:
@@ -62,5 +62,5 @@ def _window() -> str:
 
 
 def _port(host: str, port: int) -> str:
-    with ReceiverSocket(host, port) as link:
+    with UdpSocket(host, port) as link:
         return "{}:{} is free".format(*link.address)

@@ -7,7 +7,7 @@ import numpy as np
 
 from conf.errors import CameraError
 from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.face.formats.dpc import Motion, write_dpc
+from conf.face.formats.dpc import MotionClip, write_dpc
 from conf.sender.capture.video import open_clip
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.tracking.canonical_face import read_canonical_face
@@ -16,7 +16,7 @@ from conf.sender.tracking.offline import Progress, track_clip
 
 
 @dataclass(frozen=True)
-class Extraction:
+class ExtractionResult:
     """What came out of a clip."""
 
     frames: int
@@ -25,7 +25,7 @@ class Extraction:
     output: str
 
 
-def extract(clip: Path, output: Path, on_progress: Progress | None = None) -> Extraction:
+def extract(clip: Path, output: Path, on_progress: Progress | None = None) -> ExtractionResult:
     """Track a whole clip and write its motion.
 
     The clip is gone through once for the landmarks and twice with them: first to find the neutral pose, then, with it
@@ -50,5 +50,5 @@ def extract(clip: Path, output: Path, on_progress: Progress | None = None) -> Ex
             displacements[i], poses[i] = motion.displacements, motion.pose
         elif i:
             displacements[i], poses[i] = displacements[i - 1], poses[i - 1]
-    write_dpc(output, Motion(fps=fps, units="fapu", displacements=displacements, poses=poses))
-    return Extraction(len(tracked), sum(t is not None for _, t in tracked), fps, str(output))
+    write_dpc(output, MotionClip(fps=fps, units="fapu", displacements=displacements, poses=poses))
+    return ExtractionResult(len(tracked), sum(t is not None for _, t in tracked), fps, str(output))

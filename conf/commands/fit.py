@@ -10,17 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import ConfError
-from conf.face.control_points import LANDMARKS, PUPILS
+from conf.face.control_points import CONTROL_POINT_LANDMARKS, PUPILS
 from conf.face.fitting.face_prior import load_prior
-from conf.face.fitting.point_fitting import Placement, place_points
+from conf.face.fitting.point_fitting import FittedPoints, fit_control_points
 from conf.face.formats.ppc import write_ppc
 from conf.face.mesh.axes import ORIENTATIONS
 from conf.face.mesh.mesh import Mesh, load_mesh
-from conf.mesh_fitting.face_search import Progress, observe
+from conf.mesh_fitting.face_search import Progress, find_face
 from conf.sender.tracking.canonical_face import CanonicalFace, read_canonical_face
 from conf.sender.tracking.model_files import fetch_models
 
-OWN_MESH = "a mesh of the tracker's own landmarks: its vertices are the control points"
+TRACKER_MESH_NOTE = "a mesh of the tracker's own landmarks: its vertices are the control points"
 _EYE_RINGS = ((263, 362, 386, 374), (33, 133, 159, 145))  # corners and lids of the left and the right eye
 
 
@@ -60,10 +60,10 @@ def fit(
     mesh = load_mesh(face)
     known = points_of_landmark_mesh(mesh, read_canonical_face(fetch_models()))
     if known is not None:
-        placement, axes = Placement(known, 3, 4, 0, False), ("", "")
+        placement, axes = FittedPoints(known, 3, 4, 0, False), ("", "")
     else:
         placement, axes = find_points(mesh, face, (up, front), on_progress)
-    remarks = ((OWN_MESH,) if known is not None else ()) + _remarks(placement)
+    remarks = ((TRACKER_MESH_NOTE,) if known is not None else ()) + _remarks(placement)
     try:
         write_ppc(output, placement.points)
     except OSError as error:
@@ -77,22 +77,22 @@ def fit(
 
 def find_points(
     mesh: Mesh, path: Path, asked: tuple[str | None, str | None], on_progress: Progress | None = None
-) -> tuple[Placement, tuple[str, str]]:
+) -> tuple[FittedPoints, tuple[str, str]]:
     """Return the control points in the mesh's own coordinates, and how it stands. Raises ConfError: no face is seen."""
     up, front = asked
     axes = [(u, f) for u, f in ORIENTATIONS if up in (None, u) and front in (None, f)]
     if not axes:
         raise ConfError(f"--up {up} and --front {front} name one line: name two, such as --up y --front z")
     prior = load_prior()
-    sitting = observe(mesh, prior, axes=axes, on_progress=on_progress)
+    sitting = find_face(mesh, prior, axes=axes, on_progress=on_progress)
     if sitting is None:
         tried = "from any side" if len(axes) > 1 else f"with {up} up and {front} to the front"
         raise ConfError(
             f"{path}: no face is seen {tried}: check the mesh, name its axes towards crown and nose with --up and "
             "--front, or place the points by hand in `conf animate`"
         )
-    placement = place_points(sitting.observed, sitting.mesh.vertices, sitting.mesh.triangles, prior)
-    points = sitting.frame.undo(placement.points)
+    placement = fit_control_points(sitting.observed, sitting.mesh.vertices, sitting.mesh.triangles, prior)
+    points = sitting.frame.inverse_apply(placement.points)
     return replace(placement, points=points), sitting.axes
 
 
@@ -102,15 +102,15 @@ def points_of_landmark_mesh(mesh: Mesh, canonical: CanonicalFace) -> NDArray[np.
     if len(mesh.vertices) < count or len(mesh.triangles) < len(canonical.triangles):
         return None
     theirs, ours = ({tuple(sorted(t)) for t in m.triangles.tolist()} for m in (mesh, canonical))
-    if not ours <= theirs or max(map(max, theirs)) > LANDMARKS.max():
+    if not ours <= theirs or max(map(max, theirs)) > CONTROL_POINT_LANDMARKS.max():
         return None
-    points: NDArray[np.float64] = mesh.vertices[np.minimum(LANDMARKS, len(mesh.vertices) - 1)]
-    if len(mesh.vertices) <= LANDMARKS.max():  # without irises
+    points: NDArray[np.float64] = mesh.vertices[np.minimum(CONTROL_POINT_LANDMARKS, len(mesh.vertices) - 1)]
+    if len(mesh.vertices) <= CONTROL_POINT_LANDMARKS.max():  # without irises
         points[PUPILS] = [mesh.vertices[list(ring)].mean(axis=0) for ring in _EYE_RINGS]
     return points
 
 
-def _remarks(placement: Placement) -> tuple[str, ...]:
+def _remarks(placement: FittedPoints) -> tuple[str, ...]:
     missing = {
         "no line was found between the lips: check the inner lip points": placement.lip_lines == 0,
         "the lips are one surface: they are cut where they meet when the face is opened": not placement.mouth_open,

@@ -5,11 +5,11 @@ import glfw
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import LANDMARKS
+from conf.face.control_points import CONTROL_POINT_LANDMARKS
 from conf.render.window.glfw_window import GlfwWindow
 from conf.render.window.input_events import KeyPressed
 from conf.sender.capture.video import Frame
-from conf.sender.tracking.tracker import Tracking
+from conf.sender.tracking.tracker import TrackedFace
 
 DOT = (90, 230, 90)  # BGR
 NEUTRAL_KEY = "n"
@@ -27,7 +27,7 @@ class Preview:
         self._texture = self._window.ctx.texture(size, 4)
         self._source = self._window.ctx.framebuffer(self._texture)
 
-    def show(self, frame: Frame, tracking: Tracking | None) -> None:
+    def show(self, frame: Frame, tracking: TrackedFace | None) -> None:
         """Draw a frame; once the window is closed nothing is drawn any more."""
         if self._window.should_close:
             return
@@ -44,12 +44,12 @@ class Preview:
             thing.release()
 
 
-def with_points(pixels: NDArray[np.uint8], tracking: Tracking | None) -> NDArray[np.uint8]:
+def with_points(pixels: NDArray[np.uint8], tracking: TrackedFace | None) -> NDArray[np.uint8]:
     """Return a copy of a picture (H, W, 3) uint8 BGR with the control points on it."""
     picture = pixels.copy()
     if tracking is not None:
         radius = max(1, pixels.shape[0] // 240)
-        for x, y in tracking.landmarks[LANDMARKS, :2]:
+        for x, y in tracking.landmarks[CONTROL_POINT_LANDMARKS, :2]:
             cv2.circle(picture, (round(float(x)), round(float(y))), radius, DOT, cv2.FILLED, cv2.LINE_AA)
     return picture
 

@@ -7,14 +7,14 @@ from pathlib import Path
 
 from conf.face.deformation.face_model import load_face
 from conf.output.media_writer import save_picture
-from conf.protocol.receiver_endpoint import Host
-from conf.protocol.session.server import ReceiverSessions
+from conf.protocol.receiver_endpoint import ReceiverEndpoint
+from conf.protocol.session.server import SessionServer
 from conf.protocol.statistics import TrafficSnapshot
 from conf.receiver.pipeline import ReceivingLoop
-from conf.receiver.viewer_controls import TimedClip
+from conf.receiver.viewer_controls import ConstantRateRecorder
 from conf.render.window.glfw_window import GlfwWindow
 from conf.render.window.offscreen import OffscreenWindow
-from conf.transport.udp import ReceiverSocket
+from conf.transport.udp import UdpSocket
 
 SIZE = (640, 480)
 WINDOW_FPS = 60.0
@@ -22,7 +22,7 @@ HEADLESS_FPS = 30.0
 
 
 @dataclass(frozen=True)
-class Showing:
+class ReceiveOptions:
     """How the picture is shown.
 
     headless : AVI to draw into instead of a window
@@ -41,12 +41,12 @@ def has_display() -> bool:
 
 
 def receive(
-    link: ReceiverSocket,
+    link: UdpSocket,
     code: str,
-    showing: Showing,
+    showing: ReceiveOptions,
     *,
     face: Path | None = None,
-    keep_going: Callable[[], bool] = lambda: True,
+    should_continue: Callable[[], bool] = lambda: True,
 ) -> TrafficSnapshot:
     """Show what comes over a link. Returns the figures of the traffic.
 
@@ -55,27 +55,29 @@ def receive(
     Raises GraphicsError, FileFormatError, RecordingError.
     """
     model = load_face(face)
-    host = Host(ReceiverSessions(code, os.urandom))
+    host = ReceiverEndpoint(SessionServer(code, os.urandom))
     greeting = "listening on {}:{}   code  {}".format(*link.address, code)
     if showing.headless is None:
         with GlfwWindow(*SIZE, "conf") as window:
-            loop = ReceivingLoop(window, model, host, link, greeting=greeting)
-            return loop.run(fps=WINDOW_FPS, seconds=showing.seconds, keep_going=keep_going, on_event=showing.on_event)
+            loop = ReceivingLoop(window, model, host, link, idle_text=greeting)
+            return loop.run(
+                fps=WINDOW_FPS, seconds=showing.seconds, keep_going=should_continue, on_event=showing.on_event
+            )
     with OffscreenWindow(*SIZE) as window:
-        loop = ReceivingLoop(window, model, host, link, greeting=greeting)
-        return _record(window, loop, showing, keep_going)
+        loop = ReceivingLoop(window, model, host, link, idle_text=greeting)
+        return _record(window, loop, showing, should_continue)
 
 
 def _record(
-    window: OffscreenWindow, loop: ReceivingLoop, showing: Showing, keep_going: Callable[[], bool]
+    window: OffscreenWindow, loop: ReceivingLoop, showing: ReceiveOptions, should_continue: Callable[[], bool]
 ) -> TrafficSnapshot:
     assert showing.headless is not None
-    clip = TimedClip(showing.headless, fps=HEADLESS_FPS)
+    clip = ConstantRateRecorder(showing.headless, fps=HEADLESS_FPS)
     try:
         return loop.run(
             fps=HEADLESS_FPS,
             seconds=showing.seconds,
-            keep_going=keep_going,
+            keep_going=should_continue,
             on_picture=clip.add,
             on_event=showing.on_event,
         )

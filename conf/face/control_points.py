@@ -80,17 +80,17 @@ def _parse_table(table: str) -> tuple[ControlPoint, ...]:
 
 CONTROL_POINTS = _parse_table(_TABLE)
 CONTROL_POINT_COUNT = len(CONTROL_POINTS)
-LANDMARKS = np.array([point.landmark for point in CONTROL_POINTS])  # (n,) rows of the tracker's landmarks
-INDEX = {point.name: point.index for point in CONTROL_POINTS}
+CONTROL_POINT_LANDMARKS = np.array([point.landmark for point in CONTROL_POINTS])  # (n,) rows of the tracker's landmarks
+CONTROL_POINT_INDEX = {point.name: point.index for point in CONTROL_POINTS}
 
 
-def indices(*prefixes: str) -> list[int]:
+def control_point_indices(*prefixes: str) -> list[int]:
     """Return the indices of the control points whose name starts with one of the prefixes, in order."""
     return [point.index for point in CONTROL_POINTS if point.name.startswith(prefixes)]
 
 
-UPPER_LIP = [*indices("inner_lip_upper", "outer_lip_upper", "cupids_bow")]
-LOWER_LIP = [*indices("inner_lip_lower", "outer_lip_lower")]
-UPPER_LID = [*indices("eyelid_upper", "eye_upper_outer_lid")]
-LOWER_LID = [*indices("eyelid_lower", "eye_lower_outer_lid")]
-PUPILS = [*indices("pupil")]
+UPPER_LIP = [*control_point_indices("inner_lip_upper", "outer_lip_upper", "cupids_bow")]
+LOWER_LIP = [*control_point_indices("inner_lip_lower", "outer_lip_lower")]
+UPPER_LID = [*control_point_indices("eyelid_upper", "eye_upper_outer_lid")]
+LOWER_LID = [*control_point_indices("eyelid_lower", "eye_lower_outer_lid")]
+PUPILS = [*control_point_indices("pupil")]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.deformation.rig_builder import Joints
+from conf.face.deformation.rig_builder import RigJoints
 from conf.face.deformation.rig_json import read_joints
 from conf.face.formats.ppc import read_ppc
 
@@ -22,6 +22,6 @@ def default_points() -> NDArray[np.float64]:
 
 
 @cache
-def default_joints() -> Joints:
+def default_joints() -> RigJoints:
     """Return what its parts turn about, model centimetres."""
     return read_joints(DEFAULT_HEAD.with_name("rig.json"))

@@ -10,7 +10,7 @@ from dataclasses import astuple, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINTS, INDEX
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, CONTROL_POINTS
 
 UNITS_PER_DISTANCE = 1024
 
@@ -45,7 +45,7 @@ class Fapu:
             open gap: a drawn face closes to nothing, a tracker's landmarks do not
         Raises ValueError if a distance is not positive.
         """
-        at = {name: np.asarray(points[i], dtype=np.float64) for name, i in INDEX.items()}
+        at = {name: np.asarray(points[i], dtype=np.float64) for name, i in CONTROL_POINT_INDEX.items()}
         eyes = (at["pupil_l"] + at["pupil_r"]) / 2
         nose = (at["nose_bottom_edge_l"] + at["nose_bottom_edge_r"]) / 2
         mouth = (at["outer_lip_corner_l"] + at["outer_lip_corner_r"]) / 2

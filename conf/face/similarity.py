@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
-class Similarity:
+class SimilarityTransform:
     """target = scale * rotation @ source + shift.
 
     rotation : (3, 3) float64, proper; scale : float; shift : (3,) float64
@@ -18,27 +18,29 @@ class Similarity:
 
     rotation: NDArray[np.float64]
     scale: float
-    shift: NDArray[np.float64]
+    translation: NDArray[np.float64]
 
     def apply(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Carry (..., 3) points."""
-        return np.asarray(self.scale * points @ self.rotation.T + self.shift)
+        return np.asarray(self.scale * points @ self.rotation.T + self.translation)
 
-    def undo(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def inverse_apply(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Carry (..., 3) points back."""
-        return np.asarray((points - self.shift) @ self.rotation / self.scale)
+        return np.asarray((points - self.translation) @ self.rotation / self.scale)
 
-    def then(self, other: "Similarity") -> "Similarity":
+    def then(self, other: "SimilarityTransform") -> "SimilarityTransform":
         """Return this one and the other after it as one."""
-        return Similarity(other.rotation @ self.rotation, other.scale * self.scale, other.apply(self.shift))
+        return SimilarityTransform(
+            other.rotation @ self.rotation, other.scale * self.scale, other.apply(self.translation)
+        )
 
 
-UNMOVED = Similarity(np.eye(3), 1.0, np.zeros(3))
+IDENTITY = SimilarityTransform(np.eye(3), 1.0, np.zeros(3))
 
 
 def fit_similarity(
     source: NDArray[np.float64], target: NDArray[np.float64], weights: NDArray[np.float64] | None = None, /
-) -> Similarity:
+) -> SimilarityTransform:
     """Find the similarity that carries points onto points with the least weighted squared error.
 
     source, target : (K, 3), not all on one line
@@ -51,4 +53,4 @@ def fit_similarity(
     keep = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])  # a mirror image is not a turn
     rotation = (u * keep) @ vt
     scale = float(stretch @ keep / (share @ np.sum(a * a, axis=1)))
-    return Similarity(rotation, scale, target_middle - scale * rotation @ source_middle)
+    return SimilarityTransform(rotation, scale, target_middle - scale * rotation @ source_middle)

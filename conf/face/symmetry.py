@@ -3,19 +3,19 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINTS, INDEX
+from conf.face.control_points import CONTROL_POINT_INDEX, CONTROL_POINTS
 
 OTHER_SIDE = {"l": "r", "r": "l"}
 
 
-def mirrored(displacements: NDArray[np.float32], /) -> NDArray[np.float32]:
+def mirror_motion(displacements: NDArray[np.float32], /) -> NDArray[np.float32]:
     """Return the displacements, (..., n, 3) along face axes, that the face in the mirror makes."""
     return displacements[..., PARTNERS, :] * np.array([-1, 1, 1], np.float32)
 
 
-def one_side(displacements: NDArray[np.float32], side: str, /) -> NDArray[np.float32]:
+def side_weighted(displacements: NDArray[np.float32], side: str, /) -> NDArray[np.float32]:
     """Return the (..., n, 3) displacements of one side, "l" or "r" of the subject, and half of the middle's."""
-    return displacements * SIDES[side][:, None]
+    return displacements * SIDE_WEIGHTS[side][:, None]
 
 
 def _partner(name: str) -> str:
@@ -28,5 +28,7 @@ def _side_shares(side: str) -> NDArray[np.float32]:
     return np.array([shares.get(point.name.rpartition("_")[2], 0.5) for point in CONTROL_POINTS], np.float32)
 
 
-PARTNERS = [INDEX[_partner(point.name)] for point in CONTROL_POINTS]  # of each control point, on the other side
-SIDES = {side: _side_shares(side) for side in OTHER_SIDE}  # (n,) how far each control point belongs to a side
+PARTNERS = [
+    CONTROL_POINT_INDEX[_partner(point.name)] for point in CONTROL_POINTS
+]  # of each control point, on the other side
+SIDE_WEIGHTS = {side: _side_shares(side) for side in OTHER_SIDE}  # (n,) how far each control point belongs to a side

@@ -18,8 +18,8 @@ PICTURES: dict[str, list[int]] = {
     ".png": [],
 }
 CLIPS = {".avi": ("MJPG", cv2.CAP_OPENCV_MJPEG), ".mp4": ("mp4v", cv2.CAP_FFMPEG)}
-LEAST_FREE = 16 << 20  # bytes: OpenCV does not say when it can write no more, so a clip ends before that
-LOOK_EVERY = 30  # pictures
+MIN_FREE_BYTES = 16 << 20  # bytes: OpenCV does not say when it can write no more, so a clip ends before that
+DISK_CHECK_INTERVAL = 30  # pictures
 
 Kind = TypeVar("Kind")
 
@@ -28,7 +28,7 @@ class RecordingError(ConfError):
     """A picture or clip cannot be written."""
 
 
-def free_name(folder: Path, stem: str, suffix: str) -> Path:
+def next_free_path(folder: Path, stem: str, suffix: str) -> Path:
     """Return the first of stem-001, stem-002, ... that is not taken yet."""
     number = 1
     while (path := folder / f"{stem}-{number:03d}{suffix}").exists():
@@ -41,7 +41,7 @@ def save_picture(path: Path, pixels: NDArray[np.uint8]) -> Path:
 
     Raises RecordingError.
     """
-    options = _by_suffix(path, PICTURES)
+    options = _codec_for(path, PICTURES)
     partial = _partial(path)
     done, data = cv2.imencode(path.suffix, pixels, options)
     if not done:
@@ -54,7 +54,7 @@ def save_picture(path: Path, pixels: NDArray[np.uint8]) -> Path:
     return path
 
 
-class ClipRecorder:
+class VideoWriter:
     """Writes an AVI (Motion JPEG) or MP4 (MPEG-4) picture by picture. All pictures have the size of the first."""
 
     def __init__(self, path: Path, *, fps: float) -> None:
@@ -64,7 +64,7 @@ class ClipRecorder:
         self.path = path
         self.frames = 0
         self._fps = fps
-        self._codec = _by_suffix(path, CLIPS)
+        self._codec = _codec_for(path, CLIPS)
         self._partial = _partial(path)
         self._writer: cv2.VideoWriter | None = None
         self._size = (0, 0)
@@ -78,7 +78,7 @@ class ClipRecorder:
 
         Raises RecordingError when the disk is full.
         """
-        if self.frames % LOOK_EVERY == 0 and shutil.disk_usage(self.path.parent).free < LEAST_FREE:
+        if self.frames % DISK_CHECK_INTERVAL == 0 and shutil.disk_usage(self.path.parent).free < MIN_FREE_BYTES:
             raise RecordingError(f"{self.path}: the disk is full; free some space or choose another folder")
         if self._writer is None:
             self._writer = self._open((pixels.shape[1], pixels.shape[0]))
@@ -100,7 +100,7 @@ class ClipRecorder:
             raise _cannot_write(self.path, error) from error
         return self.path
 
-    def __enter__(self) -> "ClipRecorder":
+    def __enter__(self) -> "VideoWriter":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
@@ -116,7 +116,7 @@ class ClipRecorder:
         return writer
 
 
-def _by_suffix(path: Path, kinds: dict[str, Kind]) -> Kind:
+def _codec_for(path: Path, kinds: dict[str, Kind]) -> Kind:
     kind = kinds.get(path.suffix.lower())
     if kind is None:
         raise RecordingError(f"{path}: the name must end in {' or '.join(kinds)}")

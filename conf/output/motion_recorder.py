@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from conf.errors import FileFormatError
-from conf.face.formats.dpc import Motion, write_dpc
+from conf.face.formats.dpc import MotionClip, write_dpc
 from conf.output.media_writer import RecordingError
 from conf.protocol.messages import MotionFrame
 
@@ -31,7 +31,7 @@ class MotionRecorder:
         """Write the file. Returns its path, None if nothing was shown. Raises RecordingError."""
         if not self._frames:
             return None
-        motion = Motion(
+        motion = MotionClip(
             fps=FPS,
             units="fapu",
             displacements=np.array([frame.displacements for frame in self._frames], np.float32),

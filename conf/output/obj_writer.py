@@ -13,8 +13,11 @@ from conf.face.mesh.mesh import Mesh
 from conf.render.materials import material_of
 
 COMMON = (".png", ".jpg", ".jpeg", ".bmp", ".tga")  # pictures that every program with OBJ files reads
-SOLID, CLEAR = "face", "hair"
-MATERIALS = f"newmtl {SOLID}\nmap_Kd {{picture}}\n\nnewmtl {CLEAR}\nmap_Kd {{picture}}\nmap_d {{picture}}\n"
+OPAQUE_MATERIAL, BLENDED_MATERIAL = "face", "hair"
+MATERIALS = (
+    f"newmtl {OPAQUE_MATERIAL}\nmap_Kd {{picture}}\n\n"
+    f"newmtl {BLENDED_MATERIAL}\nmap_Kd {{picture}}\nmap_d {{picture}}\n"
+)
 
 
 def write_obj(path: Path, mesh: Mesh, vertices: NDArray[np.floating], /) -> None:
@@ -65,7 +68,7 @@ def _lines(mesh: Mesh, vertices: NDArray[np.floating], *, painted: bool) -> Iter
         if len(triangles):
             yield f"g {name}"
             if painted:
-                yield f"usemtl {CLEAR if material_of(name).blended else SOLID}"
+                yield f"usemtl {BLENDED_MATERIAL if material_of(name).blended else OPAQUE_MATERIAL}"
             yield from _faces(mesh, triangles, textured)
 
 

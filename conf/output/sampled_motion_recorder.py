@@ -3,15 +3,15 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.animator.motion_player import Recording
-from conf.face.formats.dpc import Motion
+from conf.animator.motion_player import NamedClip
+from conf.face.formats.dpc import MotionClip
 from conf.face.head_pose import HeadPose
 
 FPS = 30.0
 MOST_SECONDS = 600.0
 
 
-class Take:
+class MotionRecorder:
     """Moments as they come, at whatever rate the window draws."""
 
     def __init__(self) -> None:
@@ -27,7 +27,7 @@ class Take:
         self._displacements.append(displacements.copy())
         self._poses.append(pose.to_vector())
 
-    def finish(self, name: str) -> Recording | None:
+    def finish(self, name: str) -> NamedClip | None:
         """Return it at an even rate; None if there are not two moments."""
         if len(self._times) < 2:
             return None
@@ -36,7 +36,7 @@ class Take:
         after = np.clip(np.searchsorted(times, wanted, side="right"), 1, len(times) - 1)
         share = ((wanted - times[after - 1]) / (times[after] - times[after - 1])).clip(0.0, 1.0)
         frames = _between(np.array(self._displacements), after, share[:, None, None]).astype(np.float32)
-        return Recording(name, Motion(FPS, "fapu", frames, _between(np.array(self._poses), after, share[:, None])))
+        return NamedClip(name, MotionClip(FPS, "fapu", frames, _between(np.array(self._poses), after, share[:, None])))
 
 
 def _between(values: NDArray[np.floating], after: NDArray[np.intp], share: NDArray[np.float64]) -> NDArray[np.float64]:

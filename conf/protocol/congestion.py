@@ -11,22 +11,22 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from conf.protocol.feedback import Report, RoundTrip
+from conf.protocol.feedback import Report, RoundTripEstimator
 from conf.protocol.rate_limit import TokenBucket
 
 
 @dataclass(frozen=True)
-class Rung:
+class RateLevel:
     """A step of the ladder: a profile, and how many times its usual number of frames share a datagram."""
 
     profile: str
     bundling: int = 1
 
 
-LADDER = (Rung("rich"), Rung("live"), Rung("live", 2), Rung("narrow"))
+RATE_LEVELS = (RateLevel("rich"), RateLevel("live"), RateLevel("live", 2), RateLevel("narrow"))
 
 MAX_LOSS = 0.05
-CALM_LOSS = 0.02
+LOW_LOSS = 0.02
 MAX_QUEUEING_S = 0.2
 CROWDED = 0.75  # of that limit
 LOSS_WINDOW_S = 10.0
@@ -34,7 +34,7 @@ MIN_EXPECTED = 20  # fewer datagrams than this say nothing about five per cent
 SETTLE_S = 3.0
 RECOVER_S = 10.0
 MAX_RECOVER_S = 160.0
-PROBATION_S = 20.0
+BACKOFF_WINDOW_S = 20.0
 
 
 class LossMeter:
@@ -96,14 +96,14 @@ class CongestionControl:
         self._changed = now
         self._calm_since = now
         self._recover_s = RECOVER_S
-        self._climbed: float | None = None
+        self._raised_at: float | None = None
 
     @property
-    def rung(self) -> Rung:
+    def rung(self) -> RateLevel:
         """The present rung."""
-        return LADDER[self._index]
+        return RATE_LEVELS[self._index]
 
-    def reported(self, report: Report, round_trip: RoundTrip, now: float) -> None:
+    def reported(self, report: Report, round_trip: RoundTripEstimator, now: float) -> None:
         """Take a report, after `round_trip` has taken it; `rung` may have changed afterwards."""
         self.loss.reported(report, now)
         if now < self._changed + SETTLE_S:
@@ -112,25 +112,25 @@ class CongestionControl:
         if self.loss.heavy or queueing > queueing_limit:
             self._calm_since = now
             self._step_down(now)
-        elif self.loss.fraction > CALM_LOSS or queueing > queueing_limit / 2 or not self.loss.enough:
+        elif self.loss.fraction > LOW_LOSS or queueing > queueing_limit / 2 or not self.loss.enough:
             self._calm_since = now
         elif now >= self._calm_since + self._recover_s:
             self._step_up(now)
 
-    def crowded(self, round_trip: RoundTrip) -> bool:
+    def queue_is_high(self, round_trip: RoundTripEstimator) -> bool:
         """Whether queues are near the limit: what can wait should, before the motion has to go a step down."""
         return round_trip.queueing_s > CROWDED * _queueing_limit(round_trip)
 
     def _step_down(self, now: float) -> None:
-        if self._climbed is not None:
-            soon = now < self._climbed + PROBATION_S
+        if self._raised_at is not None:
+            soon = now < self._raised_at + BACKOFF_WINDOW_S
             self._recover_s = min(2 * self._recover_s, MAX_RECOVER_S) if soon else RECOVER_S
-            self._climbed = None
-        self._move(min(self._index + 1, len(LADDER) - 1), now)
+            self._raised_at = None
+        self._move(min(self._index + 1, len(RATE_LEVELS) - 1), now)
 
     def _step_up(self, now: float) -> None:
         if self._index > self._top:
-            self._climbed = now
+            self._raised_at = now
             self._move(self._index - 1, now)
 
     def _move(self, index: int, now: float) -> None:
@@ -140,8 +140,8 @@ class CongestionControl:
             self.loss.restart()
 
 
-def _queueing_limit(round_trip: RoundTrip) -> float:
-    return max(MAX_QUEUEING_S, (round_trip.floor_s or 0.0) / 2)
+def _queueing_limit(round_trip: RoundTripEstimator) -> float:
+    return max(MAX_QUEUEING_S, (round_trip.min_rtt_s or 0.0) / 2)
 
 
 BREAK_AFTER_S = 10.0
@@ -162,13 +162,13 @@ class CircuitBreaker:
         self._reported = now
         self._probe_s = FIRST_PROBE_S
 
-    def broken(self, now: float) -> bool:
+    def open(self, now: float) -> bool:
         """Return whether nothing may be sent but probes."""
         return now >= self._reported + BREAK_AFTER_S
 
     def probe(self, now: float) -> bool:
         """Return whether one small datagram (a keep-alive) may go out now although the breaker is broken."""
-        if not self.broken(now) or now < self._probe_due:
+        if not self.open(now) or now < self._probe_due:
             return False
         self._probe_due = now + self._probe_s
         self._probe_s = min(2 * self._probe_s, MAX_PROBE_S)
@@ -180,7 +180,7 @@ BURST_FRACTION = 1 / 16
 SMALLEST_BURST = 96  # bytes: a handshake must pass under any cap
 
 
-class RateCap:
+class RateLimiter:
     """A cap in kbit/s that holds over any ten seconds, whatever is asked of it.
 
     In any 10 s a bucket lets through 10 s of its rate and its capacity: the two together are what the cap allows.
@@ -198,10 +198,10 @@ class RateCap:
         """Return whether a datagram of `wire_bytes`, headers included, may go now; if so it is counted."""
         return self._bucket.take(wire_bytes, now)
 
-    def spares(self, wire_bytes: int, now: float) -> bool:
+    def has_headroom(self, wire_bytes: int, now: float) -> bool:
         """Whether so many bytes could go and still leave half of what may go at once."""
-        return self._bucket.wait(wire_bytes + self.largest / 2, now) == 0
+        return self._bucket.time_until(wire_bytes + self.largest / 2, now) == 0
 
     def wait(self, wire_bytes: int, now: float) -> float:
         """Return the seconds until it may."""
-        return self._bucket.wait(wire_bytes, now)
+        return self._bucket.time_until(wire_bytes, now)

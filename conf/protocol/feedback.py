@@ -38,7 +38,7 @@ class Report:
     missing: int
     lost: int
     jitter_ms: int
-    hold_ms: int
+    ack_delay_ms: int
 
     def received(self, counter: int) -> bool:
         """Return whether the report says that `counter` has come; False also if it does not reach back so far."""
@@ -74,7 +74,7 @@ def decode_report(data: bytes) -> Report:
     return report
 
 
-class Reception:
+class ReceptionStats:
     """The receiver's log of one session, from which its reports are made."""
 
     def __init__(self) -> None:
@@ -85,7 +85,7 @@ class Reception:
         self._highest_came = 0.0
         self._due = float("-inf")
 
-    def add(self, counter: int, now: float, *, timestamp: float | None = None, understood: bool = True) -> None:
+    def add(self, counter: int, now: float, *, timestamp: float | None = None, decodable: bool = True) -> None:
         """Note a datagram under a valid seal.
 
         timestamp : of its newest frame, seconds on the sender's clock
@@ -93,7 +93,7 @@ class Reception:
         """
         self._count += 1
         self._newest = max(self._newest, counter)
-        if not understood:
+        if not decodable:
             return
         if counter > self._window.highest:
             self._highest_came = now
@@ -118,11 +118,11 @@ class Reception:
             missing=~(self._window.received >> 1) & ((1 << reach) - 1),
             lost=min(self.lost, highest),
             jitter_ms=_milliseconds(self.jitter.seconds),
-            hold_ms=_milliseconds(now - self._highest_came),
+            ack_delay_ms=_milliseconds(now - self._highest_came),
         )
 
 
-class RoundTrip:
+class RoundTripEstimator:
     """The time to the receiver and back, from reports.
 
     smoothed_s and deviation_s : as in RFC 6298, None before the first report
@@ -143,12 +143,12 @@ class RoundTrip:
         if len(self._sent) > self.REMEMBERED:
             self._sent.popitem(last=False)
 
-    def reported(self, report: Report, now: float) -> None:
+    def on_report(self, report: Report, now: float) -> None:
         """Take the sample that a report gives; each datagram gives at most one."""
         sent = self._sent.pop(report.highest, None)
         if sent is None:
             return
-        sample = max(0.0, now - sent - report.hold_ms * MILLISECOND)
+        sample = max(0.0, now - sent - report.ack_delay_ms * MILLISECOND)
         self._samples.append((now, sample))
         while self._samples[0][0] < now - self.FLOOR_S:
             self._samples.popleft()
@@ -159,7 +159,7 @@ class RoundTrip:
         self.smoothed_s += (sample - self.smoothed_s) / 8
 
     @property
-    def floor_s(self) -> float | None:
+    def min_rtt_s(self) -> float | None:
         """The shortest round trip of the last half minute: the way without queues."""
         return min((sample for _, sample in self._samples), default=None)
 
@@ -167,7 +167,7 @@ class RoundTrip:
     def queueing_s(self) -> float:
         """How much longer than the shortest the median of the last five round trips was: what queues add."""
         recent = sorted(sample for _, sample in list(self._samples)[-5:])
-        return recent[len(recent) // 2] - (self.floor_s or 0.0) if recent else 0.0
+        return recent[len(recent) // 2] - (self.min_rtt_s or 0.0) if recent else 0.0
 
 
 def _milliseconds(seconds: float) -> int:

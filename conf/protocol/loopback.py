@@ -3,13 +3,13 @@
 import os
 
 from conf.protocol.messages import MotionFrame, StreamParameters
-from conf.protocol.motion.inbound import Inbound
-from conf.protocol.portrait import PortraitOutbox
-from conf.protocol.receiver_endpoint import Host
-from conf.protocol.sender_connection import Caller, LinkOptions
+from conf.protocol.motion.inbound import InboundMotion
+from conf.protocol.portrait import ObjectSender
+from conf.protocol.receiver_endpoint import ReceiverEndpoint
+from conf.protocol.sender_connection import RateOptions, SenderConnection
 from conf.protocol.session.client import SenderSession
-from conf.protocol.session.pairing_code import make_code
-from conf.protocol.session.server import ReceiverSessions
+from conf.protocol.session.pairing_code import generate_code
+from conf.protocol.session.server import SessionServer
 from conf.protocol.statistics import HEADER_BYTES
 
 SENDER, RECEIVER = ("sender", 1), ("receiver", 2)
@@ -17,7 +17,7 @@ ONE_WAY_S = 0.05
 MOST_STEPS = 20  # of a handshake without losses
 
 
-class Rehearsal:
+class LoopbackCall:
     """Every datagram arrives, ONE_WAY_S after it was sent.
 
     datagrams : how many the sender has sent since the handshake
@@ -29,13 +29,13 @@ class Rehearsal:
         parameters: StreamParameters,
         now: float,
         *,
-        link: LinkOptions | None = None,
-        portrait: PortraitOutbox | None = None,
+        link: RateOptions | None = None,
+        portrait: ObjectSender | None = None,
     ) -> None:
-        code = make_code(os.urandom)
+        code = generate_code(os.urandom)
         begin = now - MOST_STEPS * 2 * ONE_WAY_S  # so that the handshake is over when the first frame comes
-        self.host = Host(ReceiverSessions(code, os.urandom))
-        self.caller = Caller(
+        self.host = ReceiverEndpoint(SessionServer(code, os.urandom))
+        self.caller = SenderConnection(
             SenderSession(code, RECEIVER, os.urandom, begin), parameters, begin, link=link, portrait=portrait
         )
         self._answers: list[tuple[float, bytes]] = []
@@ -46,9 +46,9 @@ class Rehearsal:
         self.datagrams = self.sealed_bytes = 0
 
     @property
-    def inbound(self) -> Inbound:
+    def inbound(self) -> InboundMotion:
         """What the host has of the call."""
-        return next(iter(self.host.inbounds.values()))
+        return next(iter(self.host.streams.values()))
 
     @property
     def wire_bytes(self) -> int:
@@ -61,7 +61,7 @@ class Rehearsal:
         self._exchange(now)
 
     def _exchange(self, now: float) -> None:
-        self._take_answers(now)
+        self._deliver_replies(now)
         for data, _ in self.caller.datagrams_to_send(now):
             self.datagrams += 1
             self.sealed_bytes += len(data)
@@ -69,7 +69,7 @@ class Rehearsal:
         answers = self.host.datagrams_to_send(now + ONE_WAY_S)
         self._answers += [(now + 2 * ONE_WAY_S, data) for data, _ in answers]
 
-    def _take_answers(self, now: float) -> None:
+    def _deliver_replies(self, now: float) -> None:
         due = [answer for answer in self._answers if answer[0] <= now]
         self._answers = [answer for answer in self._answers if answer[0] > now]
         for arrival, data in due:

@@ -18,12 +18,12 @@ class TokenBucket:
         self._tokens -= amount
         return True
 
-    def spend(self, amount: float, now: float) -> None:
+    def force_take(self, amount: float, now: float) -> None:
         """Take `amount` whether it is there or not; a debt is never larger than the capacity."""
         self._fill(now)
         self._tokens = max(self._tokens - amount, -self.capacity)
 
-    def wait(self, amount: float, now: float) -> float:
+    def time_until(self, amount: float, now: float) -> float:
         """Return the seconds until `amount` is there; infinite if it never will be."""
         self._fill(now)
         if amount > self.capacity or not self.rate:

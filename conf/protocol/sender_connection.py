@@ -8,24 +8,24 @@ from collections import deque
 from dataclasses import dataclass, replace
 
 from conf.errors import ProtocolError
-from conf.protocol.codec import NARROW, PROFILES
-from conf.protocol.congestion import LADDER, CircuitBreaker, CongestionControl, RateCap
-from conf.protocol.feedback import RoundTrip
+from conf.protocol.codec import NARROWBAND, PROFILES
+from conf.protocol.congestion import RATE_LEVELS, CircuitBreaker, CongestionControl, RateLimiter
+from conf.protocol.feedback import RoundTripEstimator
 from conf.protocol.messages import MotionFrame, StreamParameters
-from conf.protocol.motion.outbound import Outbound, Outgoing
-from conf.protocol.portrait import PortraitOutbox
+from conf.protocol.motion.outbound import OutboundMotion, OutgoingBody
+from conf.protocol.portrait import ObjectSender
 from conf.protocol.portrait.object_sender import WIRE_PIECE_BYTES
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import BodyReceived, Connected, Event
 from conf.protocol.session.flood_protection import Address
 from conf.protocol.statistics import HEADER_BYTES, RateWindow
 from conf.protocol.wire import (
+    Bye,
     Feedback,
-    Goodbye,
-    PortraitAnswer,
-    PortraitPiece,
-    RoundTripNotice,
-    Together,
+    MotionWithChunk,
+    PortraitAck,
+    PortraitChunk,
+    RoundTripMessage,
     decode_body,
     encode_body,
 )
@@ -33,18 +33,18 @@ from conf.protocol.wire import (
 AUTOMATIC = "auto"
 SEALED_BYTES = 19  # what framing and seal add at the most
 AUTOMATIC_TOP = 1  # live: who wants thirty frames a second says so
-RIDING_BYTES = 2  # what joining two bodies costs
+PIGGYBACK_BYTES = 2  # what joining two bodies costs
 PIECE_ROOM = HEADER_BYTES + SEALED_BYTES + WIRE_PIECE_BYTES  # what a piece costs at the most
 # A piece that rides with motion costs no headers: without motion for so long it goes alone. At the start a
 # frame's time must do, or a still face, which sends no motion, would keep its picture waiting.
-WAIT_FOR_RIDE_S = 0.2
+MAX_PIGGYBACK_WAIT_S = 0.2
 START_WAIT_FOR_RIDE_S = 0.06
 TELL_ROUND_TRIP_S = 10.0
 RUNG_KBPS = (11.0, 5.8, 4.0, 2.4)  # what each rung of the ladder needs
 
 
 @dataclass(frozen=True)
-class LinkOptions:
+class RateOptions:
     """What the user says about the link.
 
     profile : live, narrow or rich, or AUTOMATIC to follow the reports
@@ -68,13 +68,13 @@ class LinkStatus:
     jitter_ms: float | None
 
 
-def top_rung(kbps: float | None) -> int:
+def highest_level(kbps: float | None) -> int:
     """Return the highest rung of the ladder that fits under a cap, the lowest if none does."""
     fitting = (i for i, need in enumerate(RUNG_KBPS) if kbps is None or need <= kbps)
-    return max(next(fitting, len(LADDER) - 1), AUTOMATIC_TOP)
+    return max(next(fitting, len(RATE_LEVELS) - 1), AUTOMATIC_TOP)
 
 
-class Caller:
+class SenderConnection:
     """One sender's call to the receiver at `remote`."""
 
     def __init__(
@@ -83,21 +83,21 @@ class Caller:
         parameters: StreamParameters,
         now: float,
         *,
-        link: LinkOptions | None = None,
-        portrait: PortraitOutbox | None = None,
+        link: RateOptions | None = None,
+        portrait: ObjectSender | None = None,
     ) -> None:
         """portrait : what is to be sent of the sender's picture, None to send nothing of it"""
-        link = link or LinkOptions()
-        top = top_rung(link.kbps)
+        link = link or RateOptions()
+        top = highest_level(link.kbps)
         self.traffic = RateWindow()
-        self.outbound = Outbound(parameters)
+        self.outbound = OutboundMotion(parameters)
         self._session = session
         self._portrait = portrait
         self._automatic = link.profile == AUTOMATIC
         self._congestion = CongestionControl(now, top=top, start=top)
-        self._cap = RateCap(link.kbps) if link.kbps else None
+        self._cap = RateLimiter(link.kbps) if link.kbps else None
         self._breaker = CircuitBreaker(now)
-        self._round_trip = RoundTrip()
+        self._round_trip = RoundTripEstimator()
         self._jitter_ms: float | None = None
         self._bundling = 1
         self._events: deque[Event] = deque()
@@ -108,7 +108,7 @@ class Caller:
         if self._automatic:
             self._follow_congestion()
         else:
-            self.outbound.use(PROFILES[link.profile])
+            self.outbound.set_profile(PROFILES[link.profile])
 
     def send_frame(self, frame: MotionFrame, now: float) -> None:
         """Take one frame's motion; without a session it is forgotten."""
@@ -116,7 +116,7 @@ class Caller:
         if self._may_send(now):
             self.outbound.send_frame(frame, now)
 
-    def send_absence(self, timestamp: float, now: float) -> None:
+    def send_no_face(self, timestamp: float, now: float) -> None:
         """Note that there is no face at `timestamp`."""
         self._timestamp = timestamp
         if self._may_send(now):
@@ -131,7 +131,7 @@ class Caller:
         """Take what is to be sent now."""
         datagrams = [d for d in self._session.datagrams_to_send(now) if self._fits(len(d[0]), now)]
         self._take_events(now)
-        outgoing = self.outbound.take() + self._tell_round_trip(now)
+        outgoing = self.outbound.drain() + self._round_trip_message(now)
         if self._session.session is not None and self._breaker.probe(now):
             outgoing = [self.outbound.probe(self._timestamp)]
         pieces_before = self._portrait.bytes_sent if self._portrait else 0
@@ -139,12 +139,12 @@ class Caller:
         datagrams += [sealed for body in outgoing if (sealed := self._seal(body, now))]
         if self._portrait and datagrams:
             total = sum(len(data) + HEADER_BYTES for data, _ in datagrams)
-            self._portrait.charge(total - (self._portrait.bytes_sent - pieces_before), now)
+            self._portrait.account_motion(total - (self._portrait.bytes_sent - pieces_before), now)
         return self._counted(datagrams, now)
 
-    def hang_up(self, now: float) -> list[tuple[bytes, Address]]:
+    def close(self, now: float) -> list[tuple[bytes, Address]]:
         """Return the datagrams that tell the receiver that the call is over: two, as one may be lost."""
-        goodbye = Outgoing(encode_body(Goodbye()))
+        goodbye = OutgoingBody(encode_body(Bye()))
         return self._counted([sealed for _ in range(2) if (sealed := self._seal(goodbye, now))], now)
 
     def next_event(self) -> Event | None:
@@ -157,9 +157,9 @@ class Caller:
         loss = self._congestion.loss
         return LinkStatus(
             connected=self._session.session is not None,
-            stopped=self._session.session is not None and self._breaker.broken(now),
+            stopped=self._session.session is not None and self._breaker.open(now),
             profile=self.outbound.profile.name,
-            frames_per_datagram=self.outbound.profile.bundle * self._bundling,
+            frames_per_datagram=self.outbound.profile.frames_per_datagram * self._bundling,
             round_trip_ms=None if trip is None else trip * 1000,
             loss_percent=loss.fraction * 100 if loss.expected else None,
             jitter_ms=self._jitter_ms,
@@ -184,7 +184,7 @@ class Caller:
             self.traffic.add(len(data) + HEADER_BYTES, now)
         return datagrams
 
-    def _tell_round_trip(self, now: float) -> list[Outgoing]:
+    def _round_trip_message(self, now: float) -> list[OutgoingBody]:
         """Tell the receiver the round trip, seldom and only when it is news: it costs a datagram."""
         trip = self._round_trip.smoothed_s
         if trip is None or now < self._trip_due or not self._may_send(now):
@@ -192,49 +192,49 @@ class Caller:
         if abs(trip * 1000 - self._trip_told_ms) < max(0.25 * self._trip_told_ms, 5.0):
             return []
         self._trip_due, self._trip_told_ms = now + TELL_ROUND_TRIP_S, trip * 1000
-        return [Outgoing(encode_body(RoundTripNotice(round(trip * 1000))))]
+        return [OutgoingBody(encode_body(RoundTripMessage(round(trip * 1000))))]
 
-    def _with_portrait(self, outgoing: list[Outgoing], now: float) -> list[Outgoing]:
+    def _with_portrait(self, outgoing: list[OutgoingBody], now: float) -> list[OutgoingBody]:
         """Add one piece of the picture at the most, in the last motion's datagram where there is one."""
         if self._portrait is None or not self._has_room_for_portrait(now):
             return outgoing
-        rides = bool(outgoing) and outgoing[-1].motion is not None and len(outgoing[-1].body) < 256
-        patience = START_WAIT_FOR_RIDE_S if self._portrait.starting else WAIT_FOR_RIDE_S
-        if not rides and now < self._rode_at + patience:
+        piggybacks = bool(outgoing) and outgoing[-1].motion is not None and len(outgoing[-1].body) < 256
+        patience = START_WAIT_FOR_RIDE_S if self._portrait.in_startup else MAX_PIGGYBACK_WAIT_S
+        if not piggybacks and now < self._rode_at + patience:
             return outgoing
-        piece = self._portrait.next_piece(now, overhead=RIDING_BYTES if rides else HEADER_BYTES + SEALED_BYTES)
-        if rides or piece is not None:
+        piece = self._portrait.next_chunk(now, overhead=PIGGYBACK_BYTES if piggybacks else HEADER_BYTES + SEALED_BYTES)
+        if piggybacks or piece is not None:
             self._rode_at = now
         if piece is None:
             return outgoing
-        if not rides:
-            return [*outgoing, Outgoing(encode_body(PortraitPiece(piece)))]
+        if not piggybacks:
+            return [*outgoing, OutgoingBody(encode_body(PortraitChunk(piece)))]
         *before, last = outgoing
         assert last.motion is not None
-        return [*before, replace(last, body=encode_body(Together(last.motion, PortraitPiece(piece))))]
+        return [*before, replace(last, body=encode_body(MotionWithChunk(last.motion, PortraitChunk(piece))))]
 
     def _has_room_for_portrait(self, now: float) -> bool:
         """Whether a piece would keep no motion waiting: not behind a queue, not under a cap that motion nearly fills.
 
         A modem has no room; but heavy loss alone also leads to `narrow`.
         """
-        if not self._may_send(now) or self._congestion.crowded(self._round_trip):
+        if not self._may_send(now) or self._congestion.queue_is_high(self._round_trip):
             return False
-        if self.outbound.profile == NARROW and not self._automatic:
+        if self.outbound.profile == NARROWBAND and not self._automatic:
             return False
-        return self._cap is None or self._cap.spares(PIECE_ROOM, now)
+        return self._cap is None or self._cap.has_headroom(PIECE_ROOM, now)
 
     def _may_send(self, now: float) -> bool:
-        return self._session.session is not None and not self._breaker.broken(now)
+        return self._session.session is not None and not self._breaker.open(now)
 
-    def _seal(self, outgoing: Outgoing, now: float) -> tuple[bytes, Address] | None:
+    def _seal(self, outgoing: OutgoingBody, now: float) -> tuple[bytes, Address] | None:
         """Seal a body, unless the cap forbids it: then it is lost like a datagram on the way."""
         if not self._fits(len(outgoing.body) + SEALED_BYTES, now):
             return None
         sealed = self._session.seal_body(outgoing.body)
         if sealed is None:
             return None
-        self.outbound.sent(sealed.counter, outgoing)
+        self.outbound.on_sent(sealed.counter, outgoing)
         self._round_trip.sent(sealed.counter, now)
         return sealed.datagram, sealed.address
 
@@ -246,7 +246,7 @@ class Caller:
             match decode_body(body):
                 case Feedback() as feedback:
                     self._take_feedback(feedback, now)
-                case PortraitAnswer(data=data) if self._portrait:
+                case PortraitAck(data=data) if self._portrait:
                     self._portrait.receive_answer(data)
         except ProtocolError:
             return
@@ -254,17 +254,17 @@ class Caller:
     def _take_feedback(self, feedback: Feedback, now: float) -> None:
         report = feedback.report
         self._breaker.reported(now)
-        self._round_trip.reported(report, now)
+        self._round_trip.on_report(report, now)
         self._congestion.reported(report, self._round_trip, now)
         self._jitter_ms = float(report.jitter_ms)
         self._session.acknowledge(report.highest)
         if feedback.refresh:
-            self.outbound.forget()
-        self.outbound.arrived(report.acknowledged())
+            self.outbound.drop_references()
+        self.outbound.on_acknowledged(report.acknowledged())
         if self._automatic:
             self._follow_congestion()
 
     def _follow_congestion(self) -> None:
         rung = self._congestion.rung
         self._bundling = rung.bundling
-        self.outbound.use(PROFILES[rung.profile], bundling=rung.bundling)
+        self.outbound.set_profile(PROFILES[rung.profile], bundling=rung.bundling)

@@ -4,10 +4,10 @@ Source: RFC 3550, Appendix A.1 and A.3, without the wrap-around: counters here a
 """
 
 
-def unwrap(low: int, /, *, bits: int, near: int) -> int:
+def unwrap(low: int, /, *, bits: int, expected: int) -> int:
     """Return the non-negative integer nearest to `near` whose lowest `bits` bits are `low`."""
     span = 1 << bits
-    candidate = near - (near - low + span // 2) % span + span // 2
+    candidate = expected - (expected - low + span // 2) % span + span // 2
     return candidate if candidate >= 0 else candidate + span
 
 

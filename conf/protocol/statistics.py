@@ -82,12 +82,12 @@ class InterarrivalJitter:
         self._transit = transit
 
 
-def raw_bytes(width: int, height: int) -> int:
+def raw_frame_bytes(width: int, height: int) -> int:
     """Return what one picture of this size costs as raw 8-bit RGB."""
     return width * height * BYTES_PER_PIXEL
 
 
-def combined(snapshots: list[TrafficSnapshot]) -> TrafficSnapshot:
+def merge_snapshots(snapshots: list[TrafficSnapshot]) -> TrafficSnapshot:
     """Return several streams' figures as one: counts and rates added, means weighted by frames, delays the longest."""
     frames = sum(s.frames_received for s in snapshots)
     per_frame = max(frames, 1)

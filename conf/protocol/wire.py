@@ -25,7 +25,7 @@ PARAMETERS, KEEP_ALIVE, REPORT, ROUND_TRIP, GOODBYE, PORTRAIT_PIECE, PORTRAIT_AN
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionPayload:
     """One or more coded frames.
 
     number : of the first frame, its low seven bits
@@ -45,55 +45,55 @@ class Feedback:
 
 
 @dataclass(frozen=True)
-class RoundTripNotice:
+class RoundTripMessage:
     """The sender tells the receiver, who cannot know it, how long the way there and back is."""
 
     milliseconds: int
 
 
 @dataclass(frozen=True)
-class Goodbye:
+class Bye:
     """The sender hangs up."""
 
 
 @dataclass(frozen=True)
-class PortraitPiece:
+class PortraitChunk:
     """A piece of a picture of the sender. data : as conf.protocol.portrait wrote it, and checks it"""
 
     data: bytes
 
 
 @dataclass(frozen=True)
-class PortraitAnswer:
+class PortraitAck:
     """What the receiver has of the sender's picture. data : as conf.protocol.portrait wrote it, and checks it"""
 
     data: bytes
 
 
 @dataclass(frozen=True)
-class Together:
+class MotionWithChunk:
     """Motion and a piece of a picture in one datagram: the headers are paid once."""
 
-    motion: Motion
-    piece: PortraitPiece
+    motion: MotionPayload
+    piece: PortraitChunk
 
 
 Body = (
-    Motion
+    MotionPayload
     | StreamParameters
     | KeepAlive
     | Feedback
-    | RoundTripNotice
-    | Goodbye
-    | PortraitPiece
-    | PortraitAnswer
-    | Together
+    | RoundTripMessage
+    | Bye
+    | PortraitChunk
+    | PortraitAck
+    | MotionWithChunk
 )
 
 
 def encode_body(body: Body) -> bytes:
     """Return the bytes of a body."""
-    if isinstance(body, Motion):
+    if isinstance(body, MotionPayload):
         return bytes((MOTION_BIT | body.number & (MOTION_BIT - 1),)) + body.payload
     kind, rest = _ENCODERS[type(body)](body)
     return bytes((kind,)) + rest
@@ -104,7 +104,7 @@ def decode_body(data: bytes) -> Body:
     if not 0 < len(data) <= MAX_BODY:
         raise ProtocolError("a body is empty or too long")
     if data[0] & MOTION_BIT:
-        return Motion(data[0] & (MOTION_BIT - 1), data[1:])
+        return MotionPayload(data[0] & (MOTION_BIT - 1), data[1:])
     decoder = _DECODERS.get(data[0])
     if decoder is None:
         raise ProtocolError(f"unknown kind {data[0]}")
@@ -161,37 +161,37 @@ def _decode_feedback(data: bytes) -> Feedback:
     return Feedback(decode_report(data[1:]), bool(data[0]))
 
 
-def _encode_round_trip(body: RoundTripNotice) -> tuple[int, bytes]:
+def _encode_round_trip(body: RoundTripMessage) -> tuple[int, bytes]:
     return ROUND_TRIP, msgpack.packb([min(body.milliseconds, 0xFFFF)])
 
 
-def _decode_round_trip(data: bytes) -> RoundTripNotice:
+def _decode_round_trip(data: bytes) -> RoundTripMessage:
     (milliseconds,) = _integers(data, 1)
     if milliseconds > 0xFFFF:
         raise ProtocolError("a round trip of more than a minute")
-    return RoundTripNotice(milliseconds)
+    return RoundTripMessage(milliseconds)
 
 
-def _encode_goodbye(body: Goodbye) -> tuple[int, bytes]:
+def _encode_goodbye(body: Bye) -> tuple[int, bytes]:
     return GOODBYE, b""
 
 
-def _decode_goodbye(data: bytes) -> Goodbye:
+def _decode_goodbye(data: bytes) -> Bye:
     if data:
         raise ProtocolError("a goodbye with more to say")
-    return Goodbye()
+    return Bye()
 
 
-def _encode_together(body: Together) -> tuple[int, bytes]:
+def _encode_together(body: MotionWithChunk) -> tuple[int, bytes]:
     motion = encode_body(body.motion)
     return TOGETHER, bytes((len(motion),)) + motion + body.piece.data
 
 
-def _decode_together(data: bytes) -> Together:
+def _decode_together(data: bytes) -> MotionWithChunk:
     end = 1 + data[0] if data else 1
     if not 1 < end < len(data) or not data[1] & MOTION_BIT:
         raise ProtocolError("not motion and a piece")
-    return Together(Motion(data[1] & (MOTION_BIT - 1), data[2:end]), PortraitPiece(data[end:]))
+    return MotionWithChunk(MotionPayload(data[1] & (MOTION_BIT - 1), data[2:end]), PortraitChunk(data[end:]))
 
 
 _PRESENCES = {presence.value for presence in Presence}
@@ -199,11 +199,11 @@ _ENCODERS: dict[type, Callable[[Any], tuple[int, bytes]]] = {
     StreamParameters: _encode_parameters,
     KeepAlive: _encode_keep_alive,
     Feedback: _encode_feedback,
-    RoundTripNotice: _encode_round_trip,
-    Goodbye: _encode_goodbye,
-    Together: _encode_together,
-    PortraitPiece: lambda body: (PORTRAIT_PIECE, body.data),
-    PortraitAnswer: lambda body: (PORTRAIT_ANSWER, body.data),
+    RoundTripMessage: _encode_round_trip,
+    Bye: _encode_goodbye,
+    MotionWithChunk: _encode_together,
+    PortraitChunk: lambda body: (PORTRAIT_PIECE, body.data),
+    PortraitAck: lambda body: (PORTRAIT_ANSWER, body.data),
 }
 _DECODERS: dict[int, Callable[[bytes], Body]] = {
     PARAMETERS: _decode_parameters,
@@ -211,7 +211,7 @@ _DECODERS: dict[int, Callable[[bytes], Body]] = {
     REPORT: _decode_feedback,
     ROUND_TRIP: _decode_round_trip,
     GOODBYE: _decode_goodbye,
-    PORTRAIT_PIECE: PortraitPiece,
+    PORTRAIT_PIECE: PortraitChunk,
     TOGETHER: _decode_together,
-    PORTRAIT_ANSWER: PortraitAnswer,
+    PORTRAIT_ANSWER: PortraitAck,
 }

@@ -2,7 +2,7 @@
 
 from imgui_bundle import imgui
 
-from conf.render.ui.imgui_overlay import ACCENT, QUIET, Overlay, lines_height, panel
+from conf.render.ui.imgui_overlay import ACCENT, MUTED, ImGuiOverlay, lines_height, panel
 from conf.render.window.input_events import KEYS, MOUSE
 
 HELP_OPACITY = 0.88  # it may lie over the meter
@@ -18,7 +18,7 @@ def help_lines() -> list[tuple[str, str]]:
     return [(", ".join(keys[action]), text) for action, text in texts.items()] + list(MOUSE)
 
 
-def draw_help(overlay: Overlay) -> None:
+def draw_help(overlay: ImGuiOverlay) -> None:
     """Draw the list of keys in the middle. To be called inside `overlay.frame`."""
     lines = help_lines()
     column = max(imgui.calc_text_size(keys).x for keys, _ in lines) + 14 * overlay.scale
@@ -33,15 +33,15 @@ def draw_help(overlay: Overlay) -> None:
             imgui.text(text)
 
 
-def draw_notice(overlay: Overlay, text: str) -> None:
+def draw_toast(overlay: ImGuiOverlay, text: str) -> None:
     """Draw one line of text at the bottom, such as "saved conf.jpg". To be called inside `overlay.frame`."""
     place = (overlay.size[0] / 2, overlay.size[1] - 10 * overlay.scale)
     with panel("notice", place, (0.5, 1.0), (imgui.calc_text_size(text).x, lines_height(1))):
         imgui.text(text)
 
 
-def draw_label(overlay: Overlay, text: str, corner: tuple[float, float]) -> None:
+def draw_label(overlay: ImGuiOverlay, text: str, corner: tuple[float, float]) -> None:
     """Draw a small name whose lower left corner is at these pixels from the upper left. To be called as the others."""
     place = (corner[0] + 6 * overlay.scale, corner[1] - 6 * overlay.scale)
     with panel(f"label {place}", place, (0.0, 1.0), (imgui.calc_text_size(text).x, lines_height(1))):
-        imgui.text_colored(imgui.ImVec4(*QUIET), text)
+        imgui.text_colored(imgui.ImVec4(*MUTED), text)

@@ -8,37 +8,37 @@ from collections.abc import Callable
 
 from conf.face.deformation.face_model import FaceModel
 from conf.protocol.messages import MotionFrame
-from conf.protocol.receiver_endpoint import Host
-from conf.protocol.session.events import Connected, Event, Lost, Roamed, WrongCode
+from conf.protocol.receiver_endpoint import ReceiverEndpoint
+from conf.protocol.session.events import AddressChanged, Connected, Event, SessionEnded, WrongCode
 from conf.protocol.statistics import TrafficSnapshot
-from conf.receiver.call_stats import Readings
-from conf.receiver.hud import draw_help, draw_label, draw_notice
-from conf.receiver.participant_grid import Cell, Stage, Window
-from conf.receiver.stats_overlay import draw_meter
-from conf.receiver.viewer_controls import Viewer
-from conf.render.ui.imgui_overlay import Overlay
-from conf.transport.udp import ReceiverSocket
+from conf.receiver.call_stats import CallStatsCollector
+from conf.receiver.hud import draw_help, draw_label, draw_toast
+from conf.receiver.participant_grid import ParticipantGrid, Viewport, Window
+from conf.receiver.stats_overlay import draw_stats
+from conf.receiver.viewer_controls import ViewerControls
+from conf.render.ui.imgui_overlay import ImGuiOverlay
+from conf.transport.udp import UdpSocket
 
-SLICE = 512  # datagrams between two looks at the clock: a few milliseconds of junk
+RECEIVE_BATCH = 512  # datagrams between two looks at the clock: a few milliseconds of junk
 
 
 class ReceivingLoop:
     """Show everybody who calls over a link until the window is closed."""
 
     def __init__(
-        self, window: Window, face: FaceModel, host: Host, link: ReceiverSocket, *, greeting: str = ""
+        self, window: Window, face: FaceModel, host: ReceiverEndpoint, link: UdpSocket, *, idle_text: str = ""
     ) -> None:
         """greeting : what the picture says while nobody has called: where, and with which code"""
         self._window = window
-        self._stage = Stage(window, face)
-        self._overlay = Overlay(window.ctx)
-        self._viewer = Viewer(window)
-        self._readings = Readings(host)
+        self._stage = ParticipantGrid(window, face)
+        self._overlay = ImGuiOverlay(window.ctx)
+        self._viewer = ViewerControls(window)
+        self._readings = CallStatsCollector(host)
         self._host = host
         self._link = link
-        self._greeting = greeting
+        self._greeting = idle_text
         self._shown: dict[int, MotionFrame | None] = {}
-        self._cells: dict[int, Cell] = {}
+        self._cells: dict[int, Viewport] = {}
         self._names: dict[int, str] = {}
         self._on_event: Callable[[str], None] | None = None
 
@@ -66,7 +66,7 @@ class ReceivingLoop:
                 self._draw(start, on_picture)
                 drawn = time.monotonic()
                 due = max(due + 1 / fps, drawn - 1 / fps)
-                self._serve_until(due, patience=max(due, drawn + drawn - start))
+                self._serve_until(due, flood_deadline=max(due, drawn + drawn - start))
             return self._host.snapshot(time.monotonic())
         finally:
             self._viewer.close()
@@ -75,9 +75,9 @@ class ReceivingLoop:
 
     def _over(self, began: float, seconds: float | None) -> bool:
         late = seconds is not None and time.monotonic() - began >= seconds
-        return late or self._viewer.wants_to_go or self._window.should_close
+        return late or self._viewer.quit_requested or self._window.should_close
 
-    def _serve_until(self, until: float, *, patience: float) -> None:
+    def _serve_until(self, until: float, *, flood_deadline: float) -> None:
         """Take datagrams as they come until the next picture is due. Those that came while one was drawn have waited.
 
         patience : when there is more to take than that, as in a flood, it is taken until then: a machine that is slow
@@ -85,49 +85,49 @@ class ReceivingLoop:
         """
         while True:
             now = time.monotonic()
-            datagrams = self._link.receive(SLICE)
+            datagrams = self._link.receive(RECEIVE_BATCH)
             for data, address, waited in datagrams:
                 self._host.receive_datagram(data, address, now - waited)
             self._link.send(self._host.datagrams_to_send(now))
             while event := self._host.next_event():
-                self._note(event, now)
-            if now >= (patience if len(datagrams) == SLICE else until):
+                self._handle_event(event, now)
+            if now >= (flood_deadline if len(datagrams) == RECEIVE_BATCH else until):
                 return
             self._link.wait(until - now)
 
-    def _note(self, event: Event, now: float) -> None:
+    def _handle_event(self, event: Event, now: float) -> None:
         match event:
-            case Connected(session=session, address=address) | Roamed(session=session, address=address):
+            case Connected(session=session, address=address) | AddressChanged(session=session, address=address):
                 self._names[session] = "{}:{}".format(*address)
-            case Lost(session=session):
+            case SessionEnded(session=session):
                 self._names.pop(session, None)
-        text = text_of(event)
+        text = describe_event(event)
         if text:
-            self._viewer.say(text, now)
+            self._viewer.show_toast(text, now)
             if self._on_event:
                 self._on_event(text)
 
     def _draw(self, now: float, on_picture: Callable[[Window, float], None] | None) -> None:
         self._viewer.take_events(now)
         if not self._viewer.paused:
-            playouts = {caller: inbound.play(now) for caller, inbound in self._host.inbounds.items()}
+            playouts = {caller: inbound.frame_at(now) for caller, inbound in self._host.streams.items()}
             self._shown = {caller: playout.frame if playout else None for caller, playout in playouts.items()}
-        feelings = self._viewer.feelings
-        acted = {caller: frame and feelings.over(frame, now) for caller, frame in self._shown.items()}
-        first = next((frame for frame in acted.values() if frame), None)
+        feelings = self._viewer.expressions
+        with_expressions = {caller: frame and feelings.apply(frame, now) for caller, frame in self._shown.items()}
+        first = next((frame for frame in with_expressions.values() if frame), None)
         if first:
-            self._viewer.motion_shown(first, now)
+            self._viewer.on_motion(first, now)
         self._window.begin()
-        for caller, inbound in self._host.inbounds.items():
-            if inbound.portrait:  # one part a picture: the first one takes as long as several pictures
-                self._stage.hang(caller, inbound.portrait.popleft())
-        self._cells = self._stage.draw(acted, self._viewer.view, now)
+        for caller, inbound in self._host.streams.items():
+            if inbound.received_objects:  # one part a picture: the first one takes as long as several pictures
+                self._stage.receive_portrait_object(caller, inbound.received_objects.popleft())
+        self._cells = self._stage.draw(with_expressions, self._viewer.view, now)
         self._draw_panels(now)
-        self._viewer.picture_drawn(now)
+        self._viewer.on_frame_drawn(now)
         if on_picture:
             on_picture(self._window, now)
         self._window.end()
-        self._readings.picture_drawn(now)
+        self._readings.on_frame_drawn(now)
 
     def _draw_panels(self, now: float) -> None:
         with self._overlay.frame(self._window.framebuffer, self._window.size, self._window.pixel_ratio):
@@ -135,21 +135,21 @@ class ReceivingLoop:
                 for caller, (x, y, _, _) in self._cells.items():
                     draw_label(self._overlay, self._names.get(caller, ""), (x, self._window.size[1] - y))
             if self._viewer.view.meter:
-                draw_meter(self._overlay, self._readings.read(now, paused=self._viewer.paused))
+                draw_stats(self._overlay, self._readings.collect(now, paused=self._viewer.paused))
             if self._viewer.view.help:
                 draw_help(self._overlay)
-            if notice := self._viewer.notice(now) or ("" if self._host.inbounds else self._greeting):
-                draw_notice(self._overlay, notice)
+            if notice := self._viewer.notice(now) or ("" if self._host.streams else self._greeting):
+                draw_toast(self._overlay, notice)
 
 
-def text_of(event: Event) -> str:
+def describe_event(event: Event) -> str:
     """Return what an event of the sessions means to the viewer."""
     match event:
         case Connected(address=address):
             return f"a call from {address[0]}"
-        case Lost():
+        case SessionEnded():
             return "a call has ended"
-        case Roamed(address=address):
+        case AddressChanged(address=address):
             return f"a caller has moved to {address[0]}"
         case WrongCode(tries_left=left, address=address):
             return f"a wrong code from {address[0]}: {left} more tries this minute"

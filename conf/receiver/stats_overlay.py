@@ -5,7 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 from imgui_bundle import imgui, implot
 
-from conf.render.ui.imgui_overlay import ACCENT, PADDING, QUIET, TITLE_PX, Overlay, interface_scale, lines_height, panel
+from conf.render.ui.imgui_overlay import (
+    ACCENT,
+    MUTED,
+    PADDING,
+    TITLE_PX,
+    ImGuiOverlay,
+    interface_scale,
+    lines_height,
+    panel,
+)
 
 WIDTH = 158.0  # of what the panel holds, at interface scale 1, pixels
 CURVE_HEIGHT = 46.0
@@ -23,7 +32,7 @@ STATE_COLOURS = {
 
 
 @dataclass(frozen=True)
-class MeterReading:
+class CallStats:
     """What the meter shows.
 
     state : "receiving", "no face", "waiting", "lost", "paused" or any other short text
@@ -57,25 +66,25 @@ class MeterReading:
     history_seconds: float = 0.0
 
 
-def bitrate(kbps: float) -> str:
+def format_bitrate(kbps: float) -> str:
     """Return a bit rate as people read it: 5.8 kbit/s, 27.6 Mbit/s."""
     return f"{kbps:.1f} kbit/s" if kbps < 1000 else f"{kbps / 1000:.1f} Mbit/s"
 
 
-def saved(percent: float) -> str:
+def format_saved(percent: float) -> str:
     """Return the share saved without rounding it up to all: 99.98, 99.995."""
     digits = 2 if percent < 99.99 else 3
     return f"{min(percent, 99.999):.{digits}f} %"
 
 
-def rows(reading: MeterReading) -> list[tuple[str, str]]:
+def stat_lines(reading: CallStats) -> list[tuple[str, str]]:
     """Return the lines of the meter below its title, each a name and a value."""
     trip = "" if reading.round_trip_ms is None else f"{reading.round_trip_ms:.0f} ms"
     lines = [
-        ("raw pixels", bitrate(reading.raw_kbps)),
+        ("raw pixels", format_bitrate(reading.raw_kbps)),
         ("a raw frame", f"{reading.raw_bytes_per_frame:,.0f} B"),
         ("ratio", f"{reading.ratio:,.0f} : 1"),
-        ("saved", saved(reading.saved_percent)),
+        ("saved", format_saved(reading.saved_percent)),
         (f"{reading.points} points", f"{reading.width * reading.height:,} pixels"),
         ("received", f"{reading.frames_received:,}"),
         ("lost / late", f"{reading.frames_lost:,} / {reading.frames_late:,}"),
@@ -92,11 +101,11 @@ def covered_width(size: tuple[int, int], pixel_ratio: float) -> float:
     return (MARGIN + WIDTH + 2 * PADDING) * scale
 
 
-def draw_meter(overlay: Overlay, reading: MeterReading) -> None:
+def draw_stats(overlay: ImGuiOverlay, reading: CallStats) -> None:
     """Draw the meter in the upper left corner. To be called inside `overlay.frame`."""
     scale = overlay.scale
     small = overlay.size[1] / scale < SMALL_HEIGHT
-    lines = rows(reading)[: SMALL_ROWS if small else None]
+    lines = stat_lines(reading)[: SMALL_ROWS if small else None]
     spacing = imgui.get_style().item_spacing.y
     height = lines_height(len(lines) + 2) + TITLE_PX * scale + spacing
     if not small:
@@ -109,20 +118,20 @@ def draw_meter(overlay: Overlay, reading: MeterReading) -> None:
         _draw_rows(lines)
 
 
-def _draw_state(reading: MeterReading) -> None:
+def _draw_state(reading: CallStats) -> None:
     _coloured(STATE_COLOURS.get(reading.state, ACCENT), reading.state)
-    _right(f"{reading.fps:.0f} fps", QUIET)
+    _right(f"{reading.fps:.0f} fps", MUTED)
 
 
-def _draw_headline(overlay: Overlay, reading: MeterReading) -> None:
+def _draw_headline(overlay: ImGuiOverlay, reading: CallStats) -> None:
     imgui.push_font(overlay.bold, TITLE_PX)
-    imgui.text(bitrate(reading.wire_kbps))
+    imgui.text(format_bitrate(reading.wire_kbps))
     imgui.pop_font()
     imgui.text(f"{reading.bytes_per_frame:,.0f} B a frame")
-    _right("with UDP/IP", QUIET)
+    _right("with UDP/IP", MUTED)
 
 
-def _draw_curve(reading: MeterReading, scale: float) -> None:
+def _draw_curve(reading: CallStats, scale: float) -> None:
     values = np.asarray(reading.history or (0.0,), dtype=np.float64)
     if len(values) == 1:
         values = np.repeat(values, 2)
@@ -142,13 +151,13 @@ def _draw_curve(reading: MeterReading, scale: float) -> None:
         implot.end_plot()
     implot.pop_style_color(3)
     implot.pop_style_var()
-    _coloured(QUIET, f"last {reading.history_seconds:.0f} s" if reading.history_seconds else "traffic")
-    _right(f"peak {bitrate(float(values.max()))}", QUIET)
+    _coloured(MUTED, f"last {reading.history_seconds:.0f} s" if reading.history_seconds else "traffic")
+    _right(f"peak {format_bitrate(float(values.max()))}", MUTED)
 
 
 def _draw_rows(lines: list[tuple[str, str]]) -> None:
     for name, value in lines:
-        _coloured(QUIET, name)
+        _coloured(MUTED, name)
         _right(value)
 
 

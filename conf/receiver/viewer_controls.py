@@ -4,32 +4,32 @@ from collections.abc import Callable
 from pathlib import Path
 
 from conf.errors import ConfError
-from conf.output.media_writer import ClipRecorder, free_name, save_picture
+from conf.output.media_writer import VideoWriter, next_free_path, save_picture
 from conf.output.motion_recorder import MotionRecorder
 from conf.protocol.messages import MotionFrame
-from conf.receiver.expression_overlay import Feelings
+from conf.receiver.expression_overlay import ExpressionOverlay
 from conf.receiver.participant_grid import Window
-from conf.render.camera import View
-from conf.render.window.input_events import KeyPressed, action_of, apply
+from conf.render.camera import ViewState
+from conf.render.window.input_events import KeyPressed, action_of, apply_camera_event
 
 NOTICE_S = 3.0
 CLIP_FPS = 30.0
 
 
-class Viewer:
+class ViewerControls:
     """Follows the window's events and carries out what they ask for."""
 
     def __init__(self, window: Window, folder: Path | None = None) -> None:
         """folder : where pictures and clips go; None takes the current one"""
-        self.view = View()
+        self.view = ViewState()
         self.paused = False
-        self.wants_to_go = False
-        self.feelings = Feelings()
+        self.quit_requested = False
+        self.expressions = ExpressionOverlay()
         self._window = window
         self._folder = folder or Path()
         self._notice = ("", 0.0)
         self._picture_wanted = False
-        self._clip: TimedClip | None = None
+        self._clip: ConstantRateRecorder | None = None
         self._motion: MotionRecorder | None = None
         self._actions: dict[str, Callable[[float], None]] = {
             "quit": self._quit,
@@ -43,14 +43,14 @@ class Viewer:
     def take_events(self, now: float) -> None:
         """Do what the viewer asked for since the last picture."""
         for event in self._window.poll():
-            self.view = apply(self.view, event)
+            self.view = apply_camera_event(self.view, event)
             act = self._actions.get(action_of(event) or "")
             if act:
                 act(now)
             if isinstance(event, KeyPressed) and action_of(event) == "emotion":
-                self.say(self.feelings.play(int(event.key), now), now)
+                self.show_toast(self.expressions.play(int(event.key), now), now)
 
-    def say(self, text: str, now: float) -> None:
+    def show_toast(self, text: str, now: float) -> None:
         """Show a line at the bottom for a moment."""
         self._notice = (text, now + NOTICE_S)
 
@@ -59,17 +59,17 @@ class Viewer:
         text, until = self._notice
         return text if now < until else ""
 
-    def picture_drawn(self, now: float) -> None:
+    def on_frame_drawn(self, now: float) -> None:
         """Save and record the picture that stands in the window's framebuffer."""
         if self._picture_wanted:
             self._picture_wanted = False
             self._try(
-                lambda: f"saved {save_picture(free_name(self._folder, 'conf', '.jpg'), self._window.read())}", now
+                lambda: f"saved {save_picture(next_free_path(self._folder, 'conf', '.jpg'), self._window.read())}", now
             )
         if self._clip:
             self._add(self._clip, now)
 
-    def motion_shown(self, frame: MotionFrame, now: float) -> None:
+    def on_motion(self, frame: MotionFrame, now: float) -> None:
         """Record the motion that is shown."""
         if self._motion:
             self._motion.add(frame, now)
@@ -83,7 +83,7 @@ class Viewer:
             self._clip = None
 
     def _quit(self, now: float) -> None:
-        self.wants_to_go = True
+        self.quit_requested = True
 
     def _pause(self, now: float) -> None:
         self.paused = not self.paused
@@ -103,14 +103,14 @@ class Viewer:
             motion, self._motion = self._motion, None
             self._try(lambda: f"saved {motion.close() or 'nothing'}", now)
         else:
-            self._motion = MotionRecorder(free_name(self._folder, "conf", ".dpc"))
-            self.say("recording the motion; D stops", now)
+            self._motion = MotionRecorder(next_free_path(self._folder, "conf", ".dpc"))
+            self.show_toast("recording the motion; D stops", now)
 
     def _start_recording(self) -> str:
-        self._clip = TimedClip(free_name(self._folder, "conf", ".avi"))
+        self._clip = ConstantRateRecorder(next_free_path(self._folder, "conf", ".avi"))
         return "recording; R stops"
 
-    def _add(self, clip: "TimedClip", now: float) -> None:
+    def _add(self, clip: "ConstantRateRecorder", now: float) -> None:
         try:
             clip.add(self._window, now)
         except ConfError as error:
@@ -123,14 +123,14 @@ class Viewer:
             text = task()
         except ConfError as error:
             text = str(error)
-        self.say(text, now)
+        self.show_toast(text, now)
 
 
-class TimedClip:
+class ConstantRateRecorder:
     """A clip of fixed frame rate from pictures that come when they are drawn."""
 
     def __init__(self, path: Path, *, fps: float = CLIP_FPS) -> None:
-        self._recorder = ClipRecorder(path, fps=fps)
+        self._recorder = VideoWriter(path, fps=fps)
         self._fps = fps
         self._began: float | None = None
 

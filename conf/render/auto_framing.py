@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 from conf.face.head_pose import HeadPose
 
 SETTLE_SECONDS = 3.0  # how fast the picture follows a person who moves to another seat
-HASTE = 0.5  # at first it follows faster: nobody's first place is the middle of where they will be
+SETTLE_GROWTH = 0.5  # at first it follows faster: nobody's first place is the middle of where they will be
 FIRST_SETTLE_SECONDS = 0.3
 CENTRE = np.array([0.0, -0.055])  # picture heights: where the face's origin rests, a little low to leave room for hair
 LOG_SCALE = math.log(0.029)  # a model centimetre in picture heights: the head fills seven tenths of the height
 LOG_GROWTH = math.log(1.2)  # the most that leaning towards the camera, or back, enlarges or shrinks the head
-NARROW = 0.8  # width over height of a picture below which the head is drawn smaller
+MIN_ASPECT = 0.8  # width over height of a picture below which the head is drawn smaller
 MARGIN = 0.03  # picture heights between the head and the picture's edge
-ASIDE = 0.6  # how far towards the middle of an area beside a panel the head goes: 0 stays in the picture's middle
-LEAST_ROOM = 0.015  # so much a head always moves
+PANEL_SHIFT = 0.6  # how far towards the middle of an area beside a panel the head goes: 0 stays in the picture's middle
+MIN_MOTION_ROOM = 0.015  # so much a head always moves
 
 # An ellipsoid around the default head, hair and chin included; model centimetres.
 HEAD_MIDDLE = np.array([0.0, 3.4, -3.5])
@@ -29,7 +29,7 @@ HEAD_RADII = np.array([9.8, 12.4, 11.5])
 
 
 @dataclass(frozen=True)
-class Area:
+class FrameArea:
     """The part of the picture that a head is kept in: picture heights from the centre, x right, y up."""
 
     left: float = -0.5
@@ -38,32 +38,32 @@ class Area:
     top: float = 0.5
 
     @classmethod
-    def of(cls, size: tuple[float, float], *, covered: float = 0.0) -> "Area":
+    def of(cls, size: tuple[float, float], *, covered: float = 0.0) -> "FrameArea":
         """Return the area of a picture of this width and height, so much of which is covered from the left."""
         half = size[0] / size[1] / 2
         return cls(left=-half + covered / size[1], right=half)
 
 
-def rest(area: Area) -> HeadPose:
+def rest_pose(area: FrameArea) -> HeadPose:
     """Return where a head that looks straight ahead and does not move is drawn."""
-    middle = np.array([ASIDE * (area.left + area.right) / 2, 0.0])
-    smaller = min(0.0, math.log((area.right - area.left) / NARROW))
+    middle = np.array([PANEL_SHIFT * (area.left + area.right) / 2, 0.0])
+    smaller = min(0.0, math.log((area.right - area.left) / MIN_ASPECT))
     return HeadPose(np.zeros(3), middle + CENTRE * math.exp(smaller), LOG_SCALE + smaller)
 
 
-class Framer:
+class AutoFraming:
     """The running average of one head's place and size."""
 
     def __init__(self) -> None:
         self._mean: NDArray[np.float64] | None = None
         self._began = self._now = 0.0
 
-    def place(self, pose: HeadPose, now: float, area: Area | None = None) -> HeadPose:
+    def frame(self, pose: HeadPose, now: float, area: FrameArea | None = None) -> HeadPose:
         """Return the pose to draw for a pose as sent, at time `now` in seconds."""
-        area = area or Area()
+        area = area or FrameArea()
         seen = np.array([*pose.position, pose.log_scale])
-        mean, still = self._follow(seen, now), rest(area)
-        log_scale = still.log_scale + soft(float(seen[2] - mean[2]), LOG_GROWTH)
+        mean, still = self._follow(seen, now), rest_pose(area)
+        log_scale = still.log_scale + soft_clamp(float(seen[2] - mean[2]), LOG_GROWTH)
         sway = math.exp(still.log_scale - mean[2]) * (seen - mean)[:2]
         turned = HeadPose(pose.rotation, still.position, log_scale)
         return HeadPose(pose.rotation, _kept_inside(turned, sway, area), log_scale)
@@ -72,32 +72,34 @@ class Framer:
         """Take one more place and size (3,) into the average. Returns it."""
         if self._mean is None:
             self._mean, self._began, self._now = seen, now, now
-        settle = min(SETTLE_SECONDS, FIRST_SETTLE_SECONDS + HASTE * max(0.0, now - self._began))
+        settle = min(SETTLE_SECONDS, FIRST_SETTLE_SECONDS + SETTLE_GROWTH * max(0.0, now - self._began))
         share = 1 - math.exp(-max(0.0, now - self._now) / settle)
         self._mean = self._mean + share * (seen - self._mean)
         self._now = now
         return self._mean
 
 
-def soft(offset: float, room: float) -> float:
+def soft_clamp(offset: float, room: float) -> float:
     """Return an offset held back so that it never exceeds the room; a small one stays as it is."""
     return room * math.tanh(offset / room)
 
 
-def head_box(pose: HeadPose) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def head_bounds(pose: HeadPose) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the middle (2,) and half the width and height (2,) of the head in the picture, picture heights."""
     turn, scale = pose.matrix()[:2], math.exp(pose.log_scale)
     half = np.sqrt(((turn * HEAD_RADII) ** 2).sum(axis=1))
     return pose.position + scale * turn @ HEAD_MIDDLE, scale * half
 
 
-def _kept_inside(pose: HeadPose, sway: NDArray[np.float64], area: Area) -> NDArray[np.float64]:
+def _kept_inside(pose: HeadPose, sway: NDArray[np.float64], area: FrameArea) -> NDArray[np.float64]:
     """Return the place of a head that rests at `pose` and has swayed away by so much."""
-    middle, half = head_box(pose)
+    middle, half = head_bounds(pose)
     low = np.array([area.left, area.bottom]) + MARGIN + half
     high = np.array([area.right, area.top]) - MARGIN - half
     middle = np.where(low < high, np.clip(middle, low, high), (low + high) / 2)
     room = np.where(sway > 0, high - middle, middle - low)
-    held = [soft(float(offset), max(float(most), LEAST_ROOM)) for offset, most in zip(sway, room, strict=True)]
-    anchor = middle - (head_box(pose)[0] - pose.position)
+    held = [
+        soft_clamp(float(offset), max(float(most), MIN_MOTION_ROOM)) for offset, most in zip(sway, room, strict=True)
+    ]
+    anchor = middle - (head_bounds(pose)[0] - pose.position)
     return np.asarray(anchor + held)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from conf.face.head_pose import HeadPose
 
-LENS_CM = 110.0  # from the lens to the face: a portrait lens; much nearer and the nose grows
+CAMERA_DISTANCE_CM = 110.0  # from the lens to the face: a portrait lens; much nearer and the nose grows
 FACE_PLANE_CM = 4.0  # the eyes and lips of the canonical face lie about this far in front of its origin
 DEPTH_CM = 60.0  # half of the depth that is drawn
 
@@ -24,7 +24,7 @@ PITCH_LIMIT = np.pi / 2
 
 
 @dataclass(frozen=True)
-class View:
+class ViewState:
     """How the viewer looks at the face, beside what the sender's picture says. Every change gives a new one.
 
     yaw, pitch : radians the head is turned by the viewer: to the picture's right, and up
@@ -43,27 +43,27 @@ class View:
     centred: bool = True
     portrait: bool = True
 
-    def turned(self, dx: float, dy: float) -> "View":
+    def turned(self, dx: float, dy: float) -> "ViewState":
         """Turn the head with the hand: dx, dy in picture heights, x right, y up."""
         pitch = float(np.clip(self.pitch + dy * TURN_PER_HEIGHT, -PITCH_LIMIT, PITCH_LIMIT))
         return replace(self, yaw=self.yaw + dx * TURN_PER_HEIGHT, pitch=pitch)
 
-    def zoomed(self, steps: float) -> "View":
+    def zoomed(self, steps: float) -> "ViewState":
         """Magnify by steps of the wheel."""
         return replace(self, zoom=float(np.clip(self.zoom * ZOOM_PER_STEP**steps, *ZOOM_LIMITS)))
 
-    def panned(self, dx: float, dy: float) -> "View":
+    def panned(self, dx: float, dy: float) -> "ViewState":
         """Shift the picture: dx, dy in picture heights, x right, y up."""
         return replace(self, pan=(self.pan[0] + dx, self.pan[1] + dy))
 
-    def toggled(self, name: str) -> "View":
+    def toggled(self, name: str) -> "ViewState":
         """Switch one of wireframe, points, meter, help, centred, portrait."""
         if name not in TOGGLES:
             raise ValueError(f"name must be one of {', '.join(TOGGLES)}, got {name!r}")
         switched: dict[str, Any] = {name: not getattr(self, name)}
         return replace(self, **switched)
 
-    def reset(self) -> "View":
+    def reset(self) -> "ViewState":
         """Look straight at the face again; what is switched on stays on."""
         return replace(self, yaw=0.0, pitch=0.0, zoom=1.0, pan=(0.0, 0.0))
 
@@ -71,7 +71,7 @@ class View:
 TOGGLES = ("wireframe", "points", "meter", "help", "centred", "portrait")
 
 
-def rotation(pose: HeadPose, view: View) -> NDArray[np.float64]:
+def view_rotation(pose: HeadPose, view: ViewState) -> NDArray[np.float64]:
     """Return the (3, 3) rotation from face axes to picture axes as the viewer sees them."""
     cy, sy, cp, sp = np.cos(view.yaw), np.sin(view.yaw), np.cos(view.pitch), np.sin(view.pitch)
     yaw = np.array([[cy, 0.0, sy], [0.0, 1.0, 0.0], [-sy, 0.0, cy]])
@@ -80,14 +80,14 @@ def rotation(pose: HeadPose, view: View) -> NDArray[np.float64]:
     return orbit
 
 
-def clip_matrix(pose: HeadPose, view: View, *, aspect: float) -> NDArray[np.float64]:
+def clip_matrix(pose: HeadPose, view: ViewState, *, aspect: float) -> NDArray[np.float64]:
     """Return the (4, 4) matrix from face coordinates (cm, homogeneous column) to OpenGL's clip coordinates.
 
     aspect : width of the picture over its height
     """
-    turn = rotation(pose, view)
+    turn = view_rotation(pose, view)
     scale = np.exp(pose.log_scale)
-    w = np.append(-turn[2] / LENS_CM, 1.0 + FACE_PLANE_CM * turn[2, 2] / LENS_CM)
+    w = np.append(-turn[2] / CAMERA_DISTANCE_CM, 1.0 + FACE_PLANE_CM * turn[2, 2] / CAMERA_DISTANCE_CM)
     centre = view.zoom * pose.position + view.pan
     matrix = np.zeros((4, 4))
     matrix[:2, :3] = view.zoom * scale * turn[:2]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from conf.render.shader_programs import program, set_matrix
+from conf.render.shader_programs import load_program, set_matrix
 
 GRID = (10, 5)
 CELL = 64  # pixels a side in the atlas
@@ -16,7 +16,7 @@ DOT = (120, 240, 255)  # sRGB
 NUMBER = (255, 255, 255)
 
 
-def paint_labels(count: int) -> NDArray[np.uint8]:
+def render_label_atlas(count: int) -> NDArray[np.uint8]:
     """Return (H, W, 4) uint8 RGBA, first row on top: a grid of dots, each with its number to the upper right."""
     columns, rows = GRID
     ink = np.zeros((rows * CELL, columns * CELL, 3), np.uint8)
@@ -35,7 +35,7 @@ def paint_labels(count: int) -> NDArray[np.uint8]:
     return np.dstack([ink, cover])
 
 
-class ControlPointMarks:
+class ControlPointMarkers:
     """Marks that travel with the vertices nearest to the control points."""
 
     def __init__(
@@ -45,23 +45,23 @@ class ControlPointMarks:
         self._ctx = ctx
         self._nearest: NDArray[np.intp] = np.asarray(KDTree(vertices).query(control_points)[1])
         self._offsets = (control_points - vertices[self._nearest]).astype(np.float32)
-        labels = paint_labels(len(control_points))
+        labels = render_label_atlas(len(control_points))
         self._labels = ctx.texture((labels.shape[1], labels.shape[0]), 4, np.ascontiguousarray(labels[::-1]).tobytes())
         self._labels.build_mipmaps()
-        self._program = program(ctx, "markers", "markers")
+        self._program = load_program(ctx, "markers", "markers")
         self._program["labels"] = 0
         self._program["depth"] = 1
         self._program["grid"] = GRID
         self._points = ctx.buffer(reserve=len(control_points) * 12)
         self._array = ctx.vertex_array(self._program, [(self._points, "3f4", "in_position")])
 
-    def places(self, vertices: NDArray[np.float32]) -> NDArray[np.float32]:
+    def positions(self, vertices: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return the (n, 3) control points of the deformed (V, 3) vertices."""
         return vertices[self._nearest] + self._offsets
 
-    def draw(self, places: NDArray[np.float32], clip: bytes, depth: moderngl.Texture) -> None:
+    def draw(self, positions: NDArray[np.float32], clip: bytes, depth: moderngl.Texture) -> None:
         """Draw over the current framebuffer; depth is that of the face's picture, clip as for the face."""
-        self._points.write(np.ascontiguousarray(places, dtype=np.float32))
+        self._points.write(np.ascontiguousarray(positions, dtype=np.float32))
         self._ctx.enable_only(moderngl.BLEND | moderngl.PROGRAM_POINT_SIZE)
         self._labels.use(0)
         depth.use(1)

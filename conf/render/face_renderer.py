@@ -13,24 +13,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import FileFormatError
-from conf.face.control_points import INDEX
+from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.face_model import FaceModel
-from conf.face.deformation.neck import Neck
+from conf.face.deformation.neck import NeckBend
 from conf.face.head_pose import HeadPose
 from conf.face.mesh.mesh import Mesh
-from conf.render.camera import View, clip_matrix, rotation
-from conf.render.control_point_markers import ControlPointMarks
+from conf.render.camera import ViewState, clip_matrix, view_rotation
+from conf.render.control_point_markers import ControlPointMarkers
 from conf.render.lighting import STUDIO, Lighting
 from conf.render.materials import EYE, MOUTH, SKIN, material_of
-from conf.render.render_target import Canvas
-from conf.render.shader_programs import columns, program, set_matrix
-from conf.render.shadow_map import Shadow, lamp_matrix
-from conf.render.vertex_cache import in_drawing_order
-from conf.render.vertex_normals import Surface, inside_out
-from conf.render.wireframe import Wireframe
+from conf.render.render_target import RenderTarget
+from conf.render.shader_programs import load_program, set_matrix, to_column_major
+from conf.render.shadow_map import ShadowMap, light_matrix
+from conf.render.vertex_cache import optimise_vertex_cache
+from conf.render.vertex_normals import VertexNormals, is_inside_out
+from conf.render.wireframe import WireframeRenderer
 
-HALF = np.array([[0.5, 0, 0, 0.5], [0, 0.5, 0, 0.5], [0, 0, 0.5, 0.5], [0, 0, 0, 1]])  # clip to texture coordinates
-MOST_CANVASES = 6  # sizes of picture drawn in turn, as the cells of several callers are
+CLIP_TO_TEXTURE = np.array(
+    [[0.5, 0, 0, 0.5], [0, 0.5, 0, 0.5], [0, 0, 0.5, 0.5], [0, 0, 0, 1]]
+)  # clip to texture coordinates
+MAX_TARGETS = 6  # sizes of picture drawn in turn, as the cells of several callers are
 PLAIN_SKIN = (226, 178, 150, 255)  # sRGB, of a mesh without a texture
 
 
@@ -38,31 +40,31 @@ class FaceRenderer:
     """Draws one face again and again."""
 
     def __init__(self, ctx: moderngl.Context, face: FaceModel, *, lighting: Lighting = STUDIO) -> None:
-        mesh = in_drawing_order(facing_outwards(face.mesh))
+        mesh = optimise_vertex_cache(orient_outwards(face.mesh))
         self.background = "wall"  # a name from canvas.py
         self._ctx = ctx
         self._lighting = lighting
-        self._neck = Neck(mesh)
-        self._surface = Surface(mesh.triangles, mesh.render_vertices)
-        self._canvases: dict[tuple[tuple[int, int], str], Canvas] = {}
-        self._atlas = load_atlas(ctx, mesh)
+        self._neck = NeckBend(mesh)
+        self._surface = VertexNormals(mesh.triangles, mesh.render_vertices)
+        self._canvases: dict[tuple[tuple[int, int], str], RenderTarget] = {}
+        self._atlas = load_texture(ctx, mesh)
         self._moving = ctx.buffer(reserve=len(mesh.render_vertices) * 24)
         self._uvs = ctx.buffer(texture_coordinates(mesh).tobytes())
         self._parts = [
-            Part(ctx, group, mesh.render_triangles[triangles], (self._moving, self._uvs), lighting)
+            MeshPart(ctx, group, mesh.render_triangles[triangles], (self._moving, self._uvs), lighting)
             for group, triangles in ordered_groups(mesh)
         ]
         for part in self._parts:
-            part.place(face)
-        self._wireframe = Wireframe(ctx, mesh, self._moving)
-        self._shadow = Shadow(ctx, mesh, self._moving)
-        self._marks = ControlPointMarks(ctx, face.control_points, mesh.vertices)
+            part.set_anatomy(face)
+        self._wireframe = WireframeRenderer(ctx, mesh, self._moving)
+        self._shadow = ShadowMap(ctx, mesh, self._moving)
+        self._marks = ControlPointMarkers(ctx, face.control_points, mesh.vertices)
         self._rows = np.empty((0, 6), np.float32)
-        self.canvas: Canvas | None = None  # what was drawn on last
+        self.canvas: RenderTarget | None = None  # what was drawn on last
         self._places = face.control_points.astype(np.float32)
 
     def draw(
-        self, vertices: NDArray[np.float32], pose: HeadPose, view: View, framebuffer: moderngl.Framebuffer
+        self, vertices: NDArray[np.float32], pose: HeadPose, view: ViewState, framebuffer: moderngl.Framebuffer
     ) -> None:
         """Draw the face into the framebuffer's viewport.
 
@@ -70,36 +72,36 @@ class FaceRenderer:
         """
         self.prepare(vertices, pose)
         self.upload()
-        self.show(pose, view, framebuffer)
+        self.draw_uploaded(pose, view, framebuffer)
 
     def prepare(self, vertices: NDArray[np.float32], pose: HeadPose) -> None:
         """First part of `draw`: bend the neck, compute the normals of the (V, 3) vertices."""
-        self._rows = self._surface.rows(self._neck.bend(vertices, pose))
-        self._places = self._marks.places(vertices)
+        self._rows = self._surface.interleaved(self._neck.apply(vertices, pose))
+        self._places = self._marks.positions(vertices)
 
     def upload(self) -> None:
         """Second part of `draw`: send positions and normals to the card."""
         self._moving.orphan()
         self._moving.write(self._rows)
 
-    def show(self, pose: HeadPose, view: View, framebuffer: moderngl.Framebuffer) -> None:
+    def draw_uploaded(self, pose: HeadPose, view: ViewState, framebuffer: moderngl.Framebuffer) -> None:
         """Third part of `draw`: draw what was uploaded last."""
         _, _, width, height = framebuffer.viewport
         self.canvas = canvas = self._canvas_of((width, height))
-        clip = columns(clip_matrix(pose, view, aspect=width / height))
-        turn = columns(rotation(pose, view))
+        clip = to_column_major(clip_matrix(pose, view, aspect=width / height))
+        turn = to_column_major(view_rotation(pose, view))
         if view.wireframe:
             canvas.begin()
             self._wireframe.draw(clip, turn)
         else:
-            lamp = self._shadow.follow(lamp_matrix(rotation(pose, view), self._lighting.key), self._places)
+            lamp = self._shadow.update(light_matrix(view_rotation(pose, view), self._lighting.key), self._places)
             canvas.begin()
             self._atlas.use(0)
             self._shadow.depth.use(1)
-            to_texture = columns(HALF @ lamp)
+            to_texture = to_column_major(CLIP_TO_TEXTURE @ lamp)
             for part in self._parts:
                 part.draw(clip, turn, to_texture)
-        canvas.show(framebuffer)
+        canvas.resolve(framebuffer)
         if view.points:
             self._marks.draw(self._places, clip, canvas.depth)
 
@@ -111,12 +113,12 @@ class FaceRenderer:
         for thing in (self._wireframe, self._shadow, self._marks, self._uvs, self._moving, self._atlas):
             thing.release()
 
-    def _canvas_of(self, size: tuple[int, int]) -> Canvas:
+    def _canvas_of(self, size: tuple[int, int]) -> RenderTarget:
         key = (size, self.background)
         if key not in self._canvases:
-            if len(self._canvases) >= MOST_CANVASES:  # the window has got another size
+            if len(self._canvases) >= MAX_TARGETS:  # the window has got another size
                 self._release_canvases()
-            self._canvases[key] = Canvas(self._ctx, size, self.background)
+            self._canvases[key] = RenderTarget(self._ctx, size, self.background)
         return self._canvases[key]
 
     def _release_canvases(self) -> None:
@@ -126,7 +128,7 @@ class FaceRenderer:
         self.canvas = None
 
 
-class Part:
+class MeshPart:
     """One group of triangles with its shader."""
 
     def __init__(
@@ -141,7 +143,7 @@ class Part:
         self.group = group
         self.material = material_of(group)
         self._ctx = ctx
-        self._program = program(ctx, self.material.vertex_shader, self.material.shader, lighting.constants())
+        self._program = load_program(ctx, self.material.vertex_shader, self.material.shader, lighting.constants())
         self._indices = ctx.buffer(np.ascontiguousarray(triangles, dtype=np.int32).tobytes())
         moving, uvs = buffers
         layout = [(moving, "3f4 3f4", "in_position", "in_normal"), (uvs, "2f4", "in_uv")]
@@ -150,17 +152,19 @@ class Part:
             if name in self._program:
                 self._program[name] = unit
 
-    def place(self, face: FaceModel) -> None:
+    def set_anatomy(self, face: FaceModel) -> None:
         """Tell the shader where its part of the neutral face lies."""
         if self.material is EYE:
             ball = face.mesh.vertices[face.mesh.group_vertices(self.group)]
             self._program["centre"] = tuple((ball.min(axis=0) + ball.max(axis=0)) / 2)
             self._program["radius"] = np.ptp(ball[:, 1]) / 2
         if self.material is MOUTH:
-            lips = face.control_points[[INDEX["inner_lip_upper_mid"], INDEX["inner_lip_lower_mid"]]]
+            lips = face.control_points[
+                [CONTROL_POINT_INDEX["inner_lip_upper_mid"], CONTROL_POINT_INDEX["inner_lip_lower_mid"]]
+            ]
             self._program["centre"] = tuple(lips.mean(axis=0))
 
-    def draw(self, clip: bytes, turn: bytes, lamp: bytes) -> None:
+    def draw(self, clip: bytes, rotation: bytes, light: bytes) -> None:
         """Draw the group: the matrices as `columns` gives them."""
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         if not self.material.two_sided:
@@ -168,8 +172,8 @@ class Part:
         if self.material.blended:
             self._ctx.enable(moderngl.BLEND)
         set_matrix(self._program, "clip", clip)
-        set_matrix(self._program, "turn", turn)
-        set_matrix(self._program, "lamp", lamp)
+        set_matrix(self._program, "turn", rotation)
+        set_matrix(self._program, "lamp", light)
         self._array.render(moderngl.TRIANGLES)
 
     def release(self) -> None:
@@ -178,9 +182,9 @@ class Part:
             thing.release()
 
 
-def facing_outwards(mesh: Mesh) -> Mesh:
+def orient_outwards(mesh: Mesh) -> Mesh:
     """Return the mesh with its triangles the right way out: what faces inwards is not drawn."""
-    if not inside_out(mesh.triangles, mesh.vertices):
+    if not is_inside_out(mesh.triangles, mesh.vertices):
         return mesh
     return replace(mesh, triangles=mesh.triangles[:, ::-1], render_triangles=mesh.render_triangles[:, ::-1])
 
@@ -202,7 +206,7 @@ def texture_coordinates(mesh: Mesh) -> NDArray[np.float32]:
     return np.zeros((len(mesh.render_vertices), 2), np.float32)
 
 
-def load_atlas(ctx: moderngl.Context, mesh: Mesh) -> moderngl.Texture:
+def load_texture(ctx: moderngl.Context, mesh: Mesh) -> moderngl.Texture:
     """Return the mesh's texture on the card, plain skin where it has none.
 
     Raises FileFormatError if the file is no picture.

@@ -13,13 +13,13 @@ _INCLUDE = re.compile(r'^#include "([\w.]+)"$', re.MULTILINE)
 _CONSTANT = re.compile(r"^(const \w+ (\w+) = )([^;]+);", re.MULTILINE)
 
 
-def source(name: str) -> str:
+def load_source(name: str) -> str:
     """Return the GLSL of a file in shaders/, its includes put in, without the version line."""
     text = (files("conf.render") / "shaders" / name).read_text(encoding="utf-8")
-    return _INCLUDE.sub(lambda match: source(match[1]), text)
+    return _INCLUDE.sub(lambda match: load_source(match[1]), text)
 
 
-def program(
+def load_program(
     ctx: moderngl.Context, vertex: str, fragment: str, constants: Mapping[str, str] | None = None
 ) -> moderngl.Program:
     """Build a program from shaders/{vertex}.vert.glsl and shaders/{fragment}.frag.glsl.
@@ -27,8 +27,8 @@ def program(
     constants : name -> GLSL, in place of what the files' constants of that name are
     """
     return ctx.program(
-        vertex_shader=VERSION + with_constants(source(f"{vertex}.vert.glsl"), constants or {}),
-        fragment_shader=VERSION + with_constants(source(f"{fragment}.frag.glsl"), constants or {}),
+        vertex_shader=VERSION + with_constants(load_source(f"{vertex}.vert.glsl"), constants or {}),
+        fragment_shader=VERSION + with_constants(load_source(f"{fragment}.frag.glsl"), constants or {}),
     )
 
 
@@ -37,13 +37,13 @@ def with_constants(text: str, constants: Mapping[str, str]) -> str:
     return _CONSTANT.sub(lambda match: f"{match[1]}{constants.get(match[2], match[3])};", text)
 
 
-def columns(matrix: NDArray[np.float64]) -> bytes:
+def to_column_major(matrix: NDArray[np.float64]) -> bytes:
     """Return a matrix as shaders take it: float32, column after column."""
     return matrix.T.astype(np.float32).tobytes()
 
 
-def set_matrix(step: moderngl.Program, name: str, matrix: bytes) -> None:
+def set_matrix(program: moderngl.Program, name: str, matrix: bytes) -> None:
     """Give a program a matrix from `columns`; a program that does not use it is left alone."""
-    uniform = step.get(name, None)
+    uniform = program.get(name, None)
     if isinstance(uniform, moderngl.Uniform):
         uniform.write(matrix)

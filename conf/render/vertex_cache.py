@@ -17,7 +17,7 @@ from conf.face.mesh.mesh import Mesh
 from conf.render.materials import material_of
 
 
-def in_drawing_order(mesh: Mesh, /) -> Mesh:
+def optimise_vertex_cache(mesh: Mesh, /) -> Mesh:
     """Return the mesh with its triangles, and the render vertices by them, in another order; vertices keep theirs."""
     rank = _path(mesh.render_triangles, len(mesh.render_vertices))
     order = np.lexsort(np.sort(rank[mesh.render_triangles], axis=1).T[::-1])

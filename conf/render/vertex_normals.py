@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 
-def inside_out(triangles: NDArray[np.integer], vertices: NDArray[np.floating], /) -> bool:
+def is_inside_out(triangles: NDArray[np.integer], vertices: NDArray[np.floating], /) -> bool:
     """Say whether most triangles (F, 3) of the vertices (V, 3) face inwards: some programs order corners clockwise."""
     a, b, c = (vertices[triangles[:, corner]] - vertices.mean(axis=0) for corner in range(3))
     return bool(np.einsum("fi,fi->", a, np.cross(b, c)) < 0)
 
 
-class Surface:
+class VertexNormals:
     """Work space for one mesh: nothing is allocated while frames go by."""
 
     def __init__(self, triangles: NDArray[np.integer], render_vertices: NDArray[np.integer], /) -> None:
@@ -54,7 +54,7 @@ class Surface:
         summed: NDArray[np.float32] = self._faces_to_vertices @ self._cross.T
         return summed
 
-    def rows(self, vertices: NDArray[np.float32]) -> NDArray[np.float32]:
+    def interleaved(self, vertices: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return (R, 6) float32: position and normal of every render vertex. The array is used again by the next call.
 
         vertices : (V, 3) float32

@@ -4,19 +4,19 @@ import moderngl
 import numpy as np
 
 from conf.face.mesh.mesh import Mesh
-from conf.render.shader_programs import program, set_matrix
+from conf.render.shader_programs import load_program, set_matrix
 
 SOLID = (0.075, 0.095, 0.125)  # sRGB: hides what lies behind
 EDGES = (0.45, 0.78, 0.95)
 
 
-class Wireframe:
+class WireframeRenderer:
     """Draws all triangles of a mesh as lines."""
 
     def __init__(self, ctx: moderngl.Context, mesh: Mesh, moving: moderngl.Buffer) -> None:
         """moving : positions and normals of the render vertices, (R, 6) float32"""
         self._ctx = ctx
-        self._program = program(ctx, "face", "wireframe")
+        self._program = load_program(ctx, "face", "wireframe")
         self._indices = ctx.buffer(np.ascontiguousarray(mesh.render_triangles, dtype=np.int32).tobytes())
         layout = [(moving, "3f4 3f4", "in_position", "in_normal")]
         self._array = ctx.vertex_array(self._program, layout, self._indices)

@@ -1,9 +1,9 @@
 """Which frames of a source are sent, and when: a clip plays at its own speed, a fast camera is thinned out."""
 
-BEHIND_S = 0.25  # a clip's frame this old is dropped: the call must not fall behind the clock
+MAX_LAG_S = 0.25  # a clip's frame this old is dropped: the call must not fall behind the clock
 
 
-class Pace:
+class FramePacer:
     """Choose frames so that about `fps` of them a second are sent, each at its time."""
 
     def __init__(self, fps: float) -> None:
@@ -12,7 +12,7 @@ class Pace:
         self._due = float("-inf")  # timestamp of the next frame to send
         self._previous: float | None = None
 
-    def wait(self, timestamp: float, now: float) -> float | None:
+    def delay_for(self, timestamp: float, now: float) -> float | None:
         """Return how many seconds to wait before this frame is sent, or None when it is not to be sent.
 
         timestamp : seconds on the source's clock, rising; now : seconds on ours
@@ -25,7 +25,7 @@ class Pace:
         if timestamp < self._due - source_interval / 2:
             return None
         wait = timestamp + self._start - now
-        if wait < -BEHIND_S:
+        if wait < -MAX_LAG_S:
             return None
         interval = 1 / self.fps
         # A gap in the source does not make the frames after it come in a rush.

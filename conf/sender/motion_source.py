@@ -11,20 +11,20 @@ import numpy as np
 from conf.errors import FileFormatError
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.fapu import Fapu
-from conf.face.formats.dpc import Motion, read_dpc
+from conf.face.formats.dpc import MotionClip, read_dpc
 from conf.face.head_pose import NEUTRAL_POSE
 from conf.protocol.messages import MotionFrame
 from conf.sender.capture.video import Frame, FrameSource
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.motion.mean_face import MEAN_FACE
-from conf.sender.portrait.photo_builder import Shot
-from conf.sender.portrait.scheduler import PortraitStudio
-from conf.sender.tracking.tracker import FaceTracker, Tracking
+from conf.sender.portrait.photo_builder import CapturedFace
+from conf.sender.portrait.scheduler import PortraitScheduler
+from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 
-NO_PICTURE = (320, 240)  # what a recording is compared with: the picture the thesis counts
+REFERENCE_SIZE = (320, 240)  # what a recording is compared with: the picture the thesis counts
 
 
-class Performance(Protocol):
+class MotionSource(Protocol):
     """A row of moments, each with its motion. What is not sent need not be tracked: motion is asked for apart."""
 
     @property
@@ -47,17 +47,17 @@ class Performance(Protocol):
     def tracker_ms(self) -> float:
         """The median time that tracking takes, 0 if nothing is tracked."""
 
-    def advance(self) -> float | None:
+    def next_frame(self) -> float | None:
         """Go to the next moment and return its time in seconds, None at the end. Raises CameraError."""
 
     def motion(self) -> MotionFrame | None:
         """Return the motion of this moment, None if there is no face."""
 
-    def afterwards(self) -> None:
+    def after_send(self) -> None:
         """Do what can wait until the motion of this moment has left."""
 
 
-class TrackedPerformance:
+class TrackedMotionSource:
     """A face before a camera or in a clip."""
 
     def __init__(
@@ -66,8 +66,8 @@ class TrackedPerformance:
         tracker: FaceTracker,
         extractor: MotionExtractor,
         *,
-        studio: PortraitStudio | None = None,
-        on_frame: Callable[[Frame, Tracking | None], None] | None = None,
+        portrait_scheduler: PortraitScheduler | None = None,
+        on_frame: Callable[[Frame, TrackedFace | None], None] | None = None,
     ) -> None:
         """Join a source, a tracker and an extractor.
 
@@ -76,11 +76,11 @@ class TrackedPerformance:
         """
         self._on_frame = on_frame
         self._source = source
-        self._studio = studio
+        self._studio = portrait_scheduler
         self._tracker = tracker
         self._extractor = extractor
         self._frame: Frame | None = None
-        self._seen: tuple[Tracking, MotionFrame] | None = None
+        self._seen: tuple[TrackedFace, MotionFrame] | None = None
         self._times_ms: deque[float] = deque(maxlen=1000)
 
     @property
@@ -96,7 +96,7 @@ class TrackedPerformance:
     @property
     def fapu_lengths(self) -> tuple[float, ...]:
         """The units of this person's neutral face."""
-        return self._extractor.fapu_lengths()
+        return self._extractor.fapu_distances()
 
     @property
     def calibrated(self) -> bool:
@@ -108,7 +108,7 @@ class TrackedPerformance:
         """The median time of the tracker over the last thousand frames."""
         return float(np.median(self._times_ms)) if self._times_ms else 0.0
 
-    def advance(self) -> float | None:
+    def next_frame(self) -> float | None:
         """Read the next frame."""
         self._frame = self._source.read()
         return self._frame.timestamp if self._frame else None
@@ -127,24 +127,26 @@ class TrackedPerformance:
         self._seen = (tracking, motion)
         return motion
 
-    def afterwards(self) -> None:
+    def after_send(self) -> None:
         """Let the studio look at the frame: some of what it does takes most of the time until the next."""
         seen, self._seen = self._seen, None
         if self._studio is None or self._frame is None or seen is None:
             return
         tracking, motion = seen
-        shot = Shot(self._frame.pixels, tracking.landmarks, self._extractor.neutral_points, self._extractor.fapu)
-        self._studio.watch(shot, motion, tracking.presence, time.monotonic())
+        shot = CapturedFace(
+            self._frame.pixels, tracking.landmarks, self._extractor.neutral_points, self._extractor.fapu
+        )
+        self._studio.process_frame(shot, motion, tracking.presence, time.monotonic())
 
 
-class RecordedPerformance:
+class RecordedMotionSource:
     """The motion of a DPC file."""
 
-    size = NO_PICTURE
+    size = REFERENCE_SIZE
     calibrated = True
     tracker_ms = 0.0
 
-    def __init__(self, motion: Motion, *, loop: bool) -> None:
+    def __init__(self, motion: MotionClip, *, loop: bool) -> None:
         """motion : (N, 50, 3) in FAPU units"""
         self.fps = motion.fps
         self.fapu_lengths = tuple(vars(Fapu.measure(MEAN_FACE)).values())
@@ -152,7 +154,7 @@ class RecordedPerformance:
         self._loop = loop
         self._count = -1
 
-    def advance(self) -> float | None:
+    def next_frame(self) -> float | None:
         """Go to the next frame of the file, from the end to the beginning when it loops."""
         self._count += 1
         if self._count >= len(self._motion.displacements) and not self._loop:
@@ -166,11 +168,11 @@ class RecordedPerformance:
         pose = NEUTRAL_POSE.to_vector() if poses is None else poses[index]
         return MotionFrame(self._count / self.fps, self._motion.displacements[index].astype(np.float32), pose)
 
-    def afterwards(self) -> None:
+    def after_send(self) -> None:
         """Do nothing: a recording has no picture."""
 
 
-def open_recording(path: Path, *, loop: bool) -> RecordedPerformance:
+def open_motion_file(path: Path, *, loop: bool) -> RecordedMotionSource:
     """Open a DPC file for sending. Raises FileFormatError if it cannot be sent."""
     motion = read_dpc(path)
     if motion.displacements.shape[1] != CONTROL_POINT_COUNT:
@@ -179,4 +181,4 @@ def open_recording(path: Path, *, loop: bool) -> RecordedPerformance:
         raise FileFormatError(
             path, None, "expected `# units: fapu`: displacements in mesh units belong to one face only"
         )
-    return RecordedPerformance(motion, loop=loop)
+    return RecordedMotionSource(motion, loop=loop)

@@ -8,12 +8,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from conf.errors import NetworkError
-from conf.protocol.sender_connection import Caller, LinkStatus
-from conf.protocol.session.events import Connected, Event, Lost, NoAnswer, Refused, WrongCode
+from conf.protocol.sender_connection import LinkStatus, SenderConnection
+from conf.protocol.session.events import Connected, Event, NoAnswer, Refused, SessionEnded, WrongCode
 from conf.protocol.session.handshake import Refusal
-from conf.sender.frame_pacer import Pace
-from conf.sender.motion_source import Performance
-from conf.transport.sender_udp import SenderSocket
+from conf.sender.frame_pacer import FramePacer
+from conf.sender.motion_source import MotionSource
+from conf.transport.sender_udp import UdpSocket
 
 STATUS_EVERY_S = 0.25
 POLL_S = 0.1
@@ -42,14 +42,14 @@ class SenderStatus:
     note: str
 
 
-class SendingLoop:
+class SenderLoop:
     """Send the motion of a performance, each moment at its time."""
 
-    def __init__(self, performance: Performance, caller: Caller, link: SenderSocket) -> None:
+    def __init__(self, performance: MotionSource, caller: SenderConnection, socket: UdpSocket) -> None:
         self._performance = performance
         self._caller = caller
-        self._link = link
-        self._pace = Pace(caller.outbound.profile.fps)
+        self._link = socket
+        self._pace = FramePacer(caller.outbound.profile.fps)
         self._captured = self._tracked = 0
         self._face = False
         self._note = "calling"
@@ -68,16 +68,16 @@ class SendingLoop:
         try:
             if not self._connect(end):
                 raise NetworkError(NO_ANSWER)
-            while (timestamp := self._performance.advance()) is not None and (now := time.monotonic()) < end:
+            while (timestamp := self._performance.next_frame()) is not None and (now := time.monotonic()) < end:
                 self._captured += 1
                 self._pace.fps = self._caller.outbound.profile.fps
-                wait = self._pace.wait(timestamp, now)
+                wait = self._pace.delay_for(timestamp, now)
                 if wait is not None:
                     self._exchange_until(now + wait)
                     self._send(timestamp)
-                    self._performance.afterwards()
+                    self._performance.after_send()
         finally:
-            self._link.send(self._caller.hang_up(time.monotonic()))
+            self._link.send(self._caller.close(time.monotonic()))
         return self.status()
 
     def status(self) -> SenderStatus:
@@ -111,8 +111,8 @@ class SendingLoop:
                 self._caller.receive_datagram(data, address, now)
             self._link.send(self._caller.datagrams_to_send(now))
             while event := self._caller.next_event():
-                self._note = note_of(event)
-            self._tell(now)
+                self._note = describe_event(event)
+            self._report_status(now)
             if now >= until:
                 return
             self._link.wait(min(until - now, POLL_S))
@@ -122,7 +122,7 @@ class SendingLoop:
         now = time.monotonic()
         self._face = motion is not None
         if motion is None:
-            self._caller.send_absence(timestamp, now)
+            self._caller.send_no_face(timestamp, now)
         else:
             self._tracked += 1
             outbound = self._caller.outbound
@@ -130,13 +130,13 @@ class SendingLoop:
             self._caller.send_frame(motion, now)
         self._link.send(self._caller.datagrams_to_send(now))
 
-    def _tell(self, now: float) -> None:
+    def _report_status(self, now: float) -> None:
         if self._on_status and now >= self._status_due:
             self._status_due = now + STATUS_EVERY_S
             self._on_status(self.status())
 
 
-def note_of(event: Event) -> str:
+def describe_event(event: Event) -> str:
     """Return what an event of the session means to the user. Raises NetworkError when the call cannot go on."""
     match event:
         case WrongCode():
@@ -150,7 +150,7 @@ def note_of(event: Event) -> str:
         case NoAnswer(seconds=seconds):
             there = "is `conf receive` running there, of the same version?"
             return f"nobody has answered for {seconds:.0f} s: {there} trying on"
-        case Lost():
+        case SessionEnded():
             return "the receiver is gone: calling again"
         case _:
             return ""

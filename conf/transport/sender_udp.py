@@ -12,7 +12,7 @@ from conf.protocol.session.flood_protection import Address
 MAX_DATAGRAM = 2048
 
 
-class SenderSocket:
+class UdpSocket:
     """A UDP socket towards one receiver. Never blocks but in `wait`."""
 
     def __init__(self, host: str, port: int) -> None:
@@ -26,7 +26,7 @@ class SenderSocket:
         self._socket = socket.socket(family, kind, protocol)
         self._socket.setblocking(False)
 
-    def __enter__(self) -> "SenderSocket":
+    def __enter__(self) -> "UdpSocket":
         return self
 
     def __exit__(

@@ -20,18 +20,18 @@ BUFFER_BYTES = 4 << 20  # what the system may hold for us while a frame is drawn
 SO_TIMESTAMPNS = 35
 _STAMP = struct.Struct("@ll")  # seconds, nanoseconds
 _STAMP_ROOM = 64  # bytes of a control message that holds one
-MAX_WAITED_S = 1.0  # a wall clock that was set says more: it is not believed
+MAX_QUEUED_S = 1.0  # a wall clock that was set says more: it is not believed
 
 
-class Arrival(NamedTuple):
+class ReceivedDatagram(NamedTuple):
     """A datagram, where it came from, and the seconds it has lain in the system's buffer (0 where that is not told)."""
 
     data: bytes
     address: Address
-    waited: float
+    queued_s: float
 
 
-class ReceiverSocket:
+class UdpSocket:
     """A UDP socket that listens. Never blocks but in `wait`."""
 
     def __init__(self, host: str, port: int) -> None:
@@ -48,7 +48,7 @@ class ReceiverSocket:
             ) from error
         self._socket.setblocking(False)
 
-    def __enter__(self) -> "ReceiverSocket":
+    def __enter__(self) -> "UdpSocket":
         return self
 
     def __exit__(
@@ -62,9 +62,9 @@ class ReceiverSocket:
         host, port = self._socket.getsockname()[:2]
         return host, port
 
-    def receive(self, limit: int = 4096) -> list[Arrival]:
+    def receive(self, limit: int = 4096) -> list[ReceivedDatagram]:
         """Take what has come, `limit` datagrams at most."""
-        arrivals: list[Arrival] = []
+        arrivals: list[ReceivedDatagram] = []
         now = time.clock_gettime(time.CLOCK_REALTIME)  # the stamps are of this clock
         with contextlib.suppress(OSError):  # nothing more, or the word that an answer of ours found nobody
             while len(arrivals) < limit:
@@ -73,19 +73,19 @@ class ReceiverSocket:
 
     if sys.platform == "linux":
 
-        def _take(self, now: float) -> Arrival:
+        def _take(self, now: float) -> ReceivedDatagram:
             data, control, _, address = self._socket.recvmsg(MAX_DATAGRAM, _STAMP_ROOM)
             for level, kind, stamp in control:
                 if (level, kind) == (socket.SOL_SOCKET, SO_TIMESTAMPNS) and len(stamp) == _STAMP.size:
                     seconds, nanoseconds = _STAMP.unpack(stamp)
                     waited = now - seconds - nanoseconds * 1e-9
-                    return Arrival(data, address, waited if 0 < waited < MAX_WAITED_S else 0.0)
-            return Arrival(data, address, 0.0)
+                    return ReceivedDatagram(data, address, waited if 0 < waited < MAX_QUEUED_S else 0.0)
+            return ReceivedDatagram(data, address, 0.0)
 
     else:
 
-        def _take(self, now: float) -> Arrival:
-            return Arrival(*self._socket.recvfrom(MAX_DATAGRAM), 0.0)
+        def _take(self, now: float) -> ReceivedDatagram:
+            return ReceivedDatagram(*self._socket.recvfrom(MAX_DATAGRAM), 0.0)
 
     def send(self, datagrams: list[tuple[bytes, Address]]) -> None:
         """Send answers. What cannot be sent is lost: the protocol copes with loss."""

@@ -8,11 +8,11 @@ import pytest
 
 from conf.animator.builder import FaceBuilder
 from conf.animator.commands import Request
-from conf.animator.face_document import Subject, open_subject
+from conf.animator.face_document import FaceDocument, open_face_document
 from conf.animator.gui.main import Panel
-from conf.animator.state.editor import Desk, Facts
+from conf.animator.state.editor import EditorState, StatusInfo
 from conf.face.animation.action_units import load_emotions
-from conf.face.deformation.face_model import Deformer, FaceModel
+from conf.face.deformation.face_model import DeformerOptions, FaceModel
 from conf.output.obj_writer import write_obj
 from tests.support.imgui_stage import Stage, stage
 
@@ -22,19 +22,19 @@ TO_FILE = (25.0, np.array([3.0, 1500.0, -8.0]))  # scale and shift of the strang
 
 
 @pytest.fixture(scope="session")
-def subject() -> Subject:
+def subject() -> FaceDocument:
     """The shipped head."""
-    return open_subject()
+    return open_face_document()
 
 
 @pytest.fixture(scope="session")
-def head(subject: Subject) -> FaceModel:
+def head(subject: FaceDocument) -> FaceModel:
     """The shipped head's model."""
-    return FaceBuilder(subject).build(Deformer())
+    return FaceBuilder(subject).build(DeformerOptions())
 
 
 @pytest.fixture(scope="session")
-def stranger(subject: Subject, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def stranger(subject: FaceDocument, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The shipped head as a mesh file of another unit, without control points."""
     path = tmp_path_factory.mktemp("stranger") / "stranger.obj"
     scale, shift = TO_FILE
@@ -45,8 +45,8 @@ def stranger(subject: Subject, tmp_path_factory: pytest.TempPathFactory) -> Path
 class Worked:
     """A panel with the desk it works on: click its widgets by their labels."""
 
-    def __init__(self, stage: Stage, panel: Panel, facts: Facts, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.desk, self.facts, self.requests = Desk(), facts, list[Request]()
+    def __init__(self, stage: Stage, panel: Panel, facts: StatusInfo, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.desk, self.facts, self.requests = EditorState(), facts, list[Request]()
         self._stage, self._panel, self._monkeypatch = stage, panel, monkeypatch
         self._draw()
 
@@ -64,12 +64,12 @@ class Worked:
 
 
 @pytest.fixture
-def facts(subject: Subject) -> Facts:
+def facts(subject: FaceDocument) -> StatusInfo:
     """What panels are told of the shipped head."""
-    return Facts(1.0, subject, None, load_emotions(), vertices=len(subject.mesh.vertices))
+    return StatusInfo(1.0, subject, None, load_emotions(), vertices=len(subject.mesh.vertices))
 
 
 @pytest.fixture
-def work(stage: Stage, facts: Facts, monkeypatch: pytest.MonkeyPatch) -> Callable[[Panel], Worked]:
+def work(stage: Stage, facts: StatusInfo, monkeypatch: pytest.MonkeyPatch) -> Callable[[Panel], Worked]:
     """Open a panel to work on."""
     return lambda panel: Worked(stage, panel, facts, monkeypatch)

@@ -13,10 +13,10 @@ import cv2
 import numpy as np
 import pytest
 
-from conf.animator.face_document import Subject
+from conf.animator.face_document import FaceDocument
 from conf.animator.picking import Rect
-from conf.face.control_points import INDEX
-from conf.face.formats.dpc import Motion, write_dpc
+from conf.face.control_points import CONTROL_POINT_INDEX
+from conf.face.formats.dpc import MotionClip, write_dpc
 from conf.face.formats.ppc import read_ppc, write_ppc
 from tests.animator.conftest import TO_FILE
 
@@ -110,7 +110,7 @@ def start(display: str, tmp_path: Path) -> Iterator[Callable[..., Session]]:
 
 
 def test_points_are_placed_by_clicks_corrected_by_dragging_and_saved(
-    start: Callable[..., Session], stranger: Path, subject: Subject, tmp_path: Path
+    start: Callable[..., Session], stranger: Path, subject: FaceDocument, tmp_path: Path
 ) -> None:
     assert subject.points is not None
     scale, shift = TO_FILE
@@ -121,7 +121,7 @@ def test_points_are_placed_by_clicks_corrected_by_dragging_and_saved(
     rect, clip = Rect(*facts["rect"]), np.array(facts["clip"])
     pixels = rect.to_pixels(truth * facts["scale"][0] + np.array(facts["scale"][1]), clip)
     assert session.click(*pixels[0])["placing"] == [1, 49]
-    brow = INDEX["brow_top_l"]
+    brow = CONTROL_POINT_INDEX["brow_top_l"]
     assert session.click(*reference_place(session, brow, subject))["placing"] == [brow, 49]
     assert session.click(*pixels[brow])["placing"][1] == 47, "its partner came along"
     assert session.press("Undo")["placing"][1] == 49
@@ -155,22 +155,22 @@ def test_points_are_placed_by_clicks_corrected_by_dragging_and_saved(
     assert session.close() == 0
 
 
-def reference_place(session: Session, point: int, subject: Subject) -> tuple[float, float]:
+def reference_place(session: Session, point: int, subject: FaceDocument) -> tuple[float, float]:
     """Return where the reference face shows a point."""
     from conf.animator.gui.layout import REFERENCE
-    from conf.animator.gui.panels.reference_face import SIDE, reference_clip
+    from conf.animator.gui.panels.reference_face import SIDE, reference_clip_matrix
 
     left, top, right, bottom = session.ask()["places"]["reference"]
     assert subject.points is not None
     rect = Rect(left, top, right - left, bottom - top)
-    x, y = rect.to_pixels(subject.points[[point]], reference_clip((SIDE, round(SIDE * REFERENCE))))[0]
+    x, y = rect.to_pixels(subject.points[[point]], reference_clip_matrix((SIDE, round(SIDE * REFERENCE))))[0]
     return float(x), float(y)
 
 
 def test_a_recording_is_played_paused_stepped_and_exported(start: Callable[..., Session], tmp_path: Path) -> None:
     values = np.zeros((21, 50, 3), np.float32)
     values[:, 0, 1] = -300 * np.sin(np.linspace(0, np.pi, 21))
-    write_dpc(tmp_path / "in.dpc", Motion(20.0, "fapu", values))
+    write_dpc(tmp_path / "in.dpc", MotionClip(20.0, "fapu", values))
     session = start()
     session.type("##DPC file", str(tmp_path / "in.dpc"))
     session.do("key", "Return")

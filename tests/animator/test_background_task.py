@@ -5,17 +5,17 @@ from functools import partial
 
 import pytest
 
-from conf.animator.background_task import PATIENCE, LatestOnly
+from conf.animator.background_task import NICENESS, LatestTaskWorker
 
 
-def wait_for(worker: LatestOnly[int]) -> int:
-    while (result := worker.take()) is None:
+def wait_for(worker: LatestTaskWorker[int]) -> int:
+    while (result := worker.poll()) is None:
         pass
     return result
 
 
 def test_only_the_newest_of_those_that_wait_is_done() -> None:
-    worker: LatestOnly[int] = LatestOnly()
+    worker: LatestTaskWorker[int] = LatestTaskWorker()
     gate = threading.Event()
     done: list[int] = []
 
@@ -27,10 +27,10 @@ def test_only_the_newest_of_those_that_wait_is_done() -> None:
         gate.wait(10)
         return note(0)
 
-    worker.ask(slow)
+    worker.submit(slow)
     for i in range(1, 5):
-        worker.ask(partial(note, i))
-    assert worker.take() is None and worker.busy
+        worker.submit(partial(note, i))
+    assert worker.poll() is None and worker.busy
     gate.set()
     assert wait_for(worker) == 0
     assert wait_for(worker) == 4
@@ -39,8 +39,8 @@ def test_only_the_newest_of_those_that_wait_is_done() -> None:
 
 
 def test_what_goes_wrong_comes_out_where_the_result_would() -> None:
-    worker: LatestOnly[int] = LatestOnly()
-    worker.ask(lambda: 1 // 0)
+    worker: LatestTaskWorker[int] = LatestTaskWorker()
+    worker.submit(lambda: 1 // 0)
     with pytest.raises(ZeroDivisionError):
         wait_for(worker)
     worker.close()
@@ -48,10 +48,10 @@ def test_what_goes_wrong_comes_out_where_the_result_would() -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells threads apart")
 def test_the_picture_has_the_processor_first() -> None:
-    worker: LatestOnly[int] = LatestOnly()
+    worker: LatestTaskWorker[int] = LatestTaskWorker()
     own = os.getpriority(os.PRIO_PROCESS, 0)
-    worker.ask(lambda: os.getpriority(os.PRIO_PROCESS, 0))
-    while (theirs := worker.take()) is None:
+    worker.submit(lambda: os.getpriority(os.PRIO_PROCESS, 0))
+    while (theirs := worker.poll()) is None:
         pass
     worker.close()
-    assert theirs == min(own + PATIENCE, 19) and os.getpriority(os.PRIO_PROCESS, 0) == own
+    assert theirs == min(own + NICENESS, 19) and os.getpriority(os.PRIO_PROCESS, 0) == own

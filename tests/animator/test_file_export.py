@@ -7,26 +7,26 @@ import moderngl
 import numpy as np
 import pytest
 
-from conf.animator.face_document import Subject
-from conf.animator.file_export import Export, check_output, export, parse_fps, parse_size
-from conf.animator.motion_clips import emotion_motion
-from conf.animator.state.view_settings import Look
+from conf.animator.face_document import FaceDocument
+from conf.animator.file_export import ExportOptions, check_output, export, parse_fps, parse_size
+from conf.animator.motion_clips import make_expression_clip
+from conf.animator.state.view_settings import ViewSettings
 from conf.errors import ConfError, GraphicsError
 from conf.face.animation.action_units import load_emotions
 from conf.face.animation.timed_expression import Envelope
 from conf.face.deformation.face_model import FaceModel
-from conf.face.formats.dpc import Motion, read_dpc
+from conf.face.formats.dpc import MotionClip, read_dpc
 from conf.face.formats.ppc import read_ppc
 from conf.face.mesh.mesh import load_mesh
 from conf.face.retargeting.mpeg4_fap import read_fap
-from conf.face.similarity import Similarity
+from conf.face.similarity import SimilarityTransform
 from conf.render.lighting import LIGHTS
 from conf.render.window.offscreen import OffscreenWindow
 
 
 @pytest.fixture(scope="module")
-def motion() -> Motion:
-    return emotion_motion(load_emotions()["surprise"], Envelope(0.2, 0.2, 0.2), fps=15.0)
+def motion() -> MotionClip:
+    return make_expression_clip(load_emotions()["surprise"], Envelope(0.2, 0.2, 0.2), fps=15.0)
 
 
 @pytest.fixture
@@ -40,41 +40,41 @@ def ctx() -> moderngl.Context:
     return window.ctx
 
 
-def write(face: FaceModel, motion: Motion, wish: Export, ctx: moderngl.Context | None = None) -> list[float]:
+def write(face: FaceModel, motion: MotionClip, wish: ExportOptions, ctx: moderngl.Context | None = None) -> list[float]:
     shares = list(export(face, motion, wish, ctx))
     assert shares == sorted(shares) and shares[-1] == 1.0
     return shares
 
 
-def test_motion_files_are_read_back(tmp_path: Path, head: FaceModel, motion: Motion) -> None:
-    write(head, motion, Export(tmp_path / "a.dpc", fps=30.0))
+def test_motion_files_are_read_back(tmp_path: Path, head: FaceModel, motion: MotionClip) -> None:
+    write(head, motion, ExportOptions(tmp_path / "a.dpc", fps=30.0))
     assert read_dpc(tmp_path / "a.dpc").fps == 30.0
-    write(head, motion, Export(tmp_path / "a.fap"))
+    write(head, motion, ExportOptions(tmp_path / "a.fap"))
     assert len(read_fap(tmp_path / "a.fap").values) == len(motion.displacements)
-    write(head, motion, Export(tmp_path / "a.csv"))
+    write(head, motion, ExportOptions(tmp_path / "a.csv"))
     table = (tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()
     assert len(table) == len(motion.displacements) + 1 and table[0].startswith("Timecode,BlendShapeCount,EyeBlinkLeft")
 
 
 def test_a_moved_mesh_and_its_points_are_read_back(
-    tmp_path: Path, head: FaceModel, subject: Subject, motion: Motion
+    tmp_path: Path, head: FaceModel, subject: FaceDocument, motion: MotionClip
 ) -> None:
-    small = replace(head, placement=Similarity(np.eye(3), 0.1, np.zeros(3)))
-    write(small, motion, Export(tmp_path / "a.obj", at=0.6))
+    small = replace(head, placement=SimilarityTransform(np.eye(3), 0.1, np.zeros(3)))
+    write(small, motion, ExportOptions(tmp_path / "a.obj", at=0.6))
     mesh = load_mesh(tmp_path / "a.obj")
     moved = head.deform(load_emotions()["surprise"])
     np.testing.assert_allclose(mesh.vertices / 10, moved, atol=0.05)
     assert mesh.groups.keys() == subject.mesh.groups.keys() and len(mesh.uvs) == len(subject.mesh.uvs)
     np.testing.assert_array_equal(mesh.triangles, subject.mesh.triangles)
-    write(head, motion, Export(tmp_path / "a.ppc", at=0.0))
+    write(head, motion, ExportOptions(tmp_path / "a.ppc", at=0.0))
     np.testing.assert_allclose(read_ppc(tmp_path / "a.ppc"), head.control_points, atol=1e-5)
 
 
 @pytest.mark.parametrize(("name", "size"), [("a.avi", (96, 64)), ("a.mp4", (97, 65))])
 def test_a_clip_has_its_size_rate_and_length(
-    tmp_path: Path, head: FaceModel, motion: Motion, ctx: moderngl.Context, name: str, size: tuple[int, int]
+    tmp_path: Path, head: FaceModel, motion: MotionClip, ctx: moderngl.Context, name: str, size: tuple[int, int]
 ) -> None:
-    shares = write(head, motion, Export(tmp_path / name, size, 10.0), ctx)
+    shares = write(head, motion, ExportOptions(tmp_path / name, size, 10.0), ctx)
     clip = cv2.VideoCapture(str(tmp_path / name))
     assert clip.get(cv2.CAP_PROP_FPS) == pytest.approx(10.0)
     frames = 0
@@ -84,17 +84,19 @@ def test_a_clip_has_its_size_rate_and_length(
     assert frames == 13 and len(shares) == frames + 1
 
 
-def test_pictures_show_style_and_light(tmp_path: Path, head: FaceModel, motion: Motion, ctx: moderngl.Context) -> None:
+def test_pictures_show_style_and_light(
+    tmp_path: Path, head: FaceModel, motion: MotionClip, ctx: moderngl.Context
+) -> None:
     looks = {
-        "plain": Look(),
-        "wire": Look(style="wireframe"),
-        "regions": Look(style="regions"),
-        "green": Look(background="green"),
-        **{name: Look(lights=name) for name in ("evening", "dramatic")},
+        "plain": ViewSettings(),
+        "wire": ViewSettings(style="wireframe"),
+        "regions": ViewSettings(style="regions"),
+        "green": ViewSettings(background="green"),
+        **{name: ViewSettings(lights=name) for name in ("evening", "dramatic")},
     }
     pictures = {}
     for name, look in looks.items():
-        write(head, motion, Export(tmp_path / f"{name}.png", (80, 80), at=0.6, look=look), ctx)
+        write(head, motion, ExportOptions(tmp_path / f"{name}.png", (80, 80), at=0.6, look=look), ctx)
         pictures[name] = np.asarray(cv2.imread(str(tmp_path / f"{name}.png"))).astype(int)
     names = list(pictures)
     for i, one in enumerate(names):

@@ -3,30 +3,30 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from conf.animator.motion_player import REST_POSE, Player, Recording, centred, open_recording
+from conf.animator.motion_player import REST_POSE, MotionPlayer, NamedClip, load_motion_clip, recentre
 from conf.errors import ConfError
 from conf.face.deformation.face_model import FaceModel
-from conf.face.formats.dpc import Motion, write_dpc
+from conf.face.formats.dpc import MotionClip, write_dpc
 from conf.render.auto_framing import CENTRE, LOG_SCALE
 
 
-def motion(frames: int = 11, points: int = 50, units: str = "fapu") -> Motion:
+def motion(frames: int = 11, points: int = 50, units: str = "fapu") -> MotionClip:
     values = np.zeros((frames, points, 3), np.float32)
     values[:, 0, 1] = np.arange(frames)
     poses = np.zeros((frames, 6))
     poses[:, 3:5], poses[:, 5] = [0.2, -0.1], -3.0
-    return Motion(10.0, units, values, poses)
+    return MotionClip(10.0, units, values, poses)
 
 
 def test_a_head_that_sat_in_a_corner_comes_to_the_middle() -> None:
-    placed = centred(motion())
+    placed = recentre(motion())
     assert placed.poses is not None
     np.testing.assert_allclose(placed.poses[:, 3:5], np.tile(CENTRE, (11, 1)), atol=1e-12)
     np.testing.assert_allclose(placed.poses[:, 5], LOG_SCALE)
 
 
 def test_play_pause_step_and_speed() -> None:
-    player = Player(Recording("a", motion()), loop=False)
+    player = MotionPlayer(NamedClip("a", motion()), loop=False)
     player.toggle(0.0)
     assert player.clock.is_playing(0.1) and player.frame(0.55) == 5
     player.toggle(0.55)
@@ -44,12 +44,12 @@ def test_play_pause_step_and_speed() -> None:
 
 def test_a_motion_without_poses_has_the_resting_one() -> None:
     frames = motion()
-    assert Recording("a", Motion(10.0, "fapu", frames.displacements)).at(0.0)[1] is REST_POSE
+    assert NamedClip("a", MotionClip(10.0, "fapu", frames.displacements)).at(0.0)[1] is REST_POSE
 
 
 def test_mesh_units_become_the_faces_own(tmp_path: Path, head: FaceModel) -> None:
     write_dpc(tmp_path / "a.dpc", motion(units="mesh"))
-    recording = open_recording(tmp_path / "a.dpc", head.fapu)
+    recording = load_motion_clip(tmp_path / "a.dpc", head.fapu)
     assert recording.motion.units == "fapu"
     np.testing.assert_allclose(recording.motion.displacements[5, 0, 1] * head.fapu.lengths()[0, 1], 5.0, rtol=1e-4)
 
@@ -57,4 +57,4 @@ def test_mesh_units_become_the_faces_own(tmp_path: Path, head: FaceModel) -> Non
 def test_a_motion_of_other_points_is_refused(tmp_path: Path, head: FaceModel) -> None:
     write_dpc(tmp_path / "a.dpc", motion(points=3))
     with pytest.raises(ConfError, match=r"a\.dpc moves 3 control points: only motions of 50 can be played"):
-        open_recording(tmp_path / "a.dpc", head.fapu)
+        load_motion_clip(tmp_path / "a.dpc", head.fapu)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from conf.commands import animate as command
-from conf.commands.animate import Sitter, animate, find_points
+from conf.commands.animate import FaceOptions, animate, fit_points
 from conf.commands.fit import FitReport
 from conf.errors import ConfError, FileFormatError
 from conf.face.formats.ppc import write_ppc
@@ -12,9 +12,9 @@ from conf.face.formats.ppc import write_ppc
 
 def test_what_is_wrong_is_said_before_a_window_opens(tmp_path: Path) -> None:
     with pytest.raises(ConfError, match="there is no emotion 'glee': choose one of joy"):
-        animate(Sitter(), emotion="glee")
+        animate(FaceOptions(), emotion="glee")
     with pytest.raises(FileFormatError, match=r"nowhere\.obj"):
-        animate(Sitter(tmp_path / "nowhere.obj"))
+        animate(FaceOptions(tmp_path / "nowhere.obj"))
 
 
 def test_points_are_found_by_the_command_that_fits(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -26,6 +26,6 @@ def test_points_are_found_by_the_command_that_fits(monkeypatch: pytest.MonkeyPat
         return FitReport(str(face), str(output), "z", "-y", 6.4, 3, 4, 2, True, ("check the lids",))
 
     monkeypatch.setattr(command, "fit", fitted)
-    found = find_points(Path("a.obj"), ("z", None), lambda text: None)
+    found = fit_points(Path("a.obj"), ("z", None), lambda text: None)
     np.testing.assert_allclose(found.points, points, atol=1e-5)
     assert found.remarks == ("check the lids",)

@@ -2,16 +2,18 @@ from pathlib import Path
 
 import pytest
 
-from conf.commands.doctor import examine
-from conf.transport.udp import ReceiverSocket
+from conf.commands.doctor import run_checks
+from conf.transport.udp import UdpSocket
 
 
 def test_what_does_not_work_comes_with_what_to_do(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     monkeypatch.setattr("conf.commands.doctor.fetch_models", lambda: tmp_path)
-    with ReceiverSocket("127.0.0.1", 0) as taken:
-        findings = {f.name: f for f in examine(camera="/dev/no-such-camera", host="127.0.0.1", port=taken.address[1])}
+    with UdpSocket("127.0.0.1", 0) as taken:
+        findings = {
+            f.name: f for f in run_checks(camera="/dev/no-such-camera", host="127.0.0.1", port=taken.address[1])
+        }
     assert list(findings) == ["tracker's files", "camera", "drawing without a display", "window", "port"]
     assert findings["tracker's files"].works and findings["tracker's files"].detail == str(tmp_path)
     assert not findings["camera"].works and "plug one in" in findings["camera"].detail
@@ -21,6 +23,6 @@ def test_what_does_not_work_comes_with_what_to_do(monkeypatch: pytest.MonkeyPatc
 
 def test_what_works_says_what_was_found(gl: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("conf.commands.doctor.fetch_models", lambda: tmp_path)
-    findings = {f.name: f for f in examine(camera="99", host="127.0.0.1", port=0)}
+    findings = {f.name: f for f in run_checks(camera="99", host="127.0.0.1", port=0)}
     assert findings["drawing without a display"].works
     assert findings["port"].works and findings["port"].detail.endswith("is free")

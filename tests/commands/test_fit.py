@@ -8,12 +8,12 @@ import pytest
 import trimesh
 from numpy.typing import NDArray
 
-from conf.commands.fit import OWN_MESH, fit, points_of_landmark_mesh
+from conf.commands.fit import TRACKER_MESH_NOTE, fit, points_of_landmark_mesh
 from conf.errors import ConfError, FileFormatError, GraphicsError, ModelError
-from conf.face.control_points import INDEX, LANDMARKS, PUPILS
+from conf.face.control_points import CONTROL_POINT_INDEX, CONTROL_POINT_LANDMARKS, PUPILS
 from conf.face.deformation.face_model import DEFAULT_HEAD
 from conf.face.formats.ppc import read_ppc
-from conf.face.mesh.axes import turn_upright
+from conf.face.mesh.axes import axes_rotation
 from conf.face.mesh.mesh import Mesh, load_mesh
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.tracking.canonical_face import CanonicalFace, read_canonical_face
@@ -49,7 +49,7 @@ def test_a_plain_head_is_found_and_its_points_placed(
 ) -> None:
     mesh, truth = load_mesh(DEFAULT_HEAD), read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
     shown = np.concatenate([mesh.triangles[mesh.groups[name]] for name in ("skin", "mouth", "eye_l", "eye_r")])
-    turn = turn_upright(*axes) * unit
+    turn = axes_rotation(*axes) * unit
     path, output = tmp_path / f"head{suffix}", tmp_path / "head.ppc"
     trimesh.Trimesh(mesh.vertices @ turn, shown, process=False).export(path)
     told: list[str] = []
@@ -69,13 +69,17 @@ def test_a_mesh_of_landmarks_knows_its_points(tmp_path: Path, canonical: Canonic
     lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in canonical.triangles]
     path.write_text("\n".join(lines))
     report = fit(path, output)
-    assert report.remarks[0] == OWN_MESH
+    assert report.remarks[0] == TRACKER_MESH_NOTE
     assert "the lips are one surface: they are cut where they meet when the face is opened" in report.remarks
     points = read_ppc(output)
-    known = len(canonical.vertices) > LANDMARKS
-    np.testing.assert_allclose(points[known], canonical.vertices[LANDMARKS[known]], atol=1e-5)
-    left = points[INDEX["pupil_l"]]
-    assert points[INDEX["eye_inner_corner_l"], 0] < left[0] < points[INDEX["eye_outer_corner_l"], 0]
+    known = len(canonical.vertices) > CONTROL_POINT_LANDMARKS
+    np.testing.assert_allclose(points[known], canonical.vertices[CONTROL_POINT_LANDMARKS[known]], atol=1e-5)
+    left = points[CONTROL_POINT_INDEX["pupil_l"]]
+    assert (
+        points[CONTROL_POINT_INDEX["eye_inner_corner_l"], 0]
+        < left[0]
+        < points[CONTROL_POINT_INDEX["eye_outer_corner_l"], 0]
+    )
 
 
 def test_any_other_mesh_is_no_mesh_of_landmarks(canonical: CanonicalFace) -> None:

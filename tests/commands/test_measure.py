@@ -3,14 +3,16 @@ from pathlib import Path
 import cv2
 import pytest
 
-from conf.commands.measure import Stage, measure, plot
+from conf.commands.measure import StageCost, measure, plot
 from conf.errors import CameraError
 
 
 def test_stages_get_smaller_and_their_ratios_agree(short_clip: Path) -> None:
     stages = measure(short_clip)
     raw, *_, coded, sealed, wire = stages
-    assert raw == Stage("raw pixels 352x288", 352 * 288 * 3, 15.0, pytest.approx(352 * 288 * 3 * 15 * 8 / 1000), 1.0)
+    assert raw == StageCost(
+        "raw pixels 352x288", 352 * 288 * 3, 15.0, pytest.approx(352 * 288 * 3 * 15 * 8 / 1000), 1.0
+    )
     assert coded.bytes_per_frame < sealed.bytes_per_frame < wire.bytes_per_frame < 150
     for stage in stages:
         assert stage.ratio == pytest.approx(raw.bytes_per_frame / stage.bytes_per_frame)
@@ -23,6 +25,6 @@ def test_a_clip_without_a_face_is_named(empty_clip: Path) -> None:
 
 
 def test_the_plot_is_a_picture(gl: None, tmp_path: Path) -> None:
-    stages = [Stage("raw pixels", 76_032.0, 15.0, 9123.8, 1.0), Stage("coded", 20.0, 15.0, 2.4, 3801.6)]
+    stages = [StageCost("raw pixels", 76_032.0, 15.0, 9123.8, 1.0), StageCost("coded", 20.0, 15.0, 2.4, 3801.6)]
     plot(stages, tmp_path / "plot.png")
     assert cv2.imread(str(tmp_path / "plot.png")).std() > 5

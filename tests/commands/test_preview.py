@@ -1,16 +1,16 @@
 import numpy as np
 
 from conf.commands.preview import DOT, rgba, with_points
-from conf.face.control_points import LANDMARKS
-from conf.sender.tracking.tracker import Tracking
+from conf.face.control_points import CONTROL_POINT_LANDMARKS
+from conf.sender.tracking.tracker import TrackedFace
 
 
 def test_the_fifty_points_lie_where_the_face_is_and_the_frame_stays_as_it_was() -> None:
     pixels = np.zeros((240, 320, 3), np.uint8)
     landmarks = np.zeros((478, 3), np.float32)
-    landmarks[LANDMARKS, 0] = 20 + 5 * np.arange(50)
-    landmarks[LANDMARKS, 1] = 100
-    picture = with_points(pixels, Tracking(landmarks, np.zeros(52, np.float32), 1.0))
+    landmarks[CONTROL_POINT_LANDMARKS, 0] = 20 + 5 * np.arange(50)
+    landmarks[CONTROL_POINT_LANDMARKS, 1] = 100
+    picture = with_points(pixels, TrackedFace(landmarks, np.zeros(52, np.float32), 1.0))
     assert all(tuple(picture[100, 20 + 5 * i]) == DOT for i in range(50))
     assert not pixels.any() and not picture[:90].any()
     assert not with_points(pixels, None).any()

@@ -3,16 +3,16 @@ from pathlib import Path
 import cv2
 import pytest
 
-from conf.commands.receive import HEADLESS_FPS, SIZE, Showing, has_display, receive
+from conf.commands.receive import HEADLESS_FPS, SIZE, ReceiveOptions, has_display, receive
 from conf.errors import ConfError
-from conf.transport.udp import ReceiverSocket
+from conf.transport.udp import UdpSocket
 
 CODE = "amber-canoe-tiger-7"
 
 
 def test_without_a_display_it_draws_into_a_clip_and_a_picture(gl: None, tmp_path: Path) -> None:
-    showing = Showing(tmp_path / "call.avi", tmp_path / "call.jpg", seconds=0.5)
-    with ReceiverSocket("127.0.0.1", 0) as link:
+    showing = ReceiveOptions(tmp_path / "call.avi", tmp_path / "call.jpg", seconds=0.5)
+    with UdpSocket("127.0.0.1", 0) as link:
         traffic = receive(link, CODE, showing)
     assert traffic.datagrams == 0
     assert cv2.imread(str(tmp_path / "call.jpg")).shape[1::-1] == SIZE
@@ -21,8 +21,8 @@ def test_without_a_display_it_draws_into_a_clip_and_a_picture(gl: None, tmp_path
 
 
 def test_a_clip_that_cannot_be_written_is_said_at_once(gl: None, tmp_path: Path) -> None:
-    with ReceiverSocket("127.0.0.1", 0) as link, pytest.raises(ConfError, match="cannot be written"):
-        receive(link, CODE, Showing(tmp_path / "nowhere" / "call.avi", seconds=0.5))
+    with UdpSocket("127.0.0.1", 0) as link, pytest.raises(ConfError, match="cannot be written"):
+        receive(link, CODE, ReceiveOptions(tmp_path / "nowhere" / "call.avi", seconds=0.5))
 
 
 @pytest.mark.parametrize(

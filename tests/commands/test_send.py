@@ -2,46 +2,46 @@ from pathlib import Path
 
 import pytest
 
-from conf.commands.send import Sending, send
+from conf.commands.send import SendOptions, send
 from conf.errors import CameraError, NetworkError
-from conf.protocol.sender_connection import Caller
-from conf.sender.motion_source import TrackedPerformance
-from conf.transport.udp import ReceiverSocket
+from conf.protocol.sender_connection import SenderConnection
+from conf.sender.motion_source import TrackedMotionSource
+from conf.transport.udp import UdpSocket
 
 CODE = "amber-canoe-tiger-7"
 
 
 def test_nobody_answers(short_clip: Path) -> None:
     with (
-        ReceiverSocket("127.0.0.1", 0) as deaf,
+        UdpSocket("127.0.0.1", 0) as deaf,
         pytest.raises(NetworkError, match="nobody answered: start `conf receive` there"),
     ):
-        send(deaf.address, CODE, Sending(file=short_clip, seconds=0.3))
+        send(deaf.address, CODE, SendOptions(file=short_clip, seconds=0.3))
 
 
 def test_a_clip_that_is_not_there_is_named() -> None:
     with pytest.raises(CameraError, match=r"there is no file nosuch\.avi"):
-        send(("127.0.0.1", 9), CODE, Sending(file=Path("nosuch.avi")))
+        send(("127.0.0.1", 9), CODE, SendOptions(file=Path("nosuch.avi")))
 
 
 def test_a_receiver_without_an_address_is_named(short_clip: Path) -> None:
     with pytest.raises(NetworkError, match="no address for"):
-        send(("no.such.host.invalid", 5005), CODE, Sending(file=short_clip))
+        send(("no.such.host.invalid", 5005), CODE, SendOptions(file=short_clip))
 
 
 @pytest.mark.parametrize("portrait_kbps", [None, 4.0])
 def test_only_who_allows_it_has_pictures_taken_and_sent(
     portrait_kbps: float | None, short_clip: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made: list[tuple[TrackedPerformance, Caller]] = []
+    made: list[tuple[TrackedMotionSource, SenderConnection]] = []
 
     class Loop:
-        def __init__(self, performance: TrackedPerformance, caller: Caller, link: object) -> None:
+        def __init__(self, performance: TrackedMotionSource, caller: SenderConnection, link: object) -> None:
             made.append((performance, caller))
 
         def run(self, **options: object) -> None: ...
 
-    monkeypatch.setattr("conf.commands.send.SendingLoop", Loop)
-    send(("127.0.0.1", 9), CODE, Sending(file=short_clip, portrait_kbps=portrait_kbps))
+    monkeypatch.setattr("conf.commands.send.SenderLoop", Loop)
+    send(("127.0.0.1", 9), CODE, SendOptions(file=short_clip, portrait_kbps=portrait_kbps))
     ((performance, caller),) = made
     assert (performance._studio is not None) == (caller._portrait is not None) == (portrait_kbps is not None)

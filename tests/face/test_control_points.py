@@ -4,15 +4,15 @@ import numpy as np
 
 from conf.face.control_points import (
     CONTROL_POINT_COUNT,
+    CONTROL_POINT_INDEX,
+    CONTROL_POINT_LANDMARKS,
     CONTROL_POINTS,
-    INDEX,
-    LANDMARKS,
     LOWER_LID,
     LOWER_LIP,
     PUPILS,
     UPPER_LID,
     UPPER_LIP,
-    indices,
+    control_point_indices,
 )
 
 
@@ -21,7 +21,7 @@ def test_fifty_points_each_with_its_own_name_number_and_landmark() -> None:
     assert [point.index for point in CONTROL_POINTS] == list(range(50))
     for column in ("name", "feature_point", "landmark"):
         assert len({getattr(point, column) for point in CONTROL_POINTS}) == 50
-    assert LANDMARKS.max() < 478
+    assert CONTROL_POINT_LANDMARKS.max() < 478
 
 
 def test_the_table_is_the_designs(shared: Path) -> None:
@@ -31,9 +31,9 @@ def test_the_table_is_the_designs(shared: Path) -> None:
 
 
 def test_left_and_right_come_in_pairs() -> None:
-    for name in INDEX:
+    for name in CONTROL_POINT_INDEX:
         if name.endswith("_l"):
-            assert name[:-1] + "r" in INDEX
+            assert name[:-1] + "r" in CONTROL_POINT_INDEX
 
 
 def test_the_groups_that_part_share_no_point() -> None:
@@ -43,5 +43,5 @@ def test_the_groups_that_part_share_no_point() -> None:
 
 
 def test_indices_by_prefix() -> None:
-    assert indices("pupil") == [INDEX["pupil_l"], INDEX["pupil_r"]]
-    assert indices("nobody") == []
+    assert control_point_indices("pupil") == [CONTROL_POINT_INDEX["pupil_l"], CONTROL_POINT_INDEX["pupil_r"]]
+    assert control_point_indices("nobody") == []

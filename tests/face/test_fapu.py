@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
 from conf.face.fapu import UNITS_PER_DISTANCE, Fapu
 from tests.support.sheet_face import SheetFace
 
@@ -33,7 +33,7 @@ def test_each_axis_has_the_distance_that_governs_it() -> None:
         "nostril_border_l": (2, 2, 2),
         "eye_upper_outer_lid_l": (1, 1, 1),
     }.items():
-        assert lengths[INDEX[name]] == pytest.approx(axes), name
+        assert lengths[CONTROL_POINT_INDEX[name]] == pytest.approx(axes), name
 
 
 def test_the_gap_of_a_shut_eye_is_not_part_of_the_lids_way(face: SheetFace) -> None:

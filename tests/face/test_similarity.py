@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from scipy.spatial.transform import Rotation
 
-from conf.face.similarity import Similarity, fit_similarity
+from conf.face.similarity import SimilarityTransform, fit_similarity
 
 vectors = hnp.arrays(np.float64, 3, elements=st.floats(-2, 2))
 
@@ -18,7 +18,7 @@ def test_a_known_similarity_is_recovered(turn: np.ndarray, scale: float, shift: 
     fit = fit_similarity(source, scale * source @ rotation.T + shift, weights)
     assert np.allclose(fit.rotation, rotation, atol=1e-7)
     assert fit.scale == pytest.approx(scale, rel=1e-9)
-    assert np.allclose(fit.shift, shift, atol=1e-7 * max(scale, 1))
+    assert np.allclose(fit.translation, shift, atol=1e-7 * max(scale, 1))
 
 
 @given(st.integers(0, 1000))
@@ -30,20 +30,22 @@ def test_no_other_turn_fits_noisy_points_better(seed: int) -> None:
     def error(rotation: np.ndarray, scale: float, shift: np.ndarray) -> float:
         return float(weights @ np.sum((scale * source @ rotation.T + shift - target) ** 2, axis=1))
 
-    best = error(fit.rotation, fit.scale, fit.shift)
+    best = error(fit.rotation, fit.scale, fit.translation)
     assert np.linalg.det(fit.rotation) == pytest.approx(1)
     for _ in range(20):
         nudge = Rotation.from_rotvec(rng.normal(scale=0.05, size=3)).as_matrix()
-        assert best <= error(nudge @ fit.rotation, fit.scale * rng.uniform(0.9, 1.1), fit.shift) + 1e-9
+        assert best <= error(nudge @ fit.rotation, fit.scale * rng.uniform(0.9, 1.1), fit.translation) + 1e-9
 
 
 @given(st.integers(0, 1000))
 def test_there_and_back_and_one_after_the_other(seed: int) -> None:
     rng = np.random.default_rng(seed)
     first, second = (
-        Similarity(Rotation.from_rotvec(rng.normal(size=3)).as_matrix(), rng.uniform(0.1, 9), rng.normal(size=3))
+        SimilarityTransform(
+            Rotation.from_rotvec(rng.normal(size=3)).as_matrix(), rng.uniform(0.1, 9), rng.normal(size=3)
+        )
         for _ in range(2)
     )
     points = rng.normal(size=(5, 3))
-    assert np.allclose(first.undo(first.apply(points)), points)
+    assert np.allclose(first.inverse_apply(first.apply(points)), points)
     assert np.allclose(first.then(second).apply(points), second.apply(first.apply(points)))

@@ -1,9 +1,9 @@
 import numpy as np
 
-from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
 from conf.face.deformation.face_model import DEFAULT_HEAD
 from conf.face.formats.ppc import read_ppc
-from conf.face.symmetry import PARTNERS, SIDES, mirrored, one_side
+from conf.face.symmetry import PARTNERS, SIDE_WEIGHTS, mirror_motion, side_weighted
 
 
 def random_displacements() -> np.ndarray:
@@ -12,21 +12,21 @@ def random_displacements() -> np.ndarray:
 
 def test_the_mirror_of_the_mirror_is_the_face() -> None:
     displacements = random_displacements()
-    np.testing.assert_array_equal(mirrored(mirrored(displacements)), displacements)
-    assert not np.array_equal(mirrored(displacements), displacements)
+    np.testing.assert_array_equal(mirror_motion(mirror_motion(displacements)), displacements)
+    assert not np.array_equal(mirror_motion(displacements), displacements)
 
 
 def test_partners_lie_on_opposite_sides_of_the_shipped_head() -> None:
     points = read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
     mirror = points[PARTNERS] * [-1, 1, 1]
     assert np.linalg.norm(mirror - points, axis=1).max() < 0.3  # centimetres: nearly symmetric
-    assert PARTNERS[INDEX["brow_inner_l"]] == INDEX["brow_inner_r"]
-    assert PARTNERS[INDEX["chin_boss"]] == INDEX["chin_boss"]
+    assert PARTNERS[CONTROL_POINT_INDEX["brow_inner_l"]] == CONTROL_POINT_INDEX["brow_inner_r"]
+    assert PARTNERS[CONTROL_POINT_INDEX["chin_boss"]] == CONTROL_POINT_INDEX["chin_boss"]
 
 
 def test_the_two_sides_make_the_whole() -> None:
     displacements = random_displacements()
-    np.testing.assert_allclose(one_side(displacements, "l") + one_side(displacements, "r"), displacements)
-    assert SIDES["l"][INDEX["pupil_l"]] == 1.0
-    assert SIDES["l"][INDEX["pupil_r"]] == 0.0
-    assert SIDES["r"][INDEX["chin_bottom"]] == 0.5
+    np.testing.assert_allclose(side_weighted(displacements, "l") + side_weighted(displacements, "r"), displacements)
+    assert SIDE_WEIGHTS["l"][CONTROL_POINT_INDEX["pupil_l"]] == 1.0
+    assert SIDE_WEIGHTS["l"][CONTROL_POINT_INDEX["pupil_r"]] == 0.0
+    assert SIDE_WEIGHTS["r"][CONTROL_POINT_INDEX["chin_bottom"]] == 0.5

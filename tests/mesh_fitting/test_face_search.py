@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from conf.face.fitting.face_prior import load_prior
 from conf.face.formats.obj import RawMesh
 from conf.face.mesh.mesh import Mesh, build_mesh
-from conf.mesh_fitting.face_search import rough_frame
+from conf.mesh_fitting.face_search import initial_alignment
 
 
 @pytest.fixture
@@ -28,7 +28,7 @@ def turned(places: NDArray[np.float64], degrees: float) -> NDArray[np.float64]:
 @pytest.mark.parametrize("scale", [0.1, 1.0, 10.0])
 def test_size_and_place_are_found(wall: Mesh, scale: float) -> None:
     prior = load_prior()
-    frame = rough_frame(prior.mean[:, :2] * scale + [3.0, -2.0], wall, prior)
+    frame = initial_alignment(prior.mean[:, :2] * scale + [3.0, -2.0], wall, prior)
     assert frame is not None
     assert frame.scale == pytest.approx(1 / scale)
     found = frame.apply(np.array([*(prior.mean[0, :2] * scale + [3.0, -2.0]), 4.0]))
@@ -39,10 +39,10 @@ def test_size_and_place_are_found(wall: Mesh, scale: float) -> None:
 @pytest.mark.parametrize("degrees", [-90.0, 60.0, 180.0])
 def test_a_face_that_does_not_stand_upright_is_not_taken(wall: Mesh, degrees: float) -> None:
     prior = load_prior()
-    assert rough_frame(turned(prior.mean[:, :2], degrees), wall, prior) is None
-    assert rough_frame(turned(prior.mean[:, :2], 15.0), wall, prior) is not None
+    assert initial_alignment(turned(prior.mean[:, :2], degrees), wall, prior) is None
+    assert initial_alignment(turned(prior.mean[:, :2], 15.0), wall, prior) is not None
 
 
 def test_a_face_beside_the_mesh_is_not_taken(wall: Mesh) -> None:
     prior = load_prior()
-    assert rough_frame(prior.mean[:, :2] + 900.0, wall, prior) is None
+    assert initial_alignment(prior.mean[:, :2] + 900.0, wall, prior) is None

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from conf.output.media_writer import ClipRecorder, RecordingError, free_name, save_picture
+from conf.output.media_writer import RecordingError, VideoWriter, next_free_path, save_picture
 
 
 def ramp(width: int = 64, height: int = 48) -> NDArray[np.uint8]:
@@ -24,7 +24,7 @@ def test_a_picture_is_read_back_as_it_was(tmp_path: Path, suffix: str, error: in
 
 @pytest.mark.parametrize("name", ["a.avi", "a.mp4"])
 def test_a_clip_has_its_frames_rate_and_size(tmp_path: Path, name: str) -> None:
-    with ClipRecorder(tmp_path / name, fps=15) as recorder:
+    with VideoWriter(tmp_path / name, fps=15) as recorder:
         for _ in range(7):
             recorder.write(ramp())
         assert recorder.frames == 7
@@ -40,7 +40,7 @@ def test_a_clip_has_its_frames_rate_and_size(tmp_path: Path, name: str) -> None:
 
 
 def test_pictures_of_another_size_are_scaled_to_the_first(tmp_path: Path) -> None:
-    with ClipRecorder(tmp_path / "a.avi", fps=15) as recorder:
+    with VideoWriter(tmp_path / "a.avi", fps=15) as recorder:
         recorder.write(ramp(65, 49))
         recorder.write(ramp(130, 98))
     clip = cv2.VideoCapture(str(tmp_path / "a.avi"))
@@ -49,7 +49,7 @@ def test_pictures_of_another_size_are_scaled_to_the_first(tmp_path: Path) -> Non
 
 
 def test_a_clip_without_pictures_leaves_no_file(tmp_path: Path) -> None:
-    with ClipRecorder(tmp_path / "a.avi", fps=15) as recorder:
+    with VideoWriter(tmp_path / "a.avi", fps=15) as recorder:
         pass
     assert recorder.close() is None
     assert not list(tmp_path.iterdir())
@@ -57,7 +57,7 @@ def test_a_clip_without_pictures_leaves_no_file(tmp_path: Path) -> None:
 
 def test_what_was_there_is_kept_until_the_new_clip_is_whole(tmp_path: Path) -> None:
     (tmp_path / "a.avi").write_bytes(b"old")
-    recorder = ClipRecorder(tmp_path / "a.avi", fps=15)
+    recorder = VideoWriter(tmp_path / "a.avi", fps=15)
     recorder.write(ramp())
     assert (tmp_path / "a.avi").read_bytes() == b"old"
     recorder.close()
@@ -68,19 +68,19 @@ def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match=r"none/a\.jpg cannot be written \(No such file or directory\); choose"):
         save_picture(tmp_path / "none" / "a.jpg", ramp())
     with pytest.raises(RecordingError, match=r"none/a\.avi cannot be written \(No such file or directory\); choose"):
-        ClipRecorder(tmp_path / "none" / "a.avi", fps=15)
+        VideoWriter(tmp_path / "none" / "a.avi", fps=15)
 
 
 def test_a_format_that_is_not_known_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match=r"a\.gif: the name must end in \.jpg or \.jpeg or \.png"):
         save_picture(tmp_path / "a.gif", ramp())
     with pytest.raises(RecordingError, match=r"a\.mov: the name must end in \.avi or \.mp4"):
-        ClipRecorder(tmp_path / "a.mov", fps=15)
+        VideoWriter(tmp_path / "a.mov", fps=15)
     with pytest.raises(ValueError, match="fps must be positive"):
-        ClipRecorder(tmp_path / "a.avi", fps=0)
+        VideoWriter(tmp_path / "a.avi", fps=0)
 
 
 def test_names_count_up(tmp_path: Path) -> None:
     (tmp_path / "conf-001.jpg").touch()
-    assert free_name(tmp_path, "conf", ".jpg").name == "conf-002.jpg"
-    assert free_name(tmp_path, "conf", ".avi").name == "conf-001.avi"
+    assert next_free_path(tmp_path, "conf", ".jpg").name == "conf-002.jpg"
+    assert next_free_path(tmp_path, "conf", ".avi").name == "conf-001.avi"

@@ -1,11 +1,11 @@
 import numpy as np
 
 from conf.face.head_pose import NEUTRAL_POSE
-from conf.output.sampled_motion_recorder import Take
+from conf.output.sampled_motion_recorder import MotionRecorder
 
 
 def test_a_take_at_uneven_times_becomes_even() -> None:
-    take = Take()
+    take = MotionRecorder()
     rng = np.random.default_rng(3)
     for time in np.cumsum(rng.uniform(0.005, 0.06, 60)):
         take.add(np.full((50, 3), 100 * time, np.float32), NEUTRAL_POSE, float(time))
@@ -13,4 +13,4 @@ def test_a_take_at_uneven_times_becomes_even() -> None:
     assert recording is not None
     steps = np.diff(recording.motion.displacements[:, 0, 0])
     np.testing.assert_allclose(steps, 100 / 30, rtol=1e-3)
-    assert Take().finish("nothing") is None
+    assert MotionRecorder().finish("nothing") is None

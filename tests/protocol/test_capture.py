@@ -31,7 +31,7 @@ def call() -> tuple[World, End]:
     world.run(6)
     end.line.loss = 0.0
     end.motion = None
-    world._send(end.caller.hang_up(world.now), end.address)
+    world._send(end.caller.close(world.now), end.address)
     world.run(0.2)
     return world, end
 

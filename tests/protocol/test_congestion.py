@@ -9,17 +9,17 @@ from hypothesis import strategies as st
 
 from conf.protocol.congestion import (
     BREAK_AFTER_S,
-    LADDER,
     MAX_RECOVER_S,
+    RATE_LEVELS,
     SETTLE_S,
     CircuitBreaker,
     CongestionControl,
-    RateCap,
-    Rung,
+    RateLevel,
+    RateLimiter,
 )
-from conf.protocol.feedback import Report, RoundTrip
+from conf.protocol.feedback import Report, RoundTripEstimator
 
-RICH, LIVE, BUNDLED, NARROW = LADDER
+RICH, LIVE, BUNDLED, NARROW = RATE_LEVELS
 RATES = {RICH: 30, LIVE: 15, BUNDLED: 8, NARROW: 3}
 
 
@@ -29,11 +29,11 @@ class Link:
     def __init__(self, **options: int) -> None:
         self.now = 0.0
         self.control = CongestionControl(0.0, **options)
-        self.trip = RoundTrip()
+        self.trip = RoundTripEstimator()
         self.highest = -1
         self.lost = 0
         self.random = random.Random(1)
-        self.history: list[tuple[float, Rung]] = []
+        self.history: list[tuple[float, RateLevel]] = []
 
     def run(self, seconds: float, *, loss: float = 0.0, delay: float = 0.1) -> None:
         end = self.now + seconds
@@ -44,7 +44,7 @@ class Link:
                 self.lost += self.random.random() < loss
             self.trip.sent(self.highest, self.now - delay)
             report = Report(self.highest, 0, min(self.lost, self.highest), 0, 0)
-            self.trip.reported(report, self.now)
+            self.trip.on_report(report, self.now)
             self.control.reported(report, self.trip, self.now)
             if not self.history or self.history[-1][1] != self.control.rung:
                 self.history.append((self.now, self.control.rung))
@@ -112,7 +112,7 @@ def test_a_rung_that_fails_again_and_again_is_tried_less_and_less_often() -> Non
 
 def test_a_still_face_says_nothing_about_the_link() -> None:
     """One keep-alive a second, one of them lost: that is no 50 % of anything."""
-    control, trip = CongestionControl(0.0), RoundTrip()
+    control, trip = CongestionControl(0.0), RoundTripEstimator()
     for second in range(30):
         control.reported(Report(second, 0, min(second, 1), 0, 0), trip, float(second))
     assert control.rung == LIVE
@@ -120,19 +120,19 @@ def test_a_still_face_says_nothing_about_the_link() -> None:
 
 def test_the_breaker_breaks_after_ten_seconds_probes_and_mends_by_itself() -> None:
     breaker = CircuitBreaker(0.0)
-    assert not breaker.broken(BREAK_AFTER_S - 0.1)
+    assert not breaker.open(BREAK_AFTER_S - 0.1)
     assert not breaker.probe(BREAK_AFTER_S - 0.1)
-    assert breaker.broken(BREAK_AFTER_S)
+    assert breaker.open(BREAK_AFTER_S)
     probes = [t / 10 for t in range(100, 500) if breaker.probe(t / 10)]
     assert probes == [10.0, 11.0, 13.0, 17.0, 25.0, 33.0, 41.0, 49.0]
     breaker.reported(50.0)
-    assert not breaker.broken(50.0)
+    assert not breaker.open(50.0)
     assert [t / 10 for t in range(500, 630) if breaker.probe(t / 10)] == [60.0, 61.0]
 
 
 @given(st.lists(st.tuples(st.floats(0, 2), st.integers(42, 180)), max_size=80), st.sampled_from([2.4, 5.8, 16.0]))
 def test_the_cap_holds_over_any_ten_seconds(asks: list[tuple[float, int]], kbps: float) -> None:
-    cap, now, sent = RateCap(kbps), 0.0, list[tuple[float, int]]()
+    cap, now, sent = RateLimiter(kbps), 0.0, list[tuple[float, int]]()
     for step, size in asks:
         now += step
         if cap.take(size, now):
@@ -141,7 +141,7 @@ def test_the_cap_holds_over_any_ten_seconds(asks: list[tuple[float, int]], kbps:
 
 
 def test_a_greedy_sender_gets_nearly_all_of_the_cap() -> None:
-    cap, total = RateCap(5.8), 0
+    cap, total = RateLimiter(5.8), 0
     for step in range(10_000):
         total += 48 * cap.take(48, step / 100)
     assert 0.93 * 5.8 < total * 8 / 1000 / 100 <= 5.8
@@ -151,4 +151,4 @@ def test_a_greedy_sender_gets_nearly_all_of_the_cap() -> None:
 
 def test_a_cap_of_nothing_is_the_callers_fault() -> None:
     with pytest.raises(ValueError, match="kbps must be above 0"):
-        RateCap(0)
+        RateLimiter(0)

@@ -11,19 +11,19 @@ from conf.errors import ProtocolError
 from conf.protocol.feedback import (
     MAX_MILLISECONDS,
     MAX_REPORT_BYTES,
-    Reception,
+    ReceptionStats,
     Report,
-    RoundTrip,
+    RoundTripEstimator,
     decode_report,
     encode_report,
 )
 
-CALM = Report(highest=1000, missing=0, lost=0, jitter_ms=7, hold_ms=20)
+CALM = Report(highest=1000, missing=0, lost=0, jitter_ms=7, ack_delay_ms=20)
 
 
 @given(st.permutations(range(40)), st.integers(1, 40))
 def test_a_report_says_exactly_what_has_come(order: list[int], count: int) -> None:
-    reception, came = Reception(), set(order[:count])
+    reception, came = ReceptionStats(), set(order[:count])
     for counter in order[:count]:
         reception.add(counter, 0.0)
     report = reception.report(0.0)
@@ -35,7 +35,7 @@ def test_a_report_says_exactly_what_has_come(order: list[int], count: int) -> No
 
 
 def test_long_ago_is_not_acknowledged() -> None:
-    reception = Reception()
+    reception = ReceptionStats()
     for counter in range(200):
         reception.add(counter, 0.0)
     report = reception.report(0.0)
@@ -45,7 +45,7 @@ def test_long_ago_is_not_acknowledged() -> None:
 
 
 def test_reports_come_twice_a_second_once_there_is_something_to_say() -> None:
-    reception = Reception()
+    reception = ReceptionStats()
     assert reception.report(0.0) is None
     reception.add(0, 0.2)
     times = [t / 10 for t in range(31) if reception.report(t / 10) is not None]
@@ -53,14 +53,14 @@ def test_reports_come_twice_a_second_once_there_is_something_to_say() -> None:
 
 
 def test_hold_and_jitter_are_in_milliseconds_and_bounded() -> None:
-    reception = Reception()
+    reception = ReceptionStats()
     reception.add(0, 10.0, timestamp=0.0)
     reception.add(1, 10.5, timestamp=0.1)
     report = reception.report(10.53)
     assert report is not None
-    assert (report.jitter_ms, report.hold_ms) == (25, 30)
+    assert (report.jitter_ms, report.ack_delay_ms) == (25, 30)
     late = reception.report(1000.0)
-    assert late is not None and late.hold_ms == MAX_MILLISECONDS
+    assert late is not None and late.ack_delay_ms == MAX_MILLISECONDS
 
 
 def test_a_calm_report_is_small() -> None:
@@ -102,39 +102,39 @@ def test_what_is_wrong_with_a_report(value: object, message: str) -> None:
 
 @given(st.floats(0, 5), st.integers(0, 3000), st.floats(0, 1e6))
 def test_the_round_trip_is_what_it_is_whatever_the_hold(way: float, hold_ms: int, start: float) -> None:
-    trip = RoundTrip()
+    trip = RoundTripEstimator()
     trip.sent(5, start)
-    trip.reported(replace(CALM, highest=5, hold_ms=hold_ms), start + way + hold_ms / 1000)
+    trip.on_report(replace(CALM, highest=5, ack_delay_ms=hold_ms), start + way + hold_ms / 1000)
     assert trip.smoothed_s == pytest.approx(way, abs=1e-6)
-    assert trip.floor_s == pytest.approx(way, abs=1e-6)
+    assert trip.min_rtt_s == pytest.approx(way, abs=1e-6)
 
 
 def test_a_report_of_what_was_not_sent_or_already_echoed_gives_no_sample() -> None:
-    trip = RoundTrip()
-    trip.reported(CALM, 1.0)
-    assert trip.smoothed_s is None and trip.floor_s is None and trip.queueing_s == 0
+    trip = RoundTripEstimator()
+    trip.on_report(CALM, 1.0)
+    assert trip.smoothed_s is None and trip.min_rtt_s is None and trip.queueing_s == 0
     trip.sent(1000, 1.0)
-    trip.reported(CALM, 1.12)
-    trip.reported(CALM, 9.0)
+    trip.on_report(CALM, 1.12)
+    trip.on_report(CALM, 9.0)
     assert trip.smoothed_s == pytest.approx(0.1)
 
 
 def test_memory_is_bounded_and_the_floor_forgets() -> None:
-    trip = RoundTrip()
+    trip = RoundTripEstimator()
     for counter in range(5000):
         now = counter / 10
         trip.sent(counter, now)
         if counter % 5 == 0:
             way = 0.1 if counter < 2000 else 0.4
-            trip.reported(replace(CALM, highest=counter, hold_ms=0), now + way)
-    assert len(trip._sent) <= RoundTrip.REMEMBERED
-    assert trip.floor_s == pytest.approx(0.4)
+            trip.on_report(replace(CALM, highest=counter, ack_delay_ms=0), now + way)
+    assert len(trip._sent) <= RoundTripEstimator.REMEMBERED
+    assert trip.min_rtt_s == pytest.approx(0.4)
     assert len(trip._samples) <= 62
 
 
 def test_queueing_is_what_the_newest_samples_have_over_the_shortest() -> None:
-    trip = RoundTrip()
+    trip = RoundTripEstimator()
     for counter, way in enumerate([0.1] * 10 + [0.5] * 5):
         trip.sent(counter, float(counter))
-        trip.reported(replace(CALM, highest=counter, hold_ms=0), counter + way)
+        trip.on_report(replace(CALM, highest=counter, ack_delay_ms=0), counter + way)
     assert trip.queueing_s == pytest.approx(0.4)

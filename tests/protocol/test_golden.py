@@ -4,7 +4,7 @@ import pytest
 
 from conf.errors import ProtocolError
 from conf.protocol.codec import Decoder, MissingReferenceError
-from conf.protocol.wire import Motion, decode_body
+from conf.protocol.wire import MotionPayload, decode_body
 from tools.golden.wire import BODIES, FOLDER, invalid, payloads, valid
 
 
@@ -24,7 +24,7 @@ def test_the_bytes_have_not_changed() -> None:
 def test_a_valid_body_means_what_it_meant_and_no_truncation_of_it_means_anything(name: str) -> None:
     assert decode_body(VALID[name]) == BODIES[name]
     for size in range(len(VALID[name])):
-        if size and isinstance(BODIES[name], Motion):
+        if size and isinstance(BODIES[name], MotionPayload):
             continue  # its end is the payload's business
         with pytest.raises(ProtocolError):
             decode_body(VALID[name][:size])

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from conf.protocol.loopback import ONE_WAY_S, Rehearsal
+from conf.protocol.loopback import ONE_WAY_S, LoopbackCall
 from conf.protocol.messages import MotionFrame, StreamParameters
-from conf.protocol.sender_connection import LinkOptions
+from conf.protocol.sender_connection import RateOptions
 from conf.protocol.statistics import HEADER_BYTES
 
 PARAMETERS = StreamParameters(176, 144, 15.0, 50, (6.4, 4.5, 3.0, 5.0, 1.1))
@@ -16,7 +16,7 @@ def frame(i: int) -> MotionFrame:
 
 
 def test_every_frame_arrives_and_its_bytes_are_counted() -> None:
-    call = Rehearsal(PARAMETERS, 0.0, link=LinkOptions("live"))
+    call = LoopbackCall(PARAMETERS, 0.0, link=RateOptions("live"))
     assert call.caller.status(0.0).connected and call.datagrams == call.sealed_bytes == 0
     for i in range(30):
         call.send_frame(frame(i), i / 15)
@@ -30,17 +30,17 @@ def test_every_frame_arrives_and_its_bytes_are_counted() -> None:
 
 
 def test_what_is_played_is_what_was_sent_a_way_later() -> None:
-    call = Rehearsal(PARAMETERS, 0.0, link=LinkOptions("live"))
+    call = LoopbackCall(PARAMETERS, 0.0, link=RateOptions("live"))
     for i in range(15):
         call.send_frame(frame(i), i / 15)
     delay = call.inbound.snapshot(1.0).playout_delay_ms / 1000
-    playout = call.inbound.play(14 / 15 + ONE_WAY_S + delay + 1e-3)
+    playout = call.inbound.frame_at(14 / 15 + ONE_WAY_S + delay + 1e-3)
     assert playout is not None
     np.testing.assert_allclose(playout.frame.pose, frame(14).pose, atol=0.06)
 
 
 def test_reports_come_back() -> None:
-    call = Rehearsal(PARAMETERS, 0.0)
+    call = LoopbackCall(PARAMETERS, 0.0)
     for i in range(45):
         call.send_frame(frame(i), i / 15)
     status = call.caller.status(3.0)

@@ -25,7 +25,7 @@ def test_wait_is_just_long_enough(asks: list[tuple[float, int]], rate: float) ->
     bucket, now = TokenBucket(rate, 30), 0.0
     for step, amount in asks:
         now += step
-        wait = bucket.wait(amount, now)
+        wait = bucket.time_until(amount, now)
         if wait > 1e-3:
             assert not bucket.take(amount, now + wait * 0.99)
         now += wait * 1.01 + 1e-6
@@ -33,8 +33,8 @@ def test_wait_is_just_long_enough(asks: list[tuple[float, int]], rate: float) ->
 
 
 def test_more_than_the_capacity_never_comes() -> None:
-    assert TokenBucket(1, 10).wait(11, 0.0) == float("inf")
-    assert TokenBucket(0, 10).wait(10, 0.0) == 0.0
+    assert TokenBucket(1, 10).time_until(11, 0.0) == float("inf")
+    assert TokenBucket(0, 10).time_until(10, 0.0) == 0.0
 
 
 def test_a_clock_that_goes_back_gives_nothing() -> None:

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from conf.protocol.codec import PROFILES
-from conf.protocol.congestion import BREAK_AFTER_S, LADDER
-from conf.protocol.sender_connection import LinkOptions, top_rung
-from conf.protocol.session.events import Connected, Lost, NoAnswer, WrongCode
+from conf.protocol.congestion import BREAK_AFTER_S, RATE_LEVELS
+from conf.protocol.sender_connection import RateOptions, highest_level
+from conf.protocol.session.events import Connected, NoAnswer, SessionEnded, WrongCode
 from tests.support.simulated_calls import RECEIVER, WRONG, End, Line, World, talk
 
 OFF = 160  # FAPU units, mean of all points; a lone blink, which no face was trained on, costs 130 without any loss
@@ -52,7 +52,7 @@ def test_a_wrong_code_is_said_at_both_ends() -> None:
     world.run(5)
     assert [type(event) for event in end.events] == [WrongCode]
     assert [type(event) for event in world.events] == [WrongCode]
-    assert not world.host.inbounds and not end.caller.status(world.now).connected
+    assert not world.host.streams and not end.caller.status(world.now).connected
 
 
 def test_nobody_there_is_said_once() -> None:
@@ -92,7 +92,7 @@ def test_a_caller_that_moves_is_followed() -> None:
     before = world.inbound(end)
     end.address = ("203.0.113.77", 1234)
     world.run(3)
-    assert world.inbound(end) is before and not before.silent(world.now)
+    assert world.inbound(end) is before and not before.is_silent(world.now)
     assert end.shown[-1][1].timestamp == pytest.approx(end.captured - end.origin, abs=0.3)
     assert end.caller.status(world.now).round_trip_ms is not None
 
@@ -120,11 +120,11 @@ def test_a_session_that_died_of_silence_is_replaced() -> None:
     world.run(3)
     end.line.down = True
     world.run(40)
-    assert any(isinstance(event, Lost) for event in end.events)
+    assert any(isinstance(event, SessionEnded) for event in end.events)
     end.line.down = False
     world.run(10)
     assert end.caller.status(world.now).connected
-    assert not world.inbound(end).silent(world.now)
+    assert not world.inbound(end).is_silent(world.now)
 
 
 @settings(max_examples=8)
@@ -136,11 +136,11 @@ def test_a_session_that_died_of_silence_is_replaced() -> None:
 )
 def test_a_cap_holds_over_any_ten_seconds(profile: str, kbps: float, loss: float, restart: float | None) -> None:
     world = World(seed=kbps)
-    end = world.call(line=Line(loss=loss), link=LinkOptions(profile, kbps))
+    end = world.call(line=Line(loss=loss), link=RateOptions(profile, kbps))
     for part in (restart or 0.0, 25.0):
         world.run(part)
         world.restart_host()
-    end.wire += [(world.now, len(data) + 28) for data, _ in end.caller.hang_up(world.now)]
+    end.wire += [(world.now, len(data) + 28) for data, _ in end.caller.close(world.now)]
     for begin, _ in end.wire:
         within = [size for at, size in end.wire if begin <= at < begin + 10]
         assert sum(within) <= kbps * 1000 / 8 * 10 + 1e-6
@@ -148,9 +148,9 @@ def test_a_cap_holds_over_any_ten_seconds(profile: str, kbps: float, loss: float
 
 
 def test_the_ladder_begins_where_the_cap_allows() -> None:
-    assert LADDER[top_rung(None)].profile == "live"
-    assert LADDER[top_rung(4.5)].bundling == 2
-    assert LADDER[top_rung(1.0)].profile == "narrow"
+    assert RATE_LEVELS[highest_level(None)].profile == "live"
+    assert RATE_LEVELS[highest_level(4.5)].bundling == 2
+    assert RATE_LEVELS[highest_level(1.0)].profile == "narrow"
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -182,7 +182,7 @@ def test_thirty_per_cent_loss_keeps_moving(seed: int) -> None:
 @pytest.mark.parametrize("profile", PROFILES)
 def test_after_an_outage_the_first_datagram_is_soon_seen(profile: str) -> None:
     world = World()
-    end = world.call(link=LinkOptions(profile))
+    end = world.call(link=RateOptions(profile))
     world.run(5)
     end.line.down = True
     world.run(2)

@@ -7,7 +7,7 @@ from conf.protocol.sequence import ReceptionLog, unwrap
 @given(st.integers(0, 1 << 40), st.integers(-60, 60), st.integers(7, 16))
 def test_unwrap_finds_any_number_within_half_a_span(near: int, step: int, bits: int) -> None:
     number = max(near + step, 0)
-    assert unwrap(number & ((1 << bits) - 1), bits=bits, near=near) == number
+    assert unwrap(number & ((1 << bits) - 1), bits=bits, expected=near) == number
 
 
 @given(st.permutations(list(range(40))), st.sets(st.integers(0, 39), max_size=20))

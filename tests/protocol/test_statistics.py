@@ -1,6 +1,6 @@
 import pytest
 
-from conf.protocol.statistics import WINDOW_S, InterarrivalJitter, RateWindow, raw_bytes
+from conf.protocol.statistics import WINDOW_S, InterarrivalJitter, RateWindow, raw_frame_bytes
 
 
 def test_the_rate_is_that_of_the_window() -> None:
@@ -24,4 +24,4 @@ def test_jitter_of_an_even_stream_is_nothing_and_of_a_swinging_one_its_swing() -
 
 
 def test_raw_pixels_of_the_thesis() -> None:
-    assert raw_bytes(320, 240) == 230_400
+    assert raw_frame_bytes(320, 240) == 230_400

@@ -10,24 +10,24 @@ from conf.protocol.wire import (
     MAX_BODY,
     Body,
     Feedback,
-    Motion,
-    PortraitAnswer,
-    PortraitPiece,
-    Together,
+    MotionPayload,
+    MotionWithChunk,
+    PortraitAck,
+    PortraitChunk,
     decode_body,
     encode_body,
 )
 
 BODIES: list[Body] = [
-    Motion(number=77, payload=b"\x01\x02\x03"),
+    MotionPayload(number=77, payload=b"\x01\x02\x03"),
     StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1), clock=12.345),
     KeepAlive(3.25, Presence.NO_FACE),
-    Feedback(Report(highest=100, missing=5, lost=7, jitter_ms=12, hold_ms=30), refresh=True),
+    Feedback(Report(highest=100, missing=5, lost=7, jitter_ms=12, ack_delay_ms=30), refresh=True),
 ]
 CARRIED: list[Body] = [
-    PortraitPiece(b"piece"),
-    PortraitAnswer(b"answer"),
-    Together(Motion(3, b"motion"), PortraitPiece(b"piece")),
+    PortraitChunk(b"piece"),
+    PortraitAck(b"answer"),
+    MotionWithChunk(MotionPayload(3, b"motion"), PortraitChunk(b"piece")),
 ]
 NAMES = [type(body).__name__ for body in BODIES]
 

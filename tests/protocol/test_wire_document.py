@@ -11,14 +11,14 @@ import pytest
 
 from conf.protocol import wire as bodies
 from conf.protocol.codec import PROFILES
-from conf.protocol.codec.payload_header import BundleHeader, code_header
-from conf.protocol.codec.symbol_coder import Reader
+from conf.protocol.codec.payload_header import PayloadHeader, code_header
+from conf.protocol.codec.symbol_coder import SymbolReader
 from conf.protocol.motion import jitter_buffer
 from conf.protocol.portrait.patch import encode_patch
 from conf.protocol.portrait.photo import decode_photograph, encode_photograph
 from conf.protocol.portrait.probability_model import REGIONS
-from conf.protocol.session.drop_reasons import Reason
-from conf.protocol.session.packet import parse
+from conf.protocol.session.drop_reasons import DropReason
+from conf.protocol.session.packet import parse_datagram
 from conf.protocol.wire import decode_body
 from tests.protocol.independent_decoder import PayloadReader, read_patch, read_shape
 from tests.support.portrait_objects import patch, photograph
@@ -28,7 +28,7 @@ TEXT = (Path(bodies.__file__).parent / "WIRE.md").read_text()
 # A name, then hex in groups, perhaps going on in lines that are indented further.
 BLOCK = re.compile(r"^    ([a-z_]+) +((?:[0-9a-f]{2})+(?:\s+(?:[0-9a-f]{2})+)*)$", re.MULTILINE)
 EXAMPLES = {name: bytes.fromhex("".join(words.split())) for name, words in BLOCK.findall(TEXT)}
-ANY = BundleHeader("live", count=1, stride=1, age=0, companion=False)
+ANY = PayloadHeader("live", count=1, stride=1, age=0, second_reference=False)
 
 
 def numbers(text: str) -> list[int]:
@@ -50,7 +50,7 @@ def test_bodies_decode_to_what_they_mean(name: str) -> None:
 
 @pytest.mark.parametrize("name", HEADS)
 def test_heads_of_payloads_decode(name: str) -> None:
-    reader = Reader(EXAMPLES[f"head_{name}"])
+    reader = SymbolReader(EXAMPLES[f"head_{name}"])
     assert code_header(reader, ANY) == HEADS[name]
     reader.finish()
 
@@ -82,9 +82,9 @@ def test_a_photographs_shape_is_read_by_the_text_alone() -> None:
 def test_a_patch_is_read_by_the_text_alone(region: int) -> None:
     sent = patch(region=region)
     told = read_patch(encode_patch(sent)[3:], REGIONS[region])
-    assert (told.keys, told.size, told.step) == (sent.keys.tolist(), sent.size, sent.step)
+    assert (told.keys, told.size, told.step) == (sent.descriptor.tolist(), sent.size, sent.step)
     np.testing.assert_array_equal(told.points, np.rint(sent.points * 127.5))
-    for mine, theirs in zip(sent.planes, told.planes, strict=True):
+    for mine, theirs in zip(sent.coefficients, told.planes, strict=True):
         np.testing.assert_array_equal(theirs, mine)
 
 
@@ -93,16 +93,16 @@ def test_datagrams_are_the_golden_ones(path: Path) -> None:
     name = path.stem.removeprefix("session_")
     if name != "data_long":
         assert path.read_bytes() == EXAMPLES[name]
-        parse(EXAMPLES[name])
+        parse_datagram(EXAMPLES[name])
 
 
 def test_tables_and_limits_are_the_codes() -> None:
     for profile in PROFILES.values():
         delay = "0" if not profile.delay else f"{profile.delay * 1000:.0f} ms"
-        assert f"| {profile.name} | {profile.fps} | {profile.bundle} | {delay} | {profile.step} |" in TEXT
+        assert f"| {profile.name} | {profile.fps} | {profile.frames_per_datagram} | {delay} | {profile.step} |" in TEXT
     assert f"1 to {bodies.MAX_BODY:,} B" in TEXT
     assert f"at most {jitter_buffer.MAX_DELAY_S * 1000:.0f} ms" in TEXT
-    for reason in Reason:
+    for reason in DropReason:
         assert f"`{reason}`" in TEXT
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 
-from conf.receiver.hud import draw_help, draw_notice, help_lines
-from conf.render.ui.imgui_overlay import Overlay
+from conf.receiver.hud import draw_help, draw_toast, help_lines
+from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.render.window.input_events import KEYS
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.image_measures import box
@@ -18,9 +18,9 @@ def test_the_help_names_every_key_and_the_mouse() -> None:
 
 def test_the_help_is_in_the_middle_and_the_notice_at_the_bottom() -> None:
     with OffscreenWindow(640, 480) as window:
-        overlay = Overlay(window.ctx)
+        overlay = ImGuiOverlay(window.ctx)
         boxes = []
-        for draw in (draw_help, lambda overlay: draw_notice(overlay, "saved conf-001.jpg")):
+        for draw in (draw_help, lambda overlay: draw_toast(overlay, "saved conf-001.jpg")):
             window.begin()
             window.framebuffer.clear(1.0, 1.0, 1.0)
             with overlay.frame(window.framebuffer, window.size, 1.0):

@@ -5,10 +5,10 @@ from hypothesis import strategies as st
 
 from conf.face.deformation.face_model import FaceModel
 from conf.protocol.messages import MotionFrame
-from conf.receiver.participant_grid import Stage, grid
+from conf.receiver.participant_grid import ParticipantGrid, layout_grid
 from conf.receiver.stats_overlay import covered_width
-from conf.render.auto_framing import Area, head_box, rest
-from conf.render.camera import View
+from conf.render.auto_framing import FrameArea, head_bounds, rest_pose
+from conf.render.camera import ViewState
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.image_measures import box
 from tests.support.stand_in_head import SIZE
@@ -22,7 +22,7 @@ def motion(x: float = 0.0, y: float = 0.0, log_scale: float = -3.5) -> MotionFra
 
 @given(st.integers(1, 30), st.integers(64, 4000), st.integers(64, 4000), st.integers(0, 30))
 def test_the_cells_tile_the_picture(count: int, width: int, height: int, left: int) -> None:
-    cells = grid(count, (width, height), left=left)
+    cells = layout_grid(count, (width, height), left=left)
     assert len(cells) == count
     assert sum(w * h for _, _, w, h in cells) == (width - left) * height
     assert all(left <= x < x + w <= width and 0 <= y < y + h <= height for x, y, w, h in cells)
@@ -36,18 +36,18 @@ def test_the_cells_tile_the_picture(count: int, width: int, height: int, left: i
 
 @pytest.mark.parametrize(("count", "columns"), [(1, 1), (2, 2), (3, 2), (4, 2), (6, 3), (9, 3)])
 def test_cells_are_about_square(count: int, columns: int) -> None:
-    cells = grid(count, (640, 480))
+    cells = layout_grid(count, (640, 480))
     assert len({x for x, y, _, _ in cells if y == cells[0][1]}) == columns
 
 
 def test_each_caller_stands_in_the_cell_that_is_returned(window: OffscreenWindow, face: FaceModel) -> None:
-    stage = Stage(window, face)
+    stage = ParticipantGrid(window, face)
     window.begin()
-    cells = stage.draw({7: motion(-0.4), 9: None, 4: motion(0.4, 0.3, -4.5)}, View(meter=False), 0.0)
+    cells = stage.draw({7: motion(-0.4), 9: None, 4: motion(0.4, 0.3, -4.5)}, ViewState(meter=False), 0.0)
     pixels = window.read().astype(int)
     stage.release()
     assert list(cells) == [7, 9, 4]
-    assert list(cells.values()) == grid(3, SIZE)
+    assert list(cells.values()) == layout_grid(3, SIZE)
     for x, y, w, h in cells.values():
         cell = pixels[SIZE[1] - y - h : SIZE[1] - y, x : x + w]
         left, top, right, bottom = box(cell.sum(axis=2) > 300)  # lit skin
@@ -56,21 +56,21 @@ def test_each_caller_stands_in_the_cell_that_is_returned(window: OffscreenWindow
 
 
 def test_nobody_is_the_face_at_rest(window: OffscreenWindow, face: FaceModel) -> None:
-    stage = Stage(window, face)
+    stage = ParticipantGrid(window, face)
     window.begin()
-    assert stage.draw({}, View(), 0.0) == {}
+    assert stage.draw({}, ViewState(), 0.0) == {}
     empty = window.read()
     window.begin()
-    stage.draw({1: None}, View(), 0.0)
+    stage.draw({1: None}, ViewState(), 0.0)
     stage.release()
     np.testing.assert_array_equal(window.read(), empty)
 
 
 @pytest.mark.parametrize("callers", [1, 3])
 def test_the_meter_covers_no_face(window: OffscreenWindow, face: FaceModel, callers: int) -> None:
-    stage = Stage(window, face)
+    stage = ParticipantGrid(window, face)
     window.begin()
-    stage.draw({i: motion() for i in range(callers)}, View(meter=True), 0.0)
+    stage.draw({i: motion() for i in range(callers)}, ViewState(meter=True), 0.0)
     left, _, right, _ = box(window.read().astype(int).sum(axis=2) > 300)
     stage.release()
     assert COVERED < left < right < SIZE[0]
@@ -78,8 +78,8 @@ def test_the_meter_covers_no_face(window: OffscreenWindow, face: FaceModel, call
 
 def test_as_sent_a_face_lies_where_the_camera_saw_it(window: OffscreenWindow, face: FaceModel) -> None:
     places = []
-    for view in (View(centred=False), View(meter=False)):
-        stage = Stage(window, face)
+    for view in (ViewState(centred=False), ViewState(meter=False)):
+        stage = ParticipantGrid(window, face)
         window.begin()
         stage.draw({1: motion(-0.3, 0.0, -4.0)}, view, 0.0)
         stage.release()
@@ -91,7 +91,7 @@ def test_as_sent_a_face_lies_where_the_camera_saw_it(window: OffscreenWindow, fa
 
 
 def test_a_caller_who_goes_is_forgotten(window: OffscreenWindow, face: FaceModel) -> None:
-    stage, view = Stage(window, face), View(meter=False)
+    stage, view = ParticipantGrid(window, face), ViewState(meter=False)
     pictures = []
     for frames in ({1: motion(-0.4)}, {}, {1: motion(0.4)}):
         window.begin()
@@ -102,5 +102,5 @@ def test_a_caller_who_goes_is_forgotten(window: OffscreenWindow, face: FaceModel
 
 
 def test_the_resting_head_leaves_room_for_hair() -> None:
-    middle, half = head_box(rest(Area.of((640, 480))))
+    middle, half = head_bounds(rest_pose(FrameArea.of((640, 480))))
     assert (middle + half)[1] < 0.45 and (middle - half)[1] < -0.25

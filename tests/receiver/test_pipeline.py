@@ -10,9 +10,9 @@ from conf.protocol.session.flood_protection import Address
 from conf.protocol.statistics import TrafficSnapshot
 from conf.receiver.participant_grid import Window
 from conf.receiver.pipeline import ReceivingLoop
-from conf.receiver.stats_overlay import MeterReading
+from conf.receiver.stats_overlay import CallStats
 from conf.render.window.offscreen import OffscreenWindow
-from conf.transport.udp import Arrival
+from conf.transport.udp import ReceivedDatagram
 from tests.support.fake_senders import FakeCaller, new_host
 
 FPS = 8.0
@@ -30,9 +30,9 @@ class FakeLink:
     def monotonic(self) -> float:
         return self.now
 
-    def receive(self, limit: int = 4096) -> list[Arrival]:
+    def receive(self, limit: int = 4096) -> list[ReceivedDatagram]:
         arrived, self.arrived = self.arrived[:limit], self.arrived[limit:]
-        return [Arrival(data, address, 0.0) for data, address in arrived]
+        return [ReceivedDatagram(data, address, 0.0) for data, address in arrived]
 
     def send(self, datagrams: Datagrams) -> None:
         for caller in self.callers:
@@ -66,7 +66,7 @@ class Theatre:
         """acts : at which time which caller begins to show what; "hang up" ends a call"""
         shown, rest = Shown(), dict(acts)
 
-        def note_meter(_: object, reading: MeterReading) -> None:
+        def note_meter(_: object, reading: CallStats) -> None:
             shown.states.append(reading.state)
 
         def note_picture(window: Window, now: float) -> None:
@@ -78,10 +78,10 @@ class Theatre:
                 caller.shows = None if what == "hang up" else what
 
         self._patch.setattr("conf.receiver.pipeline.time", link)
-        self._patch.setattr("conf.receiver.pipeline.draw_meter", note_meter)
-        self._patch.setattr("conf.receiver.pipeline.draw_notice", lambda _, text: shown.notices.append(text))
+        self._patch.setattr("conf.receiver.pipeline.draw_stats", note_meter)
+        self._patch.setattr("conf.receiver.pipeline.draw_toast", lambda _, text: shown.notices.append(text))
         self._patch.setattr("conf.receiver.pipeline.draw_label", lambda _, text, at: shown.labels.add(text))
-        loop = ReceivingLoop(self._window, self._face, new_host(), link, greeting="listening")  # type: ignore[arg-type]
+        loop = ReceivingLoop(self._window, self._face, new_host(), link, idle_text="listening")  # type: ignore[arg-type]
         shown.traffic = loop.run(fps=FPS, seconds=seconds, on_picture=note_picture, on_event=shown.events.append)
         return shown
 

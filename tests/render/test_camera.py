@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from conf.face.head_pose import HeadPose
-from conf.render.camera import FACE_PLANE_CM, PITCH_LIMIT, ZOOM_LIMITS, View, clip_matrix, project, rotation
+from conf.render.camera import FACE_PLANE_CM, PITCH_LIMIT, ZOOM_LIMITS, ViewState, clip_matrix, project, view_rotation
 
 number = st.floats(-0.4, 0.4)
 angles = st.tuples(number, number, number)
@@ -13,15 +13,15 @@ poses = st.builds(
     lambda turn, x, y, scale: HeadPose(np.array(turn), np.array([x, y]), scale),
     angles, number, number, st.floats(-5.0, -2.5),
 )  # fmt: skip
-views = st.builds(View, yaw=number, pitch=number, zoom=st.floats(0.5, 2.0), pan=st.tuples(number, number))
+views = st.builds(ViewState, yaw=number, pitch=number, zoom=st.floats(0.5, 2.0), pan=st.tuples(number, number))
 sizes = st.tuples(st.integers(16, 2000), st.integers(16, 2000))
 
 
 @given(poses, views, sizes)
 def test_the_face_plane_is_where_the_orthographic_pose_puts_it(
-    pose: HeadPose, view: View, size: tuple[int, int]
+    pose: HeadPose, view: ViewState, size: tuple[int, int]
 ) -> None:
-    turn, scale = rotation(pose, view), np.exp(pose.log_scale)
+    turn, scale = view_rotation(pose, view), np.exp(pose.log_scale)
     depth = turn.T[:, 2] * FACE_PLANE_CM * turn[2, 2]  # the points as deep as the face plane's middle
     points = depth + np.array([[-3.2, 2.6], [3.2, -4.0], [0.0, 0.0]]) @ turn[:2]
     seen = project(points, clip_matrix(pose, view, aspect=size[0] / size[1]), size)
@@ -32,8 +32,8 @@ def test_the_face_plane_is_where_the_orthographic_pose_puts_it(
 
 @given(poses, sizes)
 def test_what_is_nearer_is_drawn_larger_and_in_front(pose: HeadPose, size: tuple[int, int]) -> None:
-    turn = rotation(pose, View())
-    matrix = clip_matrix(pose, View(), aspect=size[0] / size[1])
+    turn = view_rotation(pose, ViewState())
+    matrix = clip_matrix(pose, ViewState(), aspect=size[0] / size[1])
     near, far = (np.array([[-1.0, 0.0, z], [1.0, 0.0, z]]) @ turn for z in (9.0, -9.0))
     widths = [float(np.linalg.norm(np.diff(project(pair, matrix, size), axis=0))) for pair in (near, far)]
     depths = [float(matrix[2] @ [*pair[0], 1.0]) / float(matrix[3] @ [*pair[0], 1.0]) for pair in (near, far)]
@@ -42,8 +42,8 @@ def test_what_is_nearer_is_drawn_larger_and_in_front(pose: HeadPose, size: tuple
 
 
 @given(poses, views)
-def test_rotation_is_a_rotation(pose: HeadPose, view: View) -> None:
-    turn = rotation(pose, view)
+def test_rotation_is_a_rotation(pose: HeadPose, view: ViewState) -> None:
+    turn = view_rotation(pose, view)
     np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
     assert np.linalg.det(turn) == pytest.approx(1.0)
 
@@ -51,32 +51,32 @@ def test_rotation_is_a_rotation(pose: HeadPose, view: View) -> None:
 def test_a_drag_to_the_right_turns_the_nose_to_the_right_and_up_turns_it_up() -> None:
     front = HeadPose(np.zeros(3), np.zeros(2), -3.0)
     nose = np.array([0.0, 0.0, 1.0])
-    assert (rotation(front, View().turned(0.1, 0.0)) @ nose)[0] > 0.2
-    assert (rotation(front, View().turned(0.0, 0.1)) @ nose)[1] > 0.2
+    assert (view_rotation(front, ViewState().turned(0.1, 0.0)) @ nose)[0] > 0.2
+    assert (view_rotation(front, ViewState().turned(0.0, 0.1)) @ nose)[1] > 0.2
 
 
 def test_the_viewer_turns_a_turned_head_about_the_pictures_axes() -> None:
     pose = HeadPose(Rotation.from_euler("Z", 0.5).as_rotvec(), np.zeros(2), -3.0)
-    left_ear = rotation(pose, View(yaw=np.pi / 2)) @ [1.0, 0.0, 0.0]
+    left_ear = view_rotation(pose, ViewState(yaw=np.pi / 2)) @ [1.0, 0.0, 0.0]
     np.testing.assert_allclose(left_ear, [0.0, np.sin(0.5), -np.cos(0.5)], atol=1e-12)
 
 
 @given(st.lists(st.tuples(st.sampled_from(["turned", "panned"]), number, number), max_size=20), st.integers(-90, 90))
 def test_no_sequence_of_drags_and_wheels_leaves_the_limits(moves: list[tuple[str, float, float]], steps: int) -> None:
-    view = View().zoomed(steps)
+    view = ViewState().zoomed(steps)
     for name, dx, dy in moves:
         view = getattr(view, name)(dx, dy)
     assert abs(view.pitch) <= PITCH_LIMIT
     assert ZOOM_LIMITS[0] <= view.zoom <= ZOOM_LIMITS[1]
-    assert view.reset() == View()
+    assert view.reset() == ViewState()
 
 
 def test_reset_keeps_what_is_switched_on() -> None:
-    assert View(yaw=1.0, wireframe=True).reset() == View(wireframe=True)
+    assert ViewState(yaw=1.0, wireframe=True).reset() == ViewState(wireframe=True)
 
 
 def test_toggling_twice_is_no_change_and_other_names_are_refused() -> None:
-    assert View().toggled("points").points
-    assert View().toggled("meter").toggled("meter") == View()
+    assert ViewState().toggled("points").points
+    assert ViewState().toggled("meter").toggled("meter") == ViewState()
     with pytest.raises(ValueError, match="name must be one of wireframe, points"):
-        View().toggled("yaw")
+        ViewState().toggled("yaw")

@@ -2,20 +2,23 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from conf.face.control_points import INDEX
+from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.face_model import FaceModel
 from conf.face.head_pose import HeadPose
-from conf.render.camera import View, clip_matrix, project
-from conf.render.control_point_markers import CELL, DOT, GRID, ControlPointMarks, paint_labels
+from conf.render.camera import ViewState, clip_matrix, project
+from conf.render.control_point_markers import CELL, DOT, GRID, ControlPointMarkers, render_label_atlas
 from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.stand_in_head import SIZE
 
 FRONT = HeadPose(np.zeros(3), np.zeros(2), float(np.log(0.03)))
-LONELY = [INDEX[name] for name in ("brow_outer_l", "brow_outer_r", "cheekbone_l", "cheekbone_r", "cheek_center_l")]
+LONELY = [
+    CONTROL_POINT_INDEX[name]
+    for name in ("brow_outer_l", "brow_outer_r", "cheekbone_l", "cheekbone_r", "cheek_center_l")
+]
 
 
-def dots(window: OffscreenWindow, face: FaceModel, pose: HeadPose, view: View) -> NDArray[np.bool_]:
+def dots(window: OffscreenWindow, face: FaceModel, pose: HeadPose, view: ViewState) -> NDArray[np.bool_]:
     renderer = FaceRenderer(window.ctx, face)
     window.begin()
     renderer.draw(face.neutral, pose, view, window.framebuffer)
@@ -25,31 +28,31 @@ def dots(window: OffscreenWindow, face: FaceModel, pose: HeadPose, view: View) -
 
 
 def test_the_points_stand_where_they_project_to(window: OffscreenWindow, face: FaceModel) -> None:
-    seen = dots(window, face, FRONT, View(points=True))
-    places = project(face.control_points, clip_matrix(FRONT, View(), aspect=SIZE[0] / SIZE[1]), SIZE)
+    seen = dots(window, face, FRONT, ViewState(points=True))
+    places = project(face.control_points, clip_matrix(FRONT, ViewState(), aspect=SIZE[0] / SIZE[1]), SIZE)
     for x, y in places[LONELY]:
         assert seen[int(y) - 1 : int(y) + 2, int(x) - 1 : int(x) + 2].any()
 
 
 def test_no_points_are_drawn_unless_asked_for(window: OffscreenWindow, face: FaceModel) -> None:
-    assert not dots(window, face, FRONT, View()).any()
+    assert not dots(window, face, FRONT, ViewState()).any()
 
 
 def test_the_face_hides_the_points_behind_it(window: OffscreenWindow, face: FaceModel) -> None:
     back = HeadPose(Rotation.from_euler("Y", np.pi).as_rotvec(), FRONT.position, FRONT.log_scale)
-    assert not dots(window, face, back, View(points=True)).any()
+    assert not dots(window, face, back, ViewState(points=True)).any()
 
 
 def test_the_points_travel_with_the_vertices(window: OffscreenWindow, face: FaceModel) -> None:
-    marks = ControlPointMarks(window.ctx, face.control_points, face.mesh.vertices)
-    np.testing.assert_allclose(marks.places(face.neutral), face.control_points, atol=1e-5)
-    moved = marks.places(face.neutral + np.float32(1.5))
+    marks = ControlPointMarkers(window.ctx, face.control_points, face.mesh.vertices)
+    np.testing.assert_allclose(marks.positions(face.neutral), face.control_points, atol=1e-5)
+    moved = marks.positions(face.neutral + np.float32(1.5))
     np.testing.assert_allclose(moved, face.control_points + 1.5, atol=1e-5)
     marks.release()
 
 
 def test_every_label_keeps_to_its_cell_and_differs_from_the_others() -> None:
-    labels = paint_labels(50)
+    labels = render_label_atlas(50)
     cells = labels.reshape(GRID[1], CELL, GRID[0], CELL, 4).swapaxes(1, 2).reshape(-1, CELL, CELL, 4)
     assert len({cell.tobytes() for cell in cells}) == 50
     assert not cells[:, [0, -1], :, 3].any() and not cells[:, :, [0, -1], 3].any()

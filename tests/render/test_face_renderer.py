@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from conf.errors import FileFormatError
 from conf.face.deformation.face_model import FaceModel
 from conf.face.head_pose import HeadPose
-from conf.render.camera import View, clip_matrix, project
+from conf.render.camera import ViewState, clip_matrix, project
 from conf.render.face_renderer import FaceRenderer, ordered_groups
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.image_measures import Pixels, box, drawn
@@ -22,10 +22,10 @@ def pose(x: float = 0.0, y: float = 0.0, scale: float = 0.03, yaw: float = 0.0) 
     return HeadPose(np.array([0.0, yaw, 0.0]), np.array([x, y]), float(np.log(scale)))
 
 
-def picture(window: OffscreenWindow, face: FaceModel, at: HeadPose, view: View | None = None) -> Pixels:
+def picture(window: OffscreenWindow, face: FaceModel, at: HeadPose, view: ViewState | None = None) -> Pixels:
     renderer = FaceRenderer(window.ctx, face)
     window.begin()
-    renderer.draw(face.neutral, at, view or View(), window.framebuffer)
+    renderer.draw(face.neutral, at, view or ViewState(), window.framebuffer)
     window.end()
     renderer.release()
     return window.read()
@@ -36,7 +36,7 @@ def test_the_head_covers_the_pixels_that_its_vertices_project_to(
     window: OffscreenWindow, face: FaceModel, at: HeadPose
 ) -> None:
     used = face.mesh.vertices[np.unique(face.mesh.triangles)]
-    corners = project(used, clip_matrix(at, View(), aspect=ASPECT), SIZE)
+    corners = project(used, clip_matrix(at, ViewState(), aspect=ASPECT), SIZE)
     found = box(drawn(picture(window, face, at)))
     np.testing.assert_allclose(found, [*corners.min(axis=0), *corners.max(axis=0)], atol=1.5)
 
@@ -46,7 +46,7 @@ def test_up_is_up_and_the_lefts_are_right(window: OffscreenWindow, face: FaceMod
     vertices[face.mesh.group_vertices("eye_r")] += [0.0, 0.0, -6.0]  # closes the right eye: it sinks into the skull
     mesh = replace(face.mesh, vertices=vertices)
     pixels = picture(window, replace(face, mesh=mesh), pose()).astype(int)
-    (x, y), (x_r, y_r) = project(face.control_points[[16, 17]], clip_matrix(pose(), View(), aspect=ASPECT), SIZE)
+    (x, y), (x_r, y_r) = project(face.control_points[[16, 17]], clip_matrix(pose(), ViewState(), aspect=ASPECT), SIZE)
     assert x > SIZE[0] / 2 > x_r and y == pytest.approx(y_r) and y < SIZE[1] / 2
     symmetric = np.abs(pixels - pixels[:, ::-1]).sum(axis=2)
     eye = slice(int(y) - 6, int(y) + 6), slice(int(x) - 8, int(x) + 8)
@@ -64,7 +64,7 @@ def test_vertices_that_move_are_seen(window: OffscreenWindow, face: FaceModel) -
     tops = []
     for lift in (0.0, 2.0):
         window.begin()
-        renderer.draw(face.neutral + np.array([0.0, lift, 0.0], np.float32), pose(), View(), window.framebuffer)
+        renderer.draw(face.neutral + np.array([0.0, lift, 0.0], np.float32), pose(), ViewState(), window.framebuffer)
         tops.append(box(drawn(window.read()))[1])
     renderer.release()
     assert tops[0] - tops[1] == pytest.approx(2.0 * 0.03 * SIZE[1], abs=2)
@@ -89,7 +89,7 @@ def test_what_stands_in_the_lamps_way_throws_a_shadow(window: OffscreenWindow, f
 
 
 def test_the_wireframe_has_the_same_outline_and_dark_holes(window: OffscreenWindow, face: FaceModel) -> None:
-    solid, wire = picture(window, face, pose()), picture(window, face, pose(), View(wireframe=True))
+    solid, wire = picture(window, face, pose()), picture(window, face, pose(), ViewState(wireframe=True))
     np.testing.assert_allclose(box(drawn(wire)), box(drawn(solid)), atol=3)
     inside = wire[90:150, 120:200].max(axis=2)
     assert (inside < 60).mean() > 0.2 and (inside > 100).mean() > 0.1
@@ -100,7 +100,7 @@ def test_a_face_is_drawn_into_its_viewport_only(window: OffscreenWindow, face: F
     window.begin()
     for x in (0, 160):
         window.framebuffer.viewport = (x, 60, 160, 120)
-        renderer.draw(face.neutral, pose(), View(), window.framebuffer)
+        renderer.draw(face.neutral, pose(), ViewState(), window.framebuffer)
     pixels = window.read()
     renderer.release()
     assert not pixels[:60].any() and not pixels[180:].any()

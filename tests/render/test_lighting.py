@@ -3,7 +3,7 @@ import re
 import pytest
 
 from conf.render.lighting import LIGHTS, STUDIO
-from conf.render.shader_programs import source, with_constants
+from conf.render.shader_programs import load_source, with_constants
 
 NUMBER = re.compile(r"\d+\.\d+")
 
@@ -18,14 +18,14 @@ def values_of(name: str, text: str) -> list[float]:
 
 @pytest.mark.parametrize("name", list(STUDIO.constants()))
 def test_the_studio_is_what_the_shader_file_says(name: str) -> None:
-    text = source("lighting.glsl")
+    text = load_source("lighting.glsl")
     replaced = with_constants(text, STUDIO.constants())
     assert values_of(name, replaced) == pytest.approx(values_of(name, text), abs=1e-3)
 
 
 @pytest.mark.parametrize("name", list(LIGHTS))
 def test_constants_replace_theirs_and_nothing_else(name: str) -> None:
-    text = source("skin.frag.glsl")
+    text = load_source("skin.frag.glsl")
     changed = with_constants(text, LIGHTS[name].constants())
     different = [line for line, new in zip(text.splitlines(), changed.splitlines(), strict=True) if line != new]
     assert all(line.startswith("const ") for line in different) and len(different) <= len(STUDIO.constants())

@@ -1,30 +1,30 @@
 import numpy as np
 
-from conf.render.render_target import WALL, Canvas, paint_wall
+from conf.render.render_target import BACKDROP_GRADIENT, RenderTarget, paint_background
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.stand_in_head import SIZE
 
 
 def test_the_wall_is_soft_dark_and_without_bands() -> None:
-    wall = paint_wall((640, 480))[..., :3].astype(int)
-    assert wall.max() <= WALL.max() + 1
+    wall = paint_background((640, 480))[..., :3].astype(int)
+    assert wall.max() <= BACKDROP_GRADIENT.max() + 1
     blurred = wall.reshape(48, 10, 64, 10, 3).mean(axis=(1, 3))
     assert np.abs(np.diff(blurred, axis=0)).max() < 4 and np.abs(np.diff(blurred, axis=1)).max() < 4
     assert blurred[24, 32].sum() > blurred[0, 0].sum()
 
 
 def test_an_empty_canvas_shows_the_wall_the_right_way_up(window: OffscreenWindow) -> None:
-    canvas = Canvas(window.ctx, SIZE)
+    canvas = RenderTarget(window.ctx, SIZE)
     window.begin()
     canvas.begin()
-    canvas.show(window.framebuffer)
+    canvas.resolve(window.framebuffer)
     canvas.release()
-    np.testing.assert_array_equal(window.read(), paint_wall(SIZE)[::-1, :, 2::-1])
+    np.testing.assert_array_equal(window.read(), paint_background(SIZE)[::-1, :, 2::-1])
 
 
 def test_a_hard_edge_is_smoothed_and_flat_ground_is_left_alone(window: OffscreenWindow) -> None:
     """A white triangle with a shallow slope: along its edge there are greys, inside it is white."""
-    canvas = Canvas(window.ctx, SIZE)
+    canvas = RenderTarget(window.ctx, SIZE)
     step = window.ctx.program(
         vertex_shader="""#version 330
         const vec2 CORNERS[3] = vec2[](vec2(-0.8, -0.8), vec2(0.8, -0.8), vec2(0.8, -0.4));
@@ -35,7 +35,7 @@ def test_a_hard_edge_is_smoothed_and_flat_ground_is_left_alone(window: Offscreen
     canvas.begin()
     window.ctx.enable_only(window.ctx.NOTHING)
     window.ctx.vertex_array(step, []).render(vertices=3)
-    canvas.show(window.framebuffer)
+    canvas.resolve(window.framebuffer)
     grey = window.read().max(axis=2)
     canvas.release()
     columns = grey[:, 80:240]

@@ -2,7 +2,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from conf.render.shader_programs import columns, program, set_matrix, source
+from conf.render.shader_programs import load_program, load_source, set_matrix, to_column_major
 from conf.render.window.offscreen import OffscreenWindow
 
 PAIRS = [
@@ -15,17 +15,17 @@ PAIRS = [
 
 @pytest.mark.parametrize(("vertex", "fragment"), PAIRS)
 def test_every_pair_of_shaders_builds(window: OffscreenWindow, vertex: str, fragment: str) -> None:
-    assert isinstance(program(window.ctx, vertex, fragment), moderngl.Program)
+    assert isinstance(load_program(window.ctx, vertex, fragment), moderngl.Program)
 
 
 def test_includes_are_put_in() -> None:
-    assert "#include" not in source("skin.frag.glsl")
-    assert "vec3 to_linear" in source("skin.frag.glsl")
+    assert "#include" not in load_source("skin.frag.glsl")
+    assert "vec3 to_linear" in load_source("skin.frag.glsl")
 
 
 def test_matrices_go_column_after_column_and_unused_ones_nowhere(window: OffscreenWindow) -> None:
-    step = program(window.ctx, "depth_only", "depth_only")
+    step = load_program(window.ctx, "depth_only", "depth_only")
     matrix = np.arange(16.0).reshape(4, 4)
-    set_matrix(step, "light", columns(matrix))
-    set_matrix(step, "not there", columns(matrix))
+    set_matrix(step, "light", to_column_major(matrix))
+    set_matrix(step, "not there", to_column_major(matrix))
     assert step["light"].value == tuple(matrix.T.ravel())

@@ -2,7 +2,7 @@ import numpy as np
 
 from conf.face.deformation.face_model import load_face
 from conf.face.mesh.mesh import Mesh
-from conf.render.vertex_cache import in_drawing_order
+from conf.render.vertex_cache import optimise_vertex_cache
 
 MEMORY = 32  # vertices that a card holds: far less than a head has
 
@@ -35,7 +35,7 @@ def corners_of(mesh: Mesh, triangles: np.ndarray) -> list[bytes]:
 
 def test_the_mesh_is_the_same_and_its_vertices_are_computed_about_once() -> None:
     mesh = shuffled(load_face().mesh)
-    ordered = in_drawing_order(mesh)
+    ordered = optimise_vertex_cache(mesh)
     assert np.array_equal(ordered.render_vertices[ordered.render_triangles], ordered.triangles)
     for name, members in mesh.groups.items():
         assert sorted(corners_of(ordered, ordered.groups[name])) == sorted(corners_of(mesh, members))
@@ -49,6 +49,6 @@ def test_the_mesh_is_the_same_and_its_vertices_are_computed_about_once() -> None
 def test_rows_that_no_triangle_uses_stay() -> None:
     triangles = np.array([[3, 1, 4]], np.int32)
     five = np.arange(5, dtype=np.int32)
-    ordered = in_drawing_order(Mesh(np.eye(5, 3), triangles, np.zeros((0, 2)), five, triangles, {}))
+    ordered = optimise_vertex_cache(Mesh(np.eye(5, 3), triangles, np.zeros((0, 2)), five, triangles, {}))
     assert sorted(ordered.render_vertices.tolist()) == [0, 1, 2, 3, 4]
     assert ordered.render_vertices[ordered.render_triangles].tolist() == [[3, 1, 4]]

@@ -3,14 +3,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from conf.render.vertex_normals import Surface, inside_out
+from conf.render.vertex_normals import VertexNormals, is_inside_out
 from tests.support.stand_in_head import ball, ball_triangles
 
 VERTICES, TRIANGLES = ball(np.zeros(3), 2.0, 32).astype(np.float32), ball_triangles(32)
 
 
 def test_normals_of_a_ball_point_outwards_along_the_radius() -> None:
-    normals = Surface(TRIANGLES, np.arange(len(VERTICES))).normals(VERTICES)
+    normals = VertexNormals(TRIANGLES, np.arange(len(VERTICES))).normals(VERTICES)
     inner = np.abs(VERTICES[:, 1]) < 1.9  # the poles are many vertices in one place
     unit = normals[inner] / np.linalg.norm(normals[inner], axis=1, keepdims=True)
     np.testing.assert_allclose(unit, VERTICES[inner] / 2.0, atol=0.02)
@@ -25,22 +25,22 @@ def test_normals_are_the_sums_of_the_faces_cross_products(vertices: np.ndarray, 
     a, b, c = (vertices[triangles[:, i]].astype(np.float64) for i in range(3))
     for corner in range(3):
         np.add.at(expected, triangles[:, corner], np.cross(b - a, c - a))
-    surface = Surface(triangles, np.arange(7))
+    surface = VertexNormals(triangles, np.arange(7))
     np.testing.assert_allclose(surface.normals(vertices), expected, atol=1e-2)
 
 
 def test_render_vertices_of_one_vertex_share_its_normal_so_no_seam_shows() -> None:
     render_vertices = np.concatenate([np.arange(len(VERTICES)), np.arange(40, 80)])
-    rows = Surface(TRIANGLES, render_vertices).rows(VERTICES)
+    rows = VertexNormals(TRIANGLES, render_vertices).interleaved(VERTICES)
     np.testing.assert_array_equal(rows[-40:], rows[40:80])
     np.testing.assert_array_equal(rows[:, :3], VERTICES[render_vertices])
 
 
 def test_vertices_that_no_triangle_uses_have_no_normal() -> None:
-    surface = Surface(np.array([[0, 1, 2]]), np.arange(5))
-    np.testing.assert_array_equal(surface.rows(np.eye(5, 3, dtype=np.float32))[3:, 3:], 0)
+    surface = VertexNormals(np.array([[0, 1, 2]]), np.arange(5))
+    np.testing.assert_array_equal(surface.interleaved(np.eye(5, 3, dtype=np.float32))[3:, 3:], 0)
 
 
 def test_a_mesh_turned_inside_out_is_noticed_wherever_it_lies() -> None:
-    assert not inside_out(TRIANGLES, VERTICES + 100)
-    assert inside_out(TRIANGLES[:, ::-1], VERTICES + 100)
+    assert not is_inside_out(TRIANGLES, VERTICES + 100)
+    assert is_inside_out(TRIANGLES[:, ::-1], VERTICES + 100)

@@ -1,19 +1,19 @@
 import numpy as np
 
 from conf.face.deformation.face_model import FaceModel
-from conf.render.shader_programs import columns
-from conf.render.vertex_normals import Surface
+from conf.render.shader_programs import to_column_major
+from conf.render.vertex_normals import VertexNormals
 from conf.render.window.offscreen import OffscreenWindow
-from conf.render.wireframe import EDGES, SOLID, Wireframe
+from conf.render.wireframe import EDGES, SOLID, WireframeRenderer
 
 
 def test_lines_are_bright_and_what_is_between_them_is_dark(window: OffscreenWindow, face: FaceModel) -> None:
-    rows = Surface(face.mesh.triangles, face.mesh.render_vertices).rows(face.neutral)
+    rows = VertexNormals(face.mesh.triangles, face.mesh.render_vertices).interleaved(face.neutral)
     moving = window.ctx.buffer(rows.tobytes())
-    wireframe = Wireframe(window.ctx, face.mesh, moving)
+    wireframe = WireframeRenderer(window.ctx, face.mesh, moving)
     window.begin()
     clip = np.diag([0.09, 0.12, -0.02, 1.0])
-    wireframe.draw(columns(clip), columns(np.eye(3)))
+    wireframe.draw(to_column_major(clip), to_column_major(np.eye(3)))
     wireframe.release()
     middle = window.read()[100:140, 140:180, ::-1] / 255
     bright = (np.abs(middle - EDGES) < 0.12).all(axis=2).mean()

@@ -4,20 +4,20 @@ import numpy as np
 import pytest
 
 from conf.errors import FileFormatError
-from conf.face.formats.dpc import Motion, write_dpc
+from conf.face.formats.dpc import MotionClip, write_dpc
 from conf.face.head_pose import NEUTRAL_POSE
-from conf.sender.motion_source import RecordedPerformance, open_recording
+from conf.sender.motion_source import RecordedMotionSource, open_motion_file
 
 
-def motion(frames: int = 4, points: int = 50, units: str = "fapu", *, poses: bool = True) -> Motion:
+def motion(frames: int = 4, points: int = 50, units: str = "fapu", *, poses: bool = True) -> MotionClip:
     displacements = np.arange(frames * points * 3, dtype=np.float32).reshape(frames, points, 3)
-    return Motion(10.0, units, displacements, np.arange(frames * 6.0).reshape(frames, 6) if poses else None)
+    return MotionClip(10.0, units, displacements, np.arange(frames * 6.0).reshape(frames, 6) if poses else None)
 
 
 def test_a_recording_plays_at_its_rate_and_ends() -> None:
-    performance = RecordedPerformance(motion(), loop=False)
+    performance = RecordedMotionSource(motion(), loop=False)
     stamps, shown = [], []
-    while (stamp := performance.advance()) is not None:
+    while (stamp := performance.next_frame()) is not None:
         stamps.append(stamp)
         shown.append(performance.motion())
     assert stamps == pytest.approx([0, 0.1, 0.2, 0.3])
@@ -27,15 +27,15 @@ def test_a_recording_plays_at_its_rate_and_ends() -> None:
 
 
 def test_a_loop_goes_on_in_time() -> None:
-    performance = RecordedPerformance(motion(), loop=True)
-    stamps = [performance.advance() for _ in range(10)]
+    performance = RecordedMotionSource(motion(), loop=True)
+    stamps = [performance.next_frame() for _ in range(10)]
     assert stamps == pytest.approx([i / 10 for i in range(10)])
     np.testing.assert_array_equal(performance.motion().displacements, motion().displacements[1])
 
 
 def test_a_file_without_poses_looks_straight_ahead() -> None:
-    performance = RecordedPerformance(motion(poses=False), loop=False)
-    performance.advance()
+    performance = RecordedMotionSource(motion(poses=False), loop=False)
+    performance.next_frame()
     np.testing.assert_array_equal(performance.motion().pose, NEUTRAL_POSE.to_vector())
 
 
@@ -43,7 +43,7 @@ def test_a_file_without_poses_looks_straight_ahead() -> None:
     ("recording", "text"),
     [(motion(points=20), "expected 50 control points"), (motion(units="mesh"), "expected `# units: fapu`")],
 )
-def test_what_cannot_be_sent_is_refused_with_a_reason(recording: Motion, text: str, tmp_path: Path) -> None:
+def test_what_cannot_be_sent_is_refused_with_a_reason(recording: MotionClip, text: str, tmp_path: Path) -> None:
     write_dpc(tmp_path / "m.dpc", recording)
     with pytest.raises(FileFormatError, match=text):
-        open_recording(tmp_path / "m.dpc", loop=False)
+        open_motion_file(tmp_path / "m.dpc", loop=False)

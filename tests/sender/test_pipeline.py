@@ -7,14 +7,14 @@ import pytest
 
 from conf.errors import NetworkError
 from conf.protocol.messages import MotionFrame, StreamParameters
-from conf.protocol.receiver_endpoint import Host
-from conf.protocol.sender_connection import Caller, LinkOptions
+from conf.protocol.receiver_endpoint import ReceiverEndpoint
+from conf.protocol.sender_connection import RateOptions, SenderConnection
 from conf.protocol.session.client import SenderSession
-from conf.protocol.session.events import Connected, LossReason, Lost, NoAnswer, Refused, Roamed
+from conf.protocol.session.events import AddressChanged, Connected, LossReason, NoAnswer, Refused, SessionEnded
 from conf.protocol.session.flood_protection import Address
 from conf.protocol.session.handshake import Refusal
-from conf.protocol.session.server import ReceiverSessions
-from conf.sender.pipeline import SenderStatus, SendingLoop, note_of
+from conf.protocol.session.server import SessionServer
+from conf.sender.pipeline import SenderLoop, SenderStatus, describe_event
 
 CODE = "amber-canoe-tiger-7"
 SENDER, RECEIVER = ("10.0.0.7", 1), ("10.0.0.1", 2)
@@ -29,7 +29,7 @@ class FakeLink:
     there : whether anybody listens
     """
 
-    host: Host
+    host: ReceiverEndpoint
     now: float = 0.0
     there: bool = True
     answers: list[tuple[bytes, Address]] = field(default_factory=list)
@@ -67,7 +67,7 @@ class FakePerformance:
     tracker_ms: float = 4.0
     fapu_lengths: tuple[float, ...] = FAPU
 
-    def advance(self) -> float | None:
+    def next_frame(self) -> float | None:
         if self.given == self.count:
             return None
         self.given += 1
@@ -81,7 +81,7 @@ class FakePerformance:
         pose = np.array([0.0, turn, 0.0, 0.0, 0.0, -3.5])
         return MotionFrame(self._timestamp, np.zeros((50, 3), np.float32), pose)
 
-    def afterwards(self) -> None:
+    def after_send(self) -> None:
         self.rested.append(self._timestamp)
 
     @property
@@ -93,7 +93,7 @@ class FakePerformance:
 class Sender:
     """A sending loop with everything around it."""
 
-    loop: SendingLoop
+    loop: SenderLoop
     link: FakeLink
     performance: FakePerformance
 
@@ -104,12 +104,12 @@ Make = Callable[..., Sender]
 @pytest.fixture
 def make(monkeypatch: pytest.MonkeyPatch) -> Make:
     def build(*, frames: int = 60, code: str = CODE, sees: Callable[[int], bool] = lambda _: True) -> Sender:
-        link = FakeLink(Host(ReceiverSessions(CODE, random.Random(1).randbytes)))
+        link = FakeLink(ReceiverEndpoint(SessionServer(CODE, random.Random(1).randbytes)))
         monkeypatch.setattr("conf.sender.pipeline.time", link)
         session = SenderSession(code, RECEIVER, random.Random(2).randbytes, 0.0)
-        caller = Caller(session, PARAMETERS, 0.0, link=LinkOptions("live"))
+        caller = SenderConnection(session, PARAMETERS, 0.0, link=RateOptions("live"))
         performance = FakePerformance(frames, sees)
-        loop = SendingLoop(performance, caller, link)  # type: ignore[arg-type]
+        loop = SenderLoop(performance, caller, link)  # type: ignore[arg-type]
         return Sender(loop, link, performance)
 
     return build
@@ -140,7 +140,7 @@ def test_the_time_ends_it_and_the_receiver_hears_goodbye(make: Make) -> None:
     sender = make(frames=10_000)
     sender.loop.run(seconds=1.5)
     assert sender.link.now == pytest.approx(1.5, abs=0.2)
-    assert not sender.link.host.inbounds  # the call is over there too
+    assert not sender.link.host.streams  # the call is over there too
 
 
 def test_nobody_there_is_said_and_tried_on_until_the_time_is_over(make: Make) -> None:
@@ -185,17 +185,17 @@ def test_status_is_told_four_times_a_second(make: Make) -> None:
     ("event", "note"),
     [
         (Connected(1, RECEIVER), "connected"),
-        (Lost(1, LossReason.IDLE), "the receiver is gone: calling again"),
+        (SessionEnded(1, LossReason.IDLE), "the receiver is gone: calling again"),
         (NoAnswer(5.0), "nobody has answered for 5 s: is `conf receive` running there, of the same version? trying on"),
         (Refused(Refusal.LOCKED, 12.0), "too many wrong codes: the receiver listens again in 12 s"),
         (Refused(Refusal.BUSY, 3.0), "the receiver is busy: trying again in 3 s"),
-        (Roamed(1, RECEIVER), ""),
+        (AddressChanged(1, RECEIVER), ""),
     ],
 )
 def test_what_events_mean(event: object, note: str) -> None:
-    assert note_of(event) == note  # type: ignore[arg-type]
+    assert describe_event(event) == note  # type: ignore[arg-type]
 
 
 def test_a_receiver_without_room_ends_the_call_with_a_sentence() -> None:
     with pytest.raises(NetworkError, match="the receiver has no room for one more caller: try later"):
-        note_of(Refused(Refusal.FULL, None))
+        describe_event(Refused(Refusal.FULL, None))

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from imgui_bundle import imgui
 
-from conf.animator.app import Animator
-from conf.animator.face_document import open_subject
+from conf.animator.app import AnimatorApp
+from conf.animator.face_document import open_face_document
 from conf.animator.gui.layout import Layout
 from conf.animator.motion_player import REST_POSE
 from conf.render.camera import clip_matrix
@@ -38,11 +38,11 @@ def watch(name: str) -> None:
     setattr(imgui, name, noting)
 
 
-def facts(animator: Animator, window: GlfwWindow) -> dict[str, Any]:
+def facts(animator: AnimatorApp, window: GlfwWindow) -> dict[str, Any]:
     """Return what a test wants to know."""
     director = animator.director
     desk, face = director.desk, director.actor.face
-    vertices, moment = director.shown or (face.neutral, None)
+    vertices, moment = director.last_frame or (face.neutral, None)
     layout = Layout.of(window.size, 1.0)
     clip = clip_matrix(REST_POSE, desk.look.view, aspect=layout.face.width / layout.face.height)
     player = director.player
@@ -58,7 +58,7 @@ def facts(animator: Animator, window: GlfwWindow) -> dict[str, Any]:
         "mouth_cm": float(np.abs(moment.displacements).max()) if moment else 0.0,
         "placing": None if desk.placing is None else [desk.placing.selected, desk.placing.missing],
         "points": None if director.actor.subject.points is None else director.actor.subject.points.tolist(),
-        "scale": [director.actor.subject.placement.scale, director.actor.subject.placement.shift.tolist()],
+        "scale": [director.actor.subject.placement.scale, director.actor.subject.placement.translation.tolist()],
         "clip": clip.tolist(),
         "rect": [layout.face.x, layout.face.y, layout.face.width, layout.face.height],
         "player": None if player is None else [player.clock.position(now), player.clock.is_playing(now),
@@ -75,9 +75,9 @@ def main() -> None:
     """Draw until the window is closed, answer a line a frame."""
     for name in WATCHED:
         watch(name)
-    subject = open_subject(Path(sys.argv[2]) if len(sys.argv) > 2 else None)
+    subject = open_face_document(Path(sys.argv[2]) if len(sys.argv) > 2 else None)
     with GlfwWindow(1280, 800, "conf animator test") as window:
-        animator = Animator(window, subject, Path(sys.argv[1]))
+        animator = AnimatorApp(window, subject, Path(sys.argv[1]))
         slowest = 0.0
         while not window.should_close:
             before = animator._now()

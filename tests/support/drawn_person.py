@@ -11,11 +11,11 @@ from PIL import Image
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.fapu import Fapu
 from conf.face.portrait.patch_features import FEATURES
-from conf.face.portrait.patch_prediction import foretell, to_planes
+from conf.face.portrait.patch_prediction import forward_dct, predict_patch
 from conf.face.portrait.photographed_face import project
-from conf.protocol.portrait import Patch, Photograph
+from conf.protocol.portrait import Patch, Photo
 from conf.protocol.portrait.patch import step_size
-from conf.protocol.portrait.vp8 import strip
+from conf.protocol.portrait.vp8 import strip_riff
 from tests.support.synthetic_portrait import POSE, face_points
 
 SIZE = (320, 240)
@@ -44,15 +44,15 @@ def vp8(pixels: NDArray[np.uint8]) -> bytes:
     """Return the VP8 frame of a picture."""
     file = io.BytesIO()
     Image.fromarray(np.ascontiguousarray(pixels[..., ::-1])).save(file, "WEBP", quality=80)
-    return strip(file.getvalue())
+    return strip_riff(file.getvalue())
 
 
-def photograph(number: int = 1) -> Photograph:
+def photograph(number: int = 1) -> Photo:
     """Return the photograph of the drawn person."""
     points = face_points()
     neutral = points[:CONTROL_POINT_COUNT]
     outline = np.array([(0.3, 1.0), (0.33, 0.72), (0.35, 0.4), (0.52, 0.2), (0.7, 0.4), (0.72, 0.72), (0.75, 1.0)])
-    return Photograph(
+    return Photo(
         number, SIZE, POSE.to_vector(), points, neutral, astuple(Fapu.measure(neutral)), outline, vp8(draw_person())
     )
 
@@ -63,8 +63,8 @@ def patch(region: int = 0, slot: int = 0, *, photograph: int = 1, colour: tuple[
     points = project(face_points(), POSE)[list(feature.points)]
     low, high = points.min(axis=0) - 0.05, points.max(axis=0) + 0.05
     places = (points - (low[0], high[1])) / ((high[0] - low[0]), -(high[1] - low[1]))
-    keys = np.full(len(feature.keys(np.zeros((CONTROL_POINT_COUNT, 3)))), 10, np.int8)
+    keys = np.full(len(feature.descriptor(np.zeros((CONTROL_POINT_COUNT, 3)))), 10, np.int8)
     size = (60, 40)
-    foretold = foretell(draw_person(), points / (SIZE[0] / SIZE[1], -1.0) + 0.5, places, size)
-    planes = [plane / step_size(0) for plane in to_planes(np.array(colour) - foretold)]
+    foretold = predict_patch(draw_person(), points / (SIZE[0] / SIZE[1], -1.0) + 0.5, places, size)
+    planes = [plane / step_size(0) for plane in forward_dct(np.array(colour) - foretold)]
     return Patch(photograph, region, slot, keys, places, size, 0, planes)

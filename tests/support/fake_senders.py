@@ -6,11 +6,11 @@ from itertools import count
 import numpy as np
 
 from conf.protocol.messages import MotionFrame, StreamParameters
-from conf.protocol.receiver_endpoint import Host
-from conf.protocol.sender_connection import Caller, LinkOptions
+from conf.protocol.receiver_endpoint import ReceiverEndpoint
+from conf.protocol.sender_connection import RateOptions, SenderConnection
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.flood_protection import Address
-from conf.protocol.session.server import ReceiverSessions
+from conf.protocol.session.server import SessionServer
 
 CODE = "amber-canoe-tiger-7"
 RECEIVER = ("receiver", 2)
@@ -18,8 +18,8 @@ PARAMETERS = StreamParameters(176, 144, 15.0, 50, (6.4, 4.5, 3.0, 5.0, 1.1))
 FRAME_S = 1 / 15
 
 
-def new_host(code: str = CODE) -> Host:
-    return Host(ReceiverSessions(code, random.Random(1).randbytes))
+def new_host(code: str = CODE) -> ReceiverEndpoint:
+    return ReceiverEndpoint(SessionServer(code, random.Random(1).randbytes))
 
 
 class FakeCaller:
@@ -27,7 +27,7 @@ class FakeCaller:
 
     def __init__(self, now: float, *, code: str = CODE, address: Address = ("10.0.0.7", 1234)) -> None:
         session = SenderSession(code, RECEIVER, random.Random(address[1]).randbytes, now)
-        self.caller = Caller(session, PARAMETERS, now, link=LinkOptions("live"))
+        self.caller = SenderConnection(session, PARAMETERS, now, link=RateOptions("live"))
         self.address = address
         self.shows: str | None = "face"
         self._frames = count()
@@ -42,13 +42,13 @@ class FakeCaller:
             if self.shows == "face":
                 self.caller.send_frame(self._frame(now), now)
             else:
-                self.caller.send_absence(now, now)
+                self.caller.send_no_face(now, now)
         return [(data, self.address) for data, _ in self.caller.datagrams_to_send(now)]
 
     def hang_up(self, now: float) -> list[tuple[bytes, Address]]:
         """Return the last words."""
         self.shows = None
-        return [(data, self.address) for data, _ in self.caller.hang_up(now)]
+        return [(data, self.address) for data, _ in self.caller.close(now)]
 
     def hear(self, datagrams: list[tuple[bytes, Address]], now: float) -> None:
         """Take those datagrams that are for this caller."""
@@ -61,7 +61,7 @@ class FakeCaller:
         return MotionFrame(now, np.zeros((50, 3), np.float32), np.array([0.0, turn, 0.0, 0.0, 0.0, -3.5]))
 
 
-def talk(host: Host, caller: FakeCaller, begin: float, seconds: float) -> float:
+def talk(host: ReceiverEndpoint, caller: FakeCaller, begin: float, seconds: float) -> float:
     """Let caller and host talk, 20 ms a step. Returns the time after it."""
     now = begin
     for step in range(int(seconds / 0.02)):

@@ -3,14 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.render.render_target import paint_wall
+from conf.render.render_target import paint_background
 
 Pixels = NDArray[np.uint8]
 
 
 def drawn(pixels: Pixels) -> NDArray[np.bool_]:
     """Return (H, W) bool: where something stands before the wall."""
-    wall = paint_wall((pixels.shape[1], pixels.shape[0]))[::-1, :, 2::-1]
+    wall = paint_background((pixels.shape[1], pixels.shape[0]))[::-1, :, 2::-1]
     return np.asarray((np.abs(pixels.astype(int) - wall) > 3).any(axis=2))
 
 

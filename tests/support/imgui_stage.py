@@ -10,8 +10,8 @@ from imgui_bundle import imgui
 from conf.animator.gui.theme import column, themed
 from conf.animator.picking import Rect
 from conf.errors import GraphicsError
-from conf.render.ui.imgui_input import Hands
-from conf.render.ui.imgui_overlay import Overlay
+from conf.render.ui.imgui_input import ImGuiInput
+from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.render.window.input_events import Event, MouseButton, MouseMoved
 from conf.render.window.offscreen import OffscreenWindow
 
@@ -36,9 +36,9 @@ class Stage:
 
     def __init__(self, window: OffscreenWindow) -> None:
         self.window = window
-        self.overlay = Overlay(window.ctx)
+        self.overlay = ImGuiOverlay(window.ctx)
         self.rect = Rect(0, 0, 400, 900)
-        self._hands = Hands()
+        self._hands = ImGuiInput()
 
     def frame(self, draw: Callable[[], None]) -> None:
         """Draw one frame of a panel."""
@@ -59,7 +59,7 @@ class Stage:
 
     def feed(self, event: Event, draw: Callable[[], None]) -> None:
         """Let ImGui know of an event, and draw."""
-        self._hands.feed([event])
+        self._hands.process_events([event])
         self.frame(draw)
 
     def find(self, label: str, draw: Callable[[], None], monkeypatch: pytest.MonkeyPatch) -> tuple[float, float]:

@@ -7,9 +7,9 @@ from PIL import Image
 
 from conf.protocol.portrait.dct_coding import plane_shapes
 from conf.protocol.portrait.patch import Patch
-from conf.protocol.portrait.photo import Photograph
+from conf.protocol.portrait.photo import Photo
 from conf.protocol.portrait.probability_model import load_portrait_model
-from conf.protocol.portrait.vp8 import strip
+from conf.protocol.portrait.vp8 import strip_riff
 
 
 def webp(width: int, height: int) -> bytes:
@@ -21,13 +21,13 @@ def webp(width: int, height: int) -> bytes:
     return file.getvalue()
 
 
-def photograph(number: int = 1) -> Photograph:
+def photograph(number: int = 1) -> Photo:
     """Return a photograph with points at random."""
     rng = np.random.default_rng(number)
     model = load_portrait_model()
     places = rng.uniform(-9, 9, model.face.mean.shape)
     controls = len(model.stir_spread)
-    return Photograph(
+    return Photo(
         number,
         (320, 240),
         np.array([0.1, -0.2, 0.05, 0.02, -0.1, -3.4]),
@@ -35,7 +35,7 @@ def photograph(number: int = 1) -> Photograph:
         places[:controls] + rng.normal(0, 0.3, (controls, 3)),
         (6.4, 5.0, 2.5, 5.2, 0.9),
         rng.uniform(0, 1, (30, 2)),
-        strip(webp(160, 120)),
+        strip_riff(webp(160, 120)),
     )
 
 

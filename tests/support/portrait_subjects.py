@@ -9,7 +9,7 @@ from conf.face.head_pose import HeadPose
 from conf.face.portrait import contours
 from conf.face.portrait.photographed_face import project
 from conf.protocol.messages import MotionFrame
-from conf.sender.portrait.photo_builder import Shot
+from conf.sender.portrait.photo_builder import CapturedFace
 from conf.sender.tracking.canonical_face import CanonicalFace
 from tests.support.drawn_person import SIZE, draw_person, to_pixels
 from tests.support.synthetic_portrait import POSE, face_points
@@ -20,15 +20,15 @@ def landmarks(points: NDArray[np.float64] | None = None, pose: HeadPose = POSE) 
     face = face_points() if points is None else points
     found = np.zeros((478, 3), np.float32)
     found[:, :2] = to_pixels(pose.position[None])
-    found[contours.ALL, :2] = to_pixels(project(face, pose))
-    found[contours.ALL, 2] = -(face @ pose.matrix().T)[:, 2] * np.exp(pose.log_scale) * SIZE[1]
+    found[contours.PORTRAIT_LANDMARKS, :2] = to_pixels(project(face, pose))
+    found[contours.PORTRAIT_LANDMARKS, 2] = -(face @ pose.matrix().T)[:, 2] * np.exp(pose.log_scale) * SIZE[1]
     return found
 
 
-def shot(pixels: NDArray[np.uint8] | None = None) -> Shot:
+def shot(pixels: NDArray[np.uint8] | None = None) -> CapturedFace:
     """Return a frame of the drawn person."""
     neutral = face_points()[:CONTROL_POINT_COUNT]
-    return Shot(draw_person() if pixels is None else pixels, landmarks(), neutral, Fapu.measure(neutral))
+    return CapturedFace(draw_person() if pixels is None else pixels, landmarks(), neutral, Fapu.measure(neutral))
 
 
 def motion(displacements: NDArray[np.floating] | None = None, pose: HeadPose = POSE) -> MotionFrame:
@@ -40,7 +40,7 @@ def motion(displacements: NDArray[np.floating] | None = None, pose: HeadPose = P
 def canonical() -> CanonicalFace:
     """Return a canonical face whose rigid landmarks are those of the synthetic one, so that its pose is found again."""
     vertices = np.zeros((468, 3))
-    known = contours.ALL < 468
-    vertices[contours.ALL[known]] = face_points()[known]
-    rigid = contours.ALL[known][::4]
+    known = contours.PORTRAIT_LANDMARKS < 468
+    vertices[contours.PORTRAIT_LANDMARKS[known]] = face_points()[known]
+    rigid = contours.PORTRAIT_LANDMARKS[known][::4]
     return CanonicalFace(vertices, np.zeros((898, 3), np.int32), np.zeros((468, 2)), rigid, np.ones(len(rigid)))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from conf.errors import GraphicsError, ModelError
-from conf.output.media_writer import ClipRecorder
+from conf.output.media_writer import VideoWriter
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.capture.video import open_clip
 from conf.sender.tracking.model_files import fetch_models
@@ -30,7 +30,7 @@ def _models() -> None:
 def short_clip(_models: None, demo_clip: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The first SHORT frames of the demo's clip, at its 30 frames a second."""
     path = tmp_path_factory.mktemp("clips") / "short.avi"
-    with open_clip(demo_clip) as clip, ClipRecorder(path, fps=30.0) as film:
+    with open_clip(demo_clip) as clip, VideoWriter(path, fps=30.0) as film:
         for _ in range(SHORT):
             frame = clip.read()
             assert frame is not None
@@ -42,7 +42,7 @@ def short_clip(_models: None, demo_clip: Path, tmp_path_factory: pytest.TempPath
 def empty_clip(_models: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A few frames of grey."""
     path = tmp_path_factory.mktemp("clips") / "empty.avi"
-    with ClipRecorder(path, fps=30.0) as film:
+    with VideoWriter(path, fps=30.0) as film:
         for _ in range(3):
             film.write(np.full((240, 320, 3), 128, np.uint8))
     return path

@@ -9,13 +9,13 @@ from itertools import count
 import numpy as np
 
 from conf.protocol.messages import MotionFrame, StreamParameters
-from conf.protocol.motion.inbound import Inbound
-from conf.protocol.receiver_endpoint import Host
-from conf.protocol.sender_connection import Caller, LinkOptions
+from conf.protocol.motion.inbound import InboundMotion
+from conf.protocol.receiver_endpoint import ReceiverEndpoint
+from conf.protocol.sender_connection import RateOptions, SenderConnection
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import Connected, Event
 from conf.protocol.session.flood_protection import Address
-from conf.protocol.session.server import ReceiverSessions
+from conf.protocol.session.server import SessionServer
 from conf.protocol.statistics import HEADER_BYTES
 from tests.support.synthetic_motion import talking
 
@@ -69,7 +69,7 @@ class End:
     origin : timestamp of the session's first frame, where the stream's clock starts
     """
 
-    caller: Caller
+    caller: SenderConnection
     address: Address
     motion: Motion | None
     line: Line
@@ -89,7 +89,7 @@ class World:
     def __init__(self, *, code: str = CODE, seed: object = 1) -> None:
         self.now = 1000.0
         self.seed = seed
-        self.host = Host(ReceiverSessions(code, random.Random(f"host {seed}").randbytes))
+        self.host = ReceiverEndpoint(SessionServer(code, random.Random(f"host {seed}").randbytes))
         self.ends: list[End] = []
         self.events: list[Event] = []
         self.traffic: list[tuple[float, Address, Address, bytes]] = []
@@ -102,24 +102,24 @@ class World:
         code: str = CODE,
         motion: Motion | None = talk,
         line: Line | None = None,
-        link: LinkOptions | None = None,
+        link: RateOptions | None = None,
     ) -> End:
         """Add a caller."""
         address: Address = (f"198.51.100.{len(self.ends) + 1}", 40000)
         session = SenderSession(code, RECEIVER, random.Random(f"{address} {self.seed}").randbytes, self.now)
-        caller = Caller(session, PARAMETERS, self.now, link=link)
+        caller = SenderConnection(session, PARAMETERS, self.now, link=link)
         self.ends.append(End(caller, address, motion, line or Line(), self.now))
         return self.ends[-1]
 
     def restart_host(self, *, code: str = CODE) -> None:
         """Replace the host by one that knows nothing."""
-        self.host = Host(ReceiverSessions(code, random.Random(f"restarted {self.seed}").randbytes))
+        self.host = ReceiverEndpoint(SessionServer(code, random.Random(f"restarted {self.seed}").randbytes))
 
-    def inbound(self, end: End) -> Inbound:
+    def inbound(self, end: End) -> InboundMotion:
         """Return what the host has of a caller."""
         session = end.caller._session.session
         assert session is not None
-        return self.host.inbounds[session]
+        return self.host.streams[session]
 
     def run(self, seconds: float) -> None:
         """Let time pass."""
@@ -182,7 +182,7 @@ class World:
 
     def _show(self) -> None:
         for end in self.ends:
-            inbound = self.host.inbounds.get(-1 if (number := end.caller._session.session) is None else number)
-            playout = inbound.play(self.now) if inbound else None
+            inbound = self.host.streams.get(-1 if (number := end.caller._session.session) is None else number)
+            playout = inbound.frame_at(self.now) if inbound else None
             if playout:
-                end.shown.append((self.now, playout.frame, playout.stale_s))
+                end.shown.append((self.now, playout.frame, playout.age_s))

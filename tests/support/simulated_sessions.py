@@ -10,7 +10,7 @@ from typing import Any
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import BodyReceived, Event
 from conf.protocol.session.flood_protection import Address
-from conf.protocol.session.server import ReceiverSessions
+from conf.protocol.session.server import SessionServer
 
 CODE = "acorn-tulip-river-42"
 WRONG = "acorn-tulip-river-43"
@@ -38,7 +38,7 @@ class World:
         self.now = 1000.0
         self.fate = fate
         self.deaf: set[Address] = set()
-        self.receiver = ReceiverSessions(code, seeded("receiver"), **options)
+        self.receiver = SessionServer(code, seeded("receiver"), **options)
         self.senders: dict[Address, SenderSession] = {}
         self.heard: dict[Address, list[Event]] = {RECEIVER: []}
         self.traffic: list[tuple[Address, Address, bytes]] = []
@@ -52,7 +52,7 @@ class World:
         return sender
 
     def restart_receiver(self, seed: str = "again", code: str = CODE, **options: Any) -> None:
-        self.receiver = ReceiverSessions(code, seeded(seed), **options)
+        self.receiver = SessionServer(code, seeded(seed), **options)
 
     def send(self, data: bytes, source: Address, target: Address) -> None:
         self.traffic.append((source, target, data))
@@ -113,7 +113,7 @@ class World:
         return True
 
     def _collect(self) -> None:
-        sides: list[tuple[Address, ReceiverSessions | SenderSession]] = [
+        sides: list[tuple[Address, SessionServer | SenderSession]] = [
             (RECEIVER, self.receiver),
             *self.senders.items(),
         ]
@@ -129,7 +129,9 @@ def state(side: object) -> object:
 
 def _flatten(value: object) -> object:
     if isinstance(value, dict):
-        return {key: _flatten(item) for key, item in value.items() if key not in {"dropped", "_hints", "_retries"}}
+        return {
+            key: _flatten(item) for key, item in value.items() if key not in {"dropped", "_unknown_replies", "_retries"}
+        }
     if isinstance(value, list | tuple | set) or type(value).__name__ == "deque":
         return [_flatten(item) for item in value]  # type: ignore[attr-defined]
     if type(value).__module__.startswith("conf.protocol.") and hasattr(value, "__dict__"):

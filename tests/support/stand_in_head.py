@@ -13,7 +13,7 @@ from conf.face.deformation.face_model import FaceModel
 from conf.face.fapu import Fapu
 from conf.face.formats.obj import RawMesh
 from conf.face.mesh.mesh import Mesh, build_mesh
-from conf.render.ui.imgui_overlay import Overlay
+from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.render.window.offscreen import OffscreenWindow
 
 SIZE = (320, 240)
@@ -113,8 +113,8 @@ def window() -> Iterator[OffscreenWindow]:
 
 
 @pytest.fixture
-def overlay(window: OffscreenWindow) -> Iterator[Overlay]:
+def overlay(window: OffscreenWindow) -> Iterator[ImGuiOverlay]:
     """The ImGui context on the offscreen window."""
-    overlay = Overlay(window.ctx)
+    overlay = ImGuiOverlay(window.ctx)
     yield overlay
     overlay.release()

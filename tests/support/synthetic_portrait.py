@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_COUNT, LANDMARKS
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_LANDMARKS
 from conf.face.fapu import Fapu
 from conf.face.head_pose import HeadPose
 from conf.face.portrait import contours
-from conf.face.portrait.photographed_face import FaceShape
+from conf.face.portrait.photographed_face import PhotographedFace
 from conf.sender.motion.mean_face import MEAN_FACE
 
 LINES = (
@@ -21,7 +21,7 @@ POSE = HeadPose(np.array([0.05, -0.1, 0.08]), np.array([0.03, -0.05]), float(np.
 
 def face_points() -> NDArray[np.float64]:
     """Return (D, 3) cm in face axes, as contours.ALL: the mean face with a mouth that is nearly shut."""
-    known = {int(landmark): MEAN_FACE[i] for i, landmark in enumerate(LANDMARKS)}
+    known = {int(landmark): MEAN_FACE[i] for i, landmark in enumerate(CONTROL_POINT_LANDMARKS)}
     known |= {10: np.array([0.0, 8.5, 4.0]), 168: np.array([0.0, 3.0, 5.0]), 4: np.array([0.0, -1.0, 7.5])}
     angles = np.pi / 2 - 2 * np.pi * np.arange(len(contours.OVAL)) / len(contours.OVAL)
     for landmark, angle in zip(contours.OVAL, angles, strict=True):
@@ -39,12 +39,12 @@ def face_points() -> NDArray[np.float64]:
             known[group[axis_free]] = np.array(
                 [np.interp(axis_free, places, [known[group[k]][axis] for k in places]) for axis in range(3)]
             ) + np.array([0.0, 0.003 * axis_free, 0.0])
-    return np.array([known[int(landmark)] for landmark in contours.ALL])
+    return np.array([known[int(landmark)] for landmark in contours.PORTRAIT_LANDMARKS])
 
 
-def face_shape(pose: HeadPose = POSE) -> FaceShape:
+def face_shape(pose: HeadPose = POSE) -> PhotographedFace:
     """Return a photographed face whose person fills a triangle of the picture."""
     points = face_points()
     neutral = points[:CONTROL_POINT_COUNT].copy()
     outline = np.array([(-0.35, -0.5), (0.4, -0.5), (0.35, 0.3), (0.1, 0.4), (-0.2, 0.35)])
-    return FaceShape(ASPECT, pose, points, neutral, Fapu.measure(neutral).lengths(), outline)
+    return PhotographedFace(ASPECT, pose, points, neutral, Fapu.measure(neutral).lengths(), outline)

@@ -15,11 +15,11 @@ from conf.face.fapu import Fapu
 from conf.face.head_pose import HeadPose
 from conf.output.media_writer import save_picture
 from conf.receiver.hud import draw_help
-from conf.render.camera import View
+from conf.render.camera import ViewState
 from conf.render.face_renderer import FaceRenderer
-from conf.render.ui.imgui_overlay import Overlay
+from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.render.window.glfw_window import GlfwWindow
-from conf.render.window.input_events import action_of, apply
+from conf.render.window.input_events import action_of, apply_camera_event
 from tests.support.stand_in_head import control_points, stand_in_mesh
 
 POSE = HeadPose(np.zeros(3), np.zeros(2), float(np.log(0.03)))
@@ -35,14 +35,14 @@ def main() -> None:
     """Draw until Q is pressed; S saves the picture."""
     mesh, points = stand_in_mesh(), control_points()
     face = FaceModel(mesh, points, Fapu.measure(points), np.zeros((len(mesh.vertices), 50), np.float32))
-    view, wanted = View(), False
+    view, wanted = ViewState(), False
     with GlfwWindow(320, 240, "conf test") as window:
-        renderer, overlay = FaceRenderer(window.ctx, face), Overlay(window.ctx)
+        renderer, overlay = FaceRenderer(window.ctx, face), ImGuiOverlay(window.ctx)
         started = False
         while not window.should_close:
             events = window.poll()
             for event in events:
-                view = apply(view, event)
+                view = apply_camera_event(view, event)
                 wanted = wanted or action_of(event) == "picture"
                 if action_of(event) == "full screen":
                     window.toggle_full_screen()

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 import pytest
 
 from conf.errors import NetworkError
-from conf.transport.sender_udp import SenderSocket
+from conf.transport.sender_udp import UdpSocket
 
 LOOPBACK = "127.0.0.1"
 
@@ -20,7 +20,7 @@ def other() -> Iterator[socket.socket]:
 
 
 def test_there_and_back(other: socket.socket) -> None:
-    with SenderSocket(*other.getsockname()) as sender:
+    with UdpSocket(*other.getsockname()) as sender:
         assert sender.remote == other.getsockname()
         sender.send([(b"one", sender.remote), (b"two", sender.remote)])
         (first, address), (second, _) = other.recvfrom(100), other.recvfrom(100)
@@ -33,7 +33,7 @@ def test_there_and_back(other: socket.socket) -> None:
 
 
 def test_a_receiver_that_is_not_there_yet_is_no_error(other: socket.socket) -> None:
-    with SenderSocket(*other.getsockname()) as sender:
+    with UdpSocket(*other.getsockname()) as sender:
         other.close()
         for _ in range(3):
             sender.send([(b"anybody?", sender.remote)])
@@ -42,7 +42,7 @@ def test_a_receiver_that_is_not_there_yet_is_no_error(other: socket.socket) -> N
 
 
 def test_what_is_too_large_for_the_network_is_lost(other: socket.socket) -> None:
-    with SenderSocket(*other.getsockname()) as sender:
+    with UdpSocket(*other.getsockname()) as sender:
         sender.send([(b"x" * 70_000, sender.remote), (b"small", sender.remote)])
         assert other.recv(100) == b"small"
 
@@ -50,7 +50,7 @@ def test_what_is_too_large_for_the_network_is_lost(other: socket.socket) -> None
 def test_a_name_without_an_address_is_named() -> None:
     sentence = "no address for 'no.such.host.invalid': give the receiver's name or number as HOST:PORT"
     with pytest.raises(NetworkError, match=sentence):
-        SenderSocket("no.such.host.invalid", 5005)
+        UdpSocket("no.such.host.invalid", 5005)
 
 
 def test_a_firewall_that_forbids_sending_is_named(other: socket.socket, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -61,7 +61,7 @@ def test_a_firewall_that_forbids_sending_is_named(other: socket.socket, monkeypa
         def close(self) -> None:
             pass
 
-    with SenderSocket(*other.getsockname()) as sender:
+    with UdpSocket(*other.getsockname()) as sender:
         sender._socket.close()
         monkeypatch.setattr(sender, "_socket", Forbidden())
         with pytest.raises(NetworkError, match=r"this machine may not send to 127\.0\.0\.1: check its firewall"):

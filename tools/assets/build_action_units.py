@@ -11,11 +11,17 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from conf.face.animation.action_units import ASSETS, EMOTIONS, NAMES, compose, label
+from conf.face.animation.action_units import (
+    ACTION_UNIT_NAMES,
+    ASSETS,
+    EMOTIONS,
+    action_unit_label,
+    combine_action_units,
+)
 from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.face.formats.epc import Expressions, write_epc
-from conf.face.retargeting.arkit_shapes import load_sculpted
-from conf.face.symmetry import mirrored
+from conf.face.formats.epc import ExpressionSet, write_epc
+from conf.face.retargeting.arkit_shapes import load_arkit_shapes
+from conf.face.symmetry import mirror_motion
 
 # Which sculpted shapes make an action unit at full strength; a name without a side stands for both.
 RECIPES: dict[int, dict[str, float]] = {
@@ -42,16 +48,19 @@ SOURCE = "from CC0 sculpted shapes (MakeHuman faceunits01) by tools/assets/build
 
 def main() -> None:
     """Write the files and say so."""
-    shapes = load_sculpted()
+    shapes = load_arkit_shapes()
     units = {unit: blend(shapes, recipe) for unit, recipe in RECIPES.items()}
-    everything = Expressions(tuple(label(unit) for unit in NAMES), np.stack([units[unit] for unit in NAMES]))
+    everything = ExpressionSet(
+        tuple(action_unit_label(unit) for unit in ACTION_UNIT_NAMES),
+        np.stack([units[unit] for unit in ACTION_UNIT_NAMES]),
+    )
     write_epc(
         ASSETS / "action_units.epc", everything, comments=[f"FACS action units at full strength, {SOURCE}", COLUMNS]
     )
     (ASSETS / "emotions").mkdir(exist_ok=True)
     for name, strengths in EMOTIONS.items():
         note = "composed of " + ", ".join(f"AU {unit} x {strength}" for unit, strength in strengths.items())
-        emotion = Expressions((name,), compose(strengths, units=units)[None])
+        emotion = ExpressionSet((name,), combine_action_units(strengths, units=units)[None])
         write_epc(ASSETS / "emotions" / f"{name}.epc", emotion, comments=[f"{note}, {SOURCE}", COLUMNS])
     print(f"{len(units)} action units, {len(EMOTIONS)} emotions written to {ASSETS}")
 
@@ -62,7 +71,7 @@ def blend(shapes: dict[str, NDArray[np.float32]], recipe: dict[str, float]) -> N
     for name, share in recipe.items():
         sides = [name] if name in shapes else [f"{name}Left", f"{name}Right"]
         total += np.float32(share) * np.sum([shapes[side] for side in sides], axis=0)
-    return ((total + mirrored(total)) / 2).astype(np.float32)
+    return ((total + mirror_motion(total)) / 2).astype(np.float32)
 
 
 if __name__ == "__main__":

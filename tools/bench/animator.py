@@ -27,11 +27,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from conf.animator.app import Animator
-from conf.animator.commands import Play
-from conf.animator.face_document import Subject, open_subject
+from conf.animator.app import AnimatorApp
+from conf.animator.commands import PlayExpression
+from conf.animator.face_document import FaceDocument, open_face_document
 from conf.errors import GraphicsError
-from conf.face.deformation.face_model import Deformer
+from conf.face.deformation.face_model import DeformerOptions
 from conf.face.deformation.kernels import KERNELS
 from conf.face.formats.obj import RawMesh
 from conf.face.formats.ppc import write_ppc
@@ -44,9 +44,9 @@ from tools.bench.deformation import head_of
 WARM_UP = 20
 
 
-def large_face(folder: Path, vertices: int) -> Subject:
+def large_face(folder: Path, vertices: int) -> FaceDocument:
     """Return the shipped head, cut to so many vertices, as a mesh of a user's own with its control points."""
-    head = open_subject()
+    head = open_face_document()
     assert head.points is not None
     places, triangles = head_of(head.mesh, vertices)
     corners = np.stack([triangles, np.full_like(triangles, -1)], axis=-1).astype(np.int64)
@@ -54,7 +54,7 @@ def large_face(folder: Path, vertices: int) -> Subject:
     mesh = build_mesh(RawMesh(places, np.zeros((0, 2)), corners, {}, None))
     write_obj(path, mesh, places)
     write_ppc(path.with_suffix(".ppc"), head.points)
-    return open_subject(path)
+    return open_face_document(path)
 
 
 def open_window(size: tuple[int, int]) -> GlfwWindow | OffscreenWindow:
@@ -65,18 +65,18 @@ def open_window(size: tuple[int, int]) -> GlfwWindow | OffscreenWindow:
         return OffscreenWindow(*size)
 
 
-def deformers() -> Iterator[Deformer]:
+def deformers() -> Iterator[DeformerOptions]:
     """Return settings as a user goes through them: another kernel each time, and another locality."""
     for name, step in zip(cycle(KERNELS), count()):
-        yield Deformer(name, epsilon=0.3 + 0.1 * (step % 10))
+        yield DeformerOptions(name, epsilon=0.3 + 0.1 * (step % 10))
 
 
 class Bench:
     """One animator and the times of its frames."""
 
-    def __init__(self, window: GlfwWindow | OffscreenWindow, subject: Subject) -> None:
+    def __init__(self, window: GlfwWindow | OffscreenWindow, subject: FaceDocument) -> None:
         self._window = window
-        self.animator = Animator(window, subject)
+        self.animator = AnimatorApp(window, subject)
         self._settings = deformers()
         self.builds: list[float] = []
         self.frames(WARM_UP)
@@ -103,13 +103,13 @@ class Bench:
             director.desk = replace(director.desk, deformer=next(self._settings))
 
 
-def measure(window: GlfwWindow | OffscreenWindow, subject: Subject, frames: int) -> dict[str, float]:
+def measure(window: GlfwWindow | OffscreenWindow, subject: FaceDocument, frames: int) -> dict[str, float]:
     """Return the figures of every state."""
     bench = Bench(window, subject)
     report: dict[str, float] = {}
     try:
         report |= named("rest", bench.frames(frames))
-        bench.animator.request(Play("joy"))
+        bench.animator.request(PlayExpression("joy"))
         report |= named("moving", bench.frames(frames))
         report |= named("changing", bench.frames(frames, bench.change))
     finally:

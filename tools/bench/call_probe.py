@@ -27,15 +27,15 @@ from conf.commands import send as sending
 from conf.commands.receive import SIZE, WINDOW_FPS
 from conf.errors import NetworkError
 from conf.face.deformation.face_model import load_face
-from conf.protocol.receiver_endpoint import Host
+from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.session.flood_protection import Address
-from conf.protocol.session.server import ReceiverSessions
+from conf.protocol.session.server import SessionServer
 from conf.protocol.statistics import HEADER_BYTES
 from conf.receiver.participant_grid import Window
 from conf.receiver.pipeline import ReceivingLoop
 from conf.render.window.offscreen import OffscreenWindow
-from conf.sender.pipeline import SenderStatus, SendingLoop
-from conf.transport.udp import ReceiverSocket
+from conf.sender.pipeline import SenderLoop, SenderStatus
+from conf.transport.udp import UdpSocket
 
 EVERY_S = 1.0
 
@@ -58,7 +58,7 @@ class WatchedWindow(OffscreenWindow):
     portraits : when each caller's was first drawn
     """
 
-    def __init__(self, host: Host) -> None:
+    def __init__(self, host: ReceiverEndpoint) -> None:
         super().__init__(*SIZE)
         self.pictures: list[tuple[float, float, float]] = []
         self.portraits: dict[int, float] = {}
@@ -71,13 +71,13 @@ class WatchedWindow(OffscreenWindow):
         now = time.monotonic()
         self.pictures += [
             (now, float(inbound._buffer._playhead), max(0.0, float(inbound._buffer._playhead) - newest))
-            for inbound in self._host.inbounds.values()
+            for inbound in self._host.streams.values()
             if (newest := newest_frame(inbound)) is not None
         ]
         if now >= self._due:
             self._due = now + EVERY_S
-            missed = sum(inbound.missed_references for inbound in self._host.inbounds.values())
-            counts = {"callers": len(self._host.inbounds), "missed_references": missed, "portraits": self.portraits}
+            missed = sum(inbound.missed_references for inbound in self._host.streams.values())
+            counts = {"callers": len(self._host.streams), "missed_references": missed, "portraits": self.portraits}
             tell(at=now, memory_kb=memory_kb(), **counts, **asdict(self._host.snapshot(now)), pictures=self.pictures)
             self.pictures = []
 
@@ -99,7 +99,7 @@ class WatchedReceivingLoop(ReceivingLoop):
                 self._window.portraits.setdefault(caller, time.monotonic())
 
 
-class WatchedSendingLoop(SendingLoop):
+class WatchedSendingLoop(SenderLoop):
     """A loop that notes when the call began, when each frame was taken, and what was sent.
 
     datagrams : (sent at, bytes with headers, how many of them for the portrait)
@@ -144,18 +144,18 @@ class WatchedSendingLoop(SendingLoop):
 
 def receive(address: tuple[str, int], code: str, seconds: float) -> None:
     """Receive as `conf receive` does, at the rate of its window."""
-    callers = Host(ReceiverSessions(code, os.urandom))
+    callers = ReceiverEndpoint(SessionServer(code, os.urandom))
     window = WatchedWindow(callers)
-    with ReceiverSocket(*address) as link, window:
+    with UdpSocket(*address) as link, window:
         tell(listening="{}:{}".format(*link.address))
         loop = WatchedReceivingLoop(window, load_face(None), callers, link)
         final = loop.run(fps=WINDOW_FPS, seconds=seconds)
         tell(at=time.monotonic(), memory_kb=memory_kb(), **asdict(final), pictures=window.pictures)
 
 
-def send(receiver: tuple[str, int], code: str, what: sending.Sending) -> None:
+def send(receiver: tuple[str, int], code: str, what: sending.SendOptions) -> None:
     """Send a looped clip as `conf send` does."""
-    sending.SendingLoop = WatchedSendingLoop  # type: ignore[attr-defined]
+    sending.SenderLoop = WatchedSendingLoop  # type: ignore[attr-defined]
     sending.send(receiver, code, what)
 
 
@@ -198,7 +198,7 @@ def main() -> None:
     if options.side == "receive":
         receive(options.address, options.code, options.seconds)
         return
-    what = sending.Sending(file=options.clip, loop=True, seconds=options.seconds)
+    what = sending.SendOptions(file=options.clip, loop=True, seconds=options.seconds)
     try:
         send(options.address, options.code, replace(what, portrait_kbps=4.0) if options.portrait else what)
     except NetworkError as error:

@@ -59,7 +59,7 @@ def main() -> None:
         tracks = {name: result.summary() for name, result in results.items()}
         print(json.dumps({"overall": overall.summary(), "tracks": tracks}, indent=2))
     else:
-        bundling = f"{profile.bundle} frames a datagram, {profile.delay * 1000:.0f} ms added"
+        bundling = f"{profile.frames_per_datagram} frames a datagram, {profile.delay * 1000:.0f} ms added"
         print(f"{profile.name}: {profile.fps} fps, {bundling}")
         _print_table({**results, "overall": overall})
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.protocol.codec import Decoder, Encoder, MissingReferenceError, Profile
-from conf.protocol.codec.model import Model
+from conf.protocol.codec.model import CodecModel
 from conf.protocol.statistics import HEADER_BYTES
 from tools.bench.tracks import Track
 
@@ -109,17 +109,17 @@ def total(results: Sequence[Result], /) -> Result:
     )
 
 
-def measure(track: Track, profile: Profile, link: Link, /, *, models: Mapping[str, Model] | None = None) -> Result:
+def measure(track: Track, profile: Profile, link: Link, /, *, models: Mapping[str, CodecModel] | None = None) -> Result:
     """Send a track through the codec over a link. The last frames, if they fill no bundle, make a shorter one."""
     random = np.random.default_rng(link.seed)
     encoder, decoder = Encoder(profile, models), Decoder(models)
     acknowledged: dict[int, list[int]] = {}  # numbers by the tick at which the sender hears of them
     sizes, errors, times = [], [], []
     lost = recovered = 0
-    for number in range(0, len(track.frames), profile.bundle):
+    for number in range(0, len(track.frames), profile.frames_per_datagram):
         for tick in [tick for tick in acknowledged if tick <= number]:
             encoder.acknowledge(acknowledged.pop(tick))
-        frames = track.frames[number : number + profile.bundle]
+        frames = track.frames[number : number + profile.frames_per_datagram]
         began = time.perf_counter()
         payload = encoder.encode(frames, number)
         encoded = time.perf_counter() - began

@@ -29,28 +29,28 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import RBFInterpolator
 
-from conf.face.control_points import LOWER_LIP, PUPILS, UPPER_LIP, indices
+from conf.face.control_points import LOWER_LIP, PUPILS, UPPER_LIP, control_point_indices
 from conf.face.deformation.anchors import choose_anchors
-from conf.face.deformation.blendshapes import Shapes, load_shapes
-from conf.face.deformation.eyelid_helpers import fold_margins, with_margins
-from conf.face.deformation.face_model import DEFAULT_HEAD, Deformer, load_face
+from conf.face.deformation.blendshapes import Blendshapes, load_shapes
+from conf.face.deformation.eyelid_helpers import append_helpers, fold_helpers
+from conf.face.deformation.face_model import DEFAULT_HEAD, DeformerOptions, load_face
 from conf.face.deformation.kernels import KERNELS
 from conf.face.deformation.rbf import build_operator
 from conf.face.deformation.regions import Regions, split_regions
-from conf.face.deformation.ridge_refinement import refine_operator, without_jaw
-from conf.face.deformation.rig import swing
+from conf.face.deformation.ridge_refinement import refine_with_blendshapes, subtract_jaw_motion
+from conf.face.deformation.rig import jaw_offsets
 from conf.face.deformation.rig_json import load_rig
 from conf.face.formats.ppc import read_ppc
 from conf.face.head_pose import ES0_CM
 from conf.face.mesh.mesh import Mesh, load_mesh
-from conf.face.mesh.surface_graph import Surface
+from conf.face.mesh.surface_graph import SurfaceGraph
 
 SIZES = (5_000, 10_000, 20_000)
 KERNEL = KERNELS["multiquadric"]
-SMOOTHING = Deformer().smoothing
+SMOOTHING = DeformerOptions().smoothing
 MOVING_CM = 0.01
 MM = 10.0  # in a cm
-CORNERS = indices("inner_lip_corner", "outer_lip_corner")
+CORNERS = control_point_indices("inner_lip_corner", "outer_lip_corner")
 CORNER_CM = 1.0  # nearer to a corner of the mouth both lips move together
 LIP_CM = 0.5  # what lies nearer to a lip's point is that lip
 
@@ -95,11 +95,11 @@ def head_of(mesh: Mesh, count: int) -> tuple[NDArray[np.float64], NDArray[np.int
 
 def rbf_matrix(vertices: NDArray[np.float64], points: NDArray[np.float64], regions: Regions) -> NDArray[np.float32]:
     """Return the split RBF operator, as conf.face.deformation.face_model builds it."""
-    centres, fields = with_margins(points, regions)
+    centres, fields = append_helpers(points, regions)
     operator = build_operator(
         vertices, centres, kernel=KERNEL, epsilon=KERNEL.epsilon, regions=fields, smoothing=SMOOTHING
     )
-    return fold_margins(operator.matrix)
+    return fold_helpers(operator.matrix)
 
 
 def measure_cost(mesh: Mesh, points: NDArray[np.float64], count: int) -> Cost:
@@ -111,7 +111,7 @@ def measure_cost(mesh: Mesh, points: NDArray[np.float64], count: int) -> Cost:
 
     def build() -> NDArray[np.float32]:
         anchors = choose_anchors(vertices, points, eye_distance=ES0_CM)
-        regions = split_regions(Surface(vertices, triangles), points, anchors=anchors).without(PUPILS)
+        regions = split_regions(SurfaceGraph(vertices, triangles), points, anchors=anchors).excluding(PUPILS)
         return rbf_matrix(vertices, points, regions)
 
     def rival() -> NDArray[np.float64]:
@@ -145,23 +145,23 @@ class Truth:
     leak: float
 
 
-def measure_truth(mesh: Mesh, points: NDArray[np.float64], rig_path: Path, shapes: Shapes) -> Truth:
+def measure_truth(mesh: Mesh, points: NDArray[np.float64], rig_path: Path, shapes: Blendshapes) -> Truth:
     """Leave each of the sculpted shapes out in turn and rebuild it from its control points."""
-    surface = Surface(mesh.vertices, mesh.triangles)
+    surface = SurfaceGraph(mesh.vertices, mesh.triangles)
     known = load_rig(rig_path, mesh, points).anchors
-    anchors = choose_anchors(mesh.vertices, points, eye_distance=ES0_CM, known=known)
-    regions = split_regions(surface, points, anchors=anchors).without(PUPILS)
+    anchors = choose_anchors(mesh.vertices, points, eye_distance=ES0_CM, initial=known)
+    regions = split_regions(surface, points, anchors=anchors).excluding(PUPILS)
     matrix = rbf_matrix(mesh.vertices, points, regions)
-    moved = shapes.at(surface.snap(points, tolerance=0.0))
+    moved = shapes.offsets_at(surface.nearest_vertices(points, tolerance=0.0))
     skin = mesh.group_vertices("skin")
     truth = Truth({}, {}, {}, lip_leak(load_face().operator, surface, points))
     for i, name in enumerate(shapes.names):
         others = [j for j in range(len(shapes.names)) if j != i]
-        jaw = load_rig(rig_path, mesh, points, shapes.only(others)).jaw
+        jaw = load_rig(rig_path, mesh, points, shapes.subset(others)).jaw
         assert jaw is not None, "the default head has a jaw"
-        left, offsets = without_jaw(jaw, points, moved, shapes.offsets)
-        rebuilt = refine_operator(matrix, left[others], offsets[others], regions=regions) @ left[i]
-        rebuilt[jaw.vertices] += swing(jaw.arms, jaw.shares, jaw.motion(points, moved[i]))
+        left, offsets = subtract_jaw_motion(jaw, points, moved, shapes.offsets)
+        rebuilt = refine_with_blendshapes(matrix, left[others], offsets[others], regions=regions) @ left[i]
+        rebuilt[jaw.vertices] += jaw_offsets(jaw.weighted_offsets, jaw.weights, jaw.estimate_motion(points, moved[i]))
         sculpted = shapes.offsets[i, skin]
         moving = np.linalg.norm(sculpted, axis=1) > MOVING_CM
         truth.rms[name] = rms_mm(rebuilt[skin] - sculpted)
@@ -175,9 +175,9 @@ def rms_mm(errors: NDArray[np.floating]) -> float:
     return MM * float(np.sqrt((errors.astype(np.float64) ** 2).sum(axis=1).mean())) if len(errors) else 0.0
 
 
-def lip_leak(matrix: NDArray[np.float32], surface: Surface, points: NDArray[np.float64]) -> float:
+def lip_leak(matrix: NDArray[np.float32], surface: SurfaceGraph, points: NDArray[np.float64]) -> float:
     """Return how much one lip's points move the other lip, at most, away from the corners of the mouth."""
-    seeds = surface.snap(points, tolerance=0.0)
+    seeds = surface.nearest_vertices(points, tolerance=0.0)
     far = surface.distances(seeds[CORNERS], limit=1.0) >= CORNER_CM
     largest = 0.0
     for lip, other in ((UPPER_LIP, LOWER_LIP), (LOWER_LIP, UPPER_LIP)):

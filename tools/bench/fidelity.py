@@ -23,15 +23,15 @@ from numpy.typing import NDArray
 from conf.face.deformation.face_model import load_face
 from conf.face.head_pose import HeadPose
 from conf.protocol.codec import LIVE
-from conf.protocol.loopback import ONE_WAY_S, Rehearsal
+from conf.protocol.loopback import ONE_WAY_S, LoopbackCall
 from conf.protocol.messages import StreamParameters
-from conf.protocol.sender_connection import LinkOptions
-from conf.render.auto_framing import Framer
-from conf.render.camera import View
+from conf.protocol.sender_connection import RateOptions
+from conf.render.auto_framing import AutoFraming
+from conf.render.camera import ViewState
 from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.capture.video import open_clip
-from conf.sender.frame_pacer import Pace
+from conf.sender.frame_pacer import FramePacer
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.tracking.canonical_face import read_canonical_face
 from conf.sender.tracking.model_files import fetch_models
@@ -80,20 +80,20 @@ def run(clip: Path, face_path: Path | None = None) -> Iterator[Pair]:
     with open_clip(clip) as source, OffscreenWindow(*SIZE) as window:
         renderer = FaceRenderer(window.ctx, face)
         extractor = MotionExtractor(canonical, source.size)
-        parameters = StreamParameters(*source.size, source.fps, 50, extractor.fapu_lengths())
-        call = Rehearsal(parameters, 0.0, link=LinkOptions(LIVE.name))
-        pace, framer, view = Pace(LIVE.fps), Framer(), View()
+        parameters = StreamParameters(*source.size, source.fps, 50, extractor.fapu_distances())
+        call = LoopbackCall(parameters, 0.0, link=RateOptions(LIVE.name))
+        pace, framer, view = FramePacer(LIVE.fps), AutoFraming(), ViewState()
         for frame in iter(source.read, None):
             tracking = person.track(frame.pixels)
             now = frame.timestamp
-            if tracking is None or pace.wait(now, now) is None:
+            if tracking is None or pace.delay_for(now, now) is None:
                 continue
             call.send_frame(extractor.update(tracking, now), now)
             delay = call.inbound.snapshot(now).playout_delay_ms / 1000
-            playout = call.inbound.play(now + ONE_WAY_S + delay + 1e-3)
+            playout = call.inbound.frame_at(now + ONE_WAY_S + delay + 1e-3)
             if playout is None:
                 continue
-            pose = framer.place(HeadPose.from_vector(playout.frame.pose), now)
+            pose = framer.frame(HeadPose.from_vector(playout.frame.pose), now)
             window.begin()
             renderer.draw(face.deform(playout.frame.displacements), pose, view, window.framebuffer)
             window.end()

@@ -12,7 +12,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINTS, INDEX, LANDMARKS
+from conf.face.control_points import CONTROL_POINT_INDEX, CONTROL_POINT_LANDMARKS, CONTROL_POINTS
 from conf.sender.tracking.canonical_face import CanonicalFace
 from tools.assets.head.control_vertices import VERTICES
 from tools.assets.head.source import BaseMesh, Source
@@ -196,9 +196,11 @@ def _write_canonical(canonical: CanonicalFace, folder: Path) -> list[Head]:
 
     Twice: as it is, and each triangle split in four, so that its vertices do not give the landmarks away.
     """
-    truth = canonical.vertices[np.minimum(LANDMARKS, len(canonical.vertices) - 1)]
+    truth = canonical.vertices[np.minimum(CONTROL_POINT_LANDMARKS, len(canonical.vertices) - 1)]
     for name, ring in (("pupil_l", (263, 362, 386, 374)), ("pupil_r", (33, 133, 159, 145))):
-        truth[INDEX[name]] = canonical.vertices[list(ring)].mean(axis=0)  # the mesh has no vertex at a pupil
+        truth[CONTROL_POINT_INDEX[name]] = canonical.vertices[list(ring)].mean(
+            axis=0
+        )  # the mesh has no vertex at a pupil
     split = trimesh.Trimesh(canonical.vertices, canonical.triangles, process=False).subdivide()
     meshes = {"canonical": (canonical.vertices, canonical.triangles), "canonical_split": (split.vertices, split.faces)}
     for name, (vertices, triangles) in meshes.items():

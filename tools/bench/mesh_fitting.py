@@ -23,13 +23,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.commands.fit import fit
-from conf.face.control_points import CONTROL_POINTS, INDEX, LOWER_LIP, UPPER_LIP
+from conf.face.control_points import CONTROL_POINT_INDEX, CONTROL_POINTS, LOWER_LIP, UPPER_LIP
 from conf.face.deformation.face_model import FaceModel, load_face
 from conf.face.formats.ppc import read_ppc, write_ppc
-from conf.face.mesh.axes import turn_upright
+from conf.face.mesh.axes import axes_rotation
 from conf.face.mesh.mesh import load_mesh
-from conf.face.mesh.surface_graph import Surface
-from conf.render.camera import View, clip_matrix, project
+from conf.face.mesh.surface_graph import SurfaceGraph
+from conf.render.camera import ViewState, clip_matrix, project
 from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.tracking.canonical_face import read_canonical_face
@@ -81,7 +81,7 @@ def measure(head: Head, pictures: Path | None) -> Row:
     start = cv2.getTickCount()
     fit(head.path, ppc)  # how it stands is found, too
     seconds = (cv2.getTickCount() - start) / cv2.getTickFrequency()
-    points, turn = read_ppc(ppc), turn_upright(*head.axes)
+    points, turn = read_ppc(ppc), axes_rotation(*head.axes)
     if head.axes != ("y", "z"):
         mesh = load_mesh(head.path)
         upright = head.path.with_name(f"{head.name}_upright.obj")
@@ -90,7 +90,9 @@ def measure(head: Head, pictures: Path | None) -> Row:
         face = load_face(upright)
     else:
         face = load_face(head.path)
-    eye_distance = np.linalg.norm(head.truth[INDEX["pupil_l"]] - head.truth[INDEX["pupil_r"]])
+    eye_distance = np.linalg.norm(
+        head.truth[CONTROL_POINT_INDEX["pupil_l"]] - head.truth[CONTROL_POINT_INDEX["pupil_r"]]
+    )
     errors = np.linalg.norm(points - head.truth, axis=1) * 64 / eye_distance
     if pictures:
         truth = (head.truth - points) @ turn.T * 6.4 / np.linalg.norm(points[16] - points[17]) + face.control_points
@@ -110,12 +112,18 @@ def measure(head: Head, pictures: Path | None) -> Row:
 
 def lip_leak(face: FaceModel) -> float:
     """Return the largest share that a vertex of one lip's edge has in a point of the other, away from the corners."""
-    surface = Surface(face.mesh.vertices, face.mesh.triangles)
+    surface = SurfaceGraph(face.mesh.vertices, face.mesh.triangles)
     points = face.control_points
     worst = 0.0
-    corner = abs(points[INDEX["inner_lip_corner_l"], 0] - points[INDEX["inner_lip_corner_r"], 0]) / 2
-    middle = points[[INDEX["inner_lip_corner_l"], INDEX["inner_lip_corner_r"]], 0].mean()
-    reach = [surface.distances(surface.snap(points[lip], tolerance=0.3), limit=0.8) for lip in (UPPER_LIP, LOWER_LIP)]
+    corner = (
+        abs(points[CONTROL_POINT_INDEX["inner_lip_corner_l"], 0] - points[CONTROL_POINT_INDEX["inner_lip_corner_r"], 0])
+        / 2
+    )
+    middle = points[[CONTROL_POINT_INDEX["inner_lip_corner_l"], CONTROL_POINT_INDEX["inner_lip_corner_r"]], 0].mean()
+    reach = [
+        surface.distances(surface.nearest_vertices(points[lip], tolerance=0.3), limit=0.8)
+        for lip in (UPPER_LIP, LOWER_LIP)
+    ]
     near_middle = np.abs(face.mesh.vertices[:, 0] - middle) < AWAY_FROM_CORNERS * corner
     for own, other, strangers in ((0, 1, LOWER_LIP), (1, 0, UPPER_LIP)):
         lip = near_middle & (reach[own] < 0.3) & (reach[other] > 2 * reach[own])
@@ -126,18 +134,18 @@ def lip_leak(face: FaceModel) -> float:
 
 def picture(face: FaceModel, truth: NDArray[np.float64]) -> NDArray[np.uint8]:
     """Return drawings side by side: placed points red and numbered, true ones green."""
-    from conf.mesh_fitting.multiview import pose_towards
+    from conf.mesh_fitting.multiview import camera_pose
 
     drawings = []
     with OffscreenWindow(PICTURE, PICTURE) as window:
         renderer = FaceRenderer(window.ctx, face)
         for side in SIDES:
-            pose = pose_towards(side, height=20.0, centre=(0.0, -1.5))
+            pose = camera_pose(side, height=20.0, centre=(0.0, -1.5))
             window.begin()
-            renderer.draw(face.neutral, pose, View(), window.framebuffer)
+            renderer.draw(face.neutral, pose, ViewState(), window.framebuffer)
             window.end()
             drawing = window.read()
-            clip = clip_matrix(pose, View(), aspect=1.0)
+            clip = clip_matrix(pose, ViewState(), aspect=1.0)
             for points, colour in ((truth, (60, 220, 60)), (face.control_points, (40, 40, 240))):
                 for number, (x, y) in enumerate(project(points, clip, (PICTURE, PICTURE)).round().astype(int)):
                     cv2.circle(drawing, (x, y), 3, colour, -1, cv2.LINE_AA)

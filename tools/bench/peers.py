@@ -25,13 +25,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.output.media_writer import save_picture
-from conf.protocol.codec import LIVE, NARROW, RICH, Profile
-from conf.protocol.statistics import HEADER_BYTES, raw_bytes
-from conf.render.ui.charts import Dot, scatter_chart
+from conf.protocol.codec import LIVE, NARROWBAND, RICH, Profile
+from conf.protocol.statistics import HEADER_BYTES, raw_frame_bytes
+from conf.render.ui.charts import ScatterPoint, scatter_chart
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.tracking.canonical_face import read_canonical_face
 from conf.sender.tracking.model_files import fetch_models
-from conf.sender.tracking.tracker import FaceTracker, Tracking
+from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 from tools.bench.codec_link import Link, measure
 from tools.bench.portrait_clip import FPS, SIZE, Pixels, load_frames
 from tools.bench.portrait_peers import CODECS, HEADERS, transmit
@@ -71,7 +71,11 @@ def main() -> None:
     frames = load_frames(options.clip)
     rows = list(run(frames))
     if options.plot:
-        dots = [Dot(row.name, row.kbps, row.error_percent, row.ours) for row in rows if row.error_percent is not None]
+        dots = [
+            ScatterPoint(row.name, row.kbps, row.error_percent, row.ours)
+            for row in rows
+            if row.error_percent is not None
+        ]
         title = "a talking face: what it costs and how true it is"
         save_picture(options.plot, scatter_chart(title, ("kbit/s with headers", "landmark error, %"), dots))
     print(json.dumps({"peers": [asdict(row) for row in rows]}) if options.json else table(rows))
@@ -81,7 +85,7 @@ def run(frames: Sequence[Pixels]) -> Iterator[Row]:
     """Yield a row for each sender."""
     tracker = FaceTracker(fetch_models())
     source = [tracker.track(pixels) for pixels in frames]
-    yield Row("raw pixels", kbps(raw_bytes(*SIZE) * len(frames), len(frames), packet=1200), 0.0)
+    yield Row("raw pixels", kbps(raw_frame_bytes(*SIZE) * len(frames), len(frames), packet=1200), 0.0)
     for quality in JPEG_QUALITIES:
         encoded = [cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])[1] for pixels in frames]
         shown = [np.asarray(cv2.imdecode(data, cv2.IMREAD_COLOR), np.uint8) for data in encoded]
@@ -96,11 +100,11 @@ def run(frames: Sequence[Pixels]) -> Iterator[Row]:
         yield Row(name, (size + HEADER_BYTES) * 8 * FPS / 1000, None)
     floats = len(msgpack.packb([0.1] * 156, use_single_float=True))
     yield Row("50 points as a list of floats, msgpack", (floats + HEADER_BYTES) * 8 * FPS / 1000, 0.0)
-    for profile in (NARROW, LIVE, RICH):
+    for profile in (NARROWBAND, LIVE, RICH):
         yield ours(profile, source)
 
 
-def ours(profile: Profile, source: Sequence[Tracking | None]) -> Row:
+def ours(profile: Profile, source: Sequence[TrackedFace | None]) -> Row:
     """Send the tracked motion through the codec; rich gets its frames in between by interpolation."""
     extractor = MotionExtractor(read_canonical_face(fetch_models()), SIZE)
     seen = [tracking for tracking in source if tracking is not None]
@@ -108,7 +112,7 @@ def ours(profile: Profile, source: Sequence[Tracking | None]) -> Row:
     motion, eyes = [], []
     for count, at in enumerate(steps):
         landmarks = between(seen, float(at))
-        tracking = Tracking(landmarks, seen[round(at)].blendshapes, 1.0)
+        tracking = TrackedFace(landmarks, seen[round(at)].blendshapes, 1.0)
         motion.append(extractor.update(tracking, count / profile.fps))
         eyes.append(float(np.linalg.norm(landmarks[LEFT_EYE, :2] - landmarks[RIGHT_EYE, :2])) / SIZE[1])
     track = Track(profile.name, motion, np.array(eyes), extractor.fapu.lengths())
@@ -116,7 +120,7 @@ def ours(profile: Profile, source: Sequence[Tracking | None]) -> Row:
     return Row(f"conf {profile.name}", result.kbps, result.error_mean_percent, ours=True)
 
 
-def between(seen: Sequence[Tracking], at: float) -> NDArray[np.float32]:
+def between(seen: Sequence[TrackedFace], at: float) -> NDArray[np.float32]:
     """Return the landmarks between two frames."""
     low = int(at)
     share = np.float32(at - low)
@@ -124,7 +128,7 @@ def between(seen: Sequence[Tracking], at: float) -> NDArray[np.float32]:
     return np.asarray(seen[low].landmarks * (1 - share) + seen[high].landmarks * share, np.float32)
 
 
-def video_error(shown: Sequence[Pixels], source: Sequence[Tracking | None]) -> float | None:
+def video_error(shown: Sequence[Pixels], source: Sequence[TrackedFace | None]) -> float | None:
     """Return the mean error of the landmarks the tracker finds on decoded pictures."""
     tracker = FaceTracker(fetch_models())
     errors = []

@@ -28,17 +28,17 @@ from numpy.typing import NDArray
 
 from conf.face.head_pose import HeadPose
 from conf.protocol.codec import Decoder, Encoder
-from conf.protocol.portrait import PortraitInbox, PortraitOutbox
+from conf.protocol.portrait import ObjectReceiver, ObjectSender
 from conf.receiver.portrait.portrait_renderer import PortraitRenderer
-from conf.receiver.portrait.portrait_store import Album
-from conf.render.camera import View
+from conf.receiver.portrait.portrait_store import PortraitStore
+from conf.render.camera import ViewState
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.motion.extractor import MotionExtractor
-from conf.sender.portrait.photo_builder import Shot
-from conf.sender.portrait.scheduler import PortraitStudio
+from conf.sender.portrait.photo_builder import CapturedFace
+from conf.sender.portrait.scheduler import PortraitScheduler
 from conf.sender.tracking.canonical_face import read_canonical_face
 from conf.sender.tracking.model_files import fetch_models
-from conf.sender.tracking.tracker import FaceTracker, Tracking
+from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 from tools.bench.portrait_clip import FPS, SIZE, START_S, Pixels, average, compare, likenesses, load_frames, looped
 from tools.bench.portrait_peers import CODECS, transmit
 
@@ -55,7 +55,7 @@ class Call:
     """What one clip gave: pictures shown, bytes sent, milliseconds of drawing."""
 
     sources: list[Pixels]
-    trackings: list[Tracking | None] = field(default_factory=list)
+    trackings: list[TrackedFace | None] = field(default_factory=list)
     shown: list[Pixels | None] = field(default_factory=list)
     frozen: list[Pixels | None] = field(default_factory=list)  # the photograph as it arrived, not moved
     wire_bytes: list[int] = field(default_factory=list)
@@ -93,8 +93,8 @@ def run(frames: Sequence[Pixels], kbps: float) -> Call:
     canonical, tracker = read_canonical_face(models), FaceTracker(models)
     extractor = MotionExtractor(canonical, SIZE)
     encoder, decoder = Encoder(), Decoder()
-    outbox, inbox, album = PortraitOutbox(kbps=kbps), PortraitInbox(), Album()
-    studio = PortraitStudio(canonical, outbox)
+    outbox, inbox, album = ObjectSender(kbps=kbps), ObjectReceiver(), PortraitStore()
+    studio = PortraitScheduler(canonical, outbox)
     call = Call(list(frames))
     with OffscreenWindow(*SIZE) as window, OffscreenWindow(*DRAWN_SIZE) as large:
         large.begin()  # a renderer is made while its own context is the current one
@@ -112,30 +112,30 @@ def run(frames: Sequence[Pixels], kbps: float) -> Call:
                 payload = encoder.encode([motion], number)
                 decoded = decoder.decode(payload, number)[0]
                 displacements, pose = decoded.displacements, HeadPose.from_vector(decoded.pose)
-                shot = Shot(pixels, tracking.landmarks, extractor.neutral_points, extractor.fapu)
-                studio.watch(shot, motion, tracking.presence, now)
+                shot = CapturedFace(pixels, tracking.landmarks, extractor.neutral_points, extractor.fapu)
+                studio.process_frame(shot, motion, tracking.presence, now)
             encoder.acknowledge([number - ACK_FRAMES])
-            outbox.charge(FRAMING + len(payload), now)
-            piece = outbox.next_piece(now, overhead=BESIDE)
+            outbox.account_motion(FRAMING + len(payload), now)
+            piece = outbox.next_chunk(now, overhead=BESIDE)
             call.motion_bytes.append(FRAMING + len(payload))
             call.wire_bytes.append(FRAMING + len(payload) + (len(piece) + BESIDE if piece else 0))
-            if piece and (data := inbox.receive_piece(piece)):
+            if piece and (data := inbox.receive_chunk(piece)):
                 album.receive(data)
-            if answer := inbox.next_answer(now):
+            if answer := inbox.next_ack(now):
                 outbox.receive_answer(answer)
-            call.frozen.append(_at_size(album.sitter.pixels) if album.sitter else None)
+            call.frozen.append(_at_size(album.photo.pixels) if album.photo else None)
             if not renderer.ready or displacements is None or pose is None:
                 call.shown.append(call.shown[-1] if call.shown else None)
                 continue
             if call.shown_at is None:
                 call.shown_at = now
             window.begin()
-            renderer.draw(displacements, pose, View(), window.framebuffer)
+            renderer.draw(displacements, pose, ViewState(), window.framebuffer)
             window.end()
             call.shown.append(window.read())
             if number % 5 == 0:
                 call.draw_ms.append(_draw_large(large, timed, displacements, pose))
-        call.stickers = len(album.stickers)
+        call.stickers = len(album.patches)
     return call
 
 
@@ -150,7 +150,7 @@ def _draw_large(
     """Return how many milliseconds a frame takes, read back included."""
     began = time.perf_counter()
     window.begin()
-    renderer.draw(displacements, pose, View(), window.framebuffer)
+    renderer.draw(displacements, pose, ViewState(), window.framebuffer)
     window.end()
     window.read()
     return (time.perf_counter() - began) * 1000

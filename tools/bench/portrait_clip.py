@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from conf.face.portrait import contours
 from conf.sender.capture.video import open_clip
-from conf.sender.tracking.tracker import FaceTracker, Tracking
+from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 
 SIZE = (320, 240)
 FPS = 15
@@ -58,7 +58,7 @@ class Likeness:
     landmark_error_percent: float | None
 
 
-def compare(source: Pixels, shown: Pixels, tracking: Tracking, again: Tracking | None, /) -> Likeness:
+def compare(source: Pixels, shown: Pixels, tracking: TrackedFace, again: TrackedFace | None, /) -> Likeness:
     """Compare a shown picture with its source, in the face's outline and the mouth's box, as the source has them."""
     lips = tracking.landmarks[list(contours.UPPER_OUTER_LIP + contours.LOWER_OUTER_LIP), :2]
     face, mouth = _outline(tracking.landmarks[:, :2]), _box(lips, MOUTH_MARGIN)
@@ -116,7 +116,7 @@ def _box(points: NDArray[np.floating], margin: float) -> tuple[slice, slice]:
 def likenesses(
     sources: Sequence[Pixels],
     shown: Sequence[Pixels | None],
-    trackings: Sequence[Tracking | None],
+    trackings: Sequence[TrackedFace | None],
     tracker: FaceTracker,
 ) -> list[Likeness | None]:
     """Compare a row of pictures; None where there is no face in the source or nothing is shown."""

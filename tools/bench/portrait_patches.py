@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.portrait.patch_features import FEATURES
-from conf.face.portrait.patch_prediction import to_planes
+from conf.face.portrait.patch_prediction import forward_dct
 from conf.protocol.codec.range_coder import TOTAL
 from conf.protocol.codec.symbol_coder import SCALES_AN_OCTAVE
 from conf.protocol.portrait.dct_coding import Planes
 from conf.protocol.portrait.patch import Patch, encode_patch, step_size
 from conf.protocol.portrait.probability_model import BlockModel, PortraitModel
 from conf.sender.motion.extractor import MotionExtractor
-from conf.sender.portrait.photo_builder import Shot, take_photograph
-from conf.sender.portrait.reference_photo import Hanging, differ
+from conf.sender.portrait.photo_builder import CapturedFace, build_photo
+from conf.sender.portrait.reference_photo import ReferencePhoto, patch_residual
 from conf.sender.tracking.canonical_face import read_canonical_face
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.tracker import FaceTracker
@@ -88,23 +88,23 @@ def read_patches(clip: Path) -> list[Patch]:
     models = fetch_models()
     canonical, tracker = read_canonical_face(models), FaceTracker(models)
     extractor = MotionExtractor(canonical, SIZE)
-    hanging: Hanging | None = None
+    hanging: ReferencePhoto | None = None
     found = []
     for number, pixels in enumerate(load_frames(clip)):
         tracking = tracker.track(pixels)
         if tracking is None:
             continue
         motion = extractor.update(tracking, number / FPS)
-        shot = Shot(pixels, tracking.landmarks, extractor.neutral_points, extractor.fapu)
+        shot = CapturedFace(pixels, tracking.landmarks, extractor.neutral_points, extractor.fapu)
         if hanging is None and number >= PHOTO_AT:
-            hanging = Hanging.of(take_photograph(shot, canonical, 0), shot, 0.0)
+            hanging = ReferencePhoto.create(build_photo(shot, canonical, 0), shot, 0.0)
         elif hanging is not None and number % EVERY == 0:
             for region, feature in enumerate(FEATURES):
-                if hanging.fits(shot, motion, region):
-                    difference, points = differ(hanging, shot, motion, feature)
+                if hanging.can_patch(shot, motion, region):
+                    difference, points = patch_residual(hanging, shot, motion, feature)
                     size = difference.shape[1], difference.shape[0]
-                    key = feature.key(motion.displacements)
-                    found.append(Patch(0, region, 0, key, points, size, 0, to_planes(difference)))
+                    key = feature.quantised_descriptor(motion.displacements)
+                    found.append(Patch(0, region, 0, key, points, size, 0, forward_dct(difference)))
     return found
 
 
@@ -113,13 +113,16 @@ def count_patches(found: Sequence[Patch]) -> PatchCounts:
     counts = PatchCounts()
     for patch in found:
         for step in STEPS:
-            counts.count([plane / step_size(step) for plane in patch.planes])
+            counts.count([plane / step_size(step) for plane in patch.coefficients])
     return counts
 
 
 def cost_of_patches(model: PortraitModel, found: Sequence[Patch]) -> str:
     """Return the mean bytes of patches at CHECKED_STEP."""
     size = step_size(CHECKED_STEP)
-    told = [replace(patch, step=CHECKED_STEP, planes=[plane / size for plane in patch.planes]) for patch in found]
+    told = [
+        replace(patch, step=CHECKED_STEP, coefficients=[plane / size for plane in patch.coefficients])
+        for patch in found
+    ]
     sizes = [len(encode_patch(patch, model=model)) for patch in told]
     return f"{np.mean(sizes):6.1f} B of {len(sizes)}"

@@ -23,15 +23,15 @@ from conf.face.head_pose import HeadPose
 from conf.protocol.codec.decoder import Decoder
 from conf.protocol.codec.encoder import Encoder
 from conf.protocol.messages import MotionFrame
-from conf.receiver.stats_overlay import MeterReading, draw_meter
-from conf.render.camera import View
+from conf.receiver.stats_overlay import CallStats, draw_stats
+from conf.render.camera import ViewState
 from conf.render.face_renderer import FaceRenderer
-from conf.render.ui.imgui_overlay import Overlay
+from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.render.window.offscreen import OffscreenWindow
 
 STEPS = ("decode", "deform", "normals", "upload", "draw", "meter", "read_back")
 WARM_UP = 20
-READING = MeterReading(
+READING = CallStats(
     "receiving", 60.0, 60.0, 7.2, 230400.0, 27648.0, 3840.0, 99.97, 50, 320, 240, 900, 3, 1, 67.0, 4.1, 24.0,
     tuple(7.0 + np.sin(np.arange(60) / 5)), 30.0,
 )  # fmt: skip
@@ -58,7 +58,7 @@ def measure(size: tuple[int, int], frames: int, *, meter: bool) -> tuple[np.ndar
     face = load_face()
     times = np.zeros((frames, len(STEPS)))
     with OffscreenWindow(*size) as window:
-        renderer, overlay = FaceRenderer(window.ctx, face), Overlay(window.ctx)
+        renderer, overlay = FaceRenderer(window.ctx, face), ImGuiOverlay(window.ctx)
         vertices, decoder = face.neutral.copy(), Decoder()
         for i, data in enumerate(motion(WARM_UP + frames)):
             marks = [time.perf_counter()]
@@ -72,13 +72,13 @@ def measure(size: tuple[int, int], frames: int, *, meter: bool) -> tuple[np.ndar
             renderer.upload()
             marks.append(time.perf_counter())
             window.begin()
-            renderer.show(pose, View(), window.framebuffer)
+            renderer.draw_uploaded(pose, ViewState(), window.framebuffer)
             window.end()
             window.ctx.finish()
             marks.append(time.perf_counter())
             if meter:
                 with overlay.frame(window.framebuffer, window.size, window.pixel_ratio):
-                    draw_meter(overlay, READING)
+                    draw_stats(overlay, READING)
                 window.ctx.finish()
             marks.append(time.perf_counter())
             window.read()

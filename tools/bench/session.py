@@ -19,16 +19,16 @@ from statistics import median
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.handshake import receiver_secrets, sender_share
 from conf.protocol.session.packet import VERSION, Kind, handshake_datagram
-from conf.protocol.session.server import ReceiverSessions
+from conf.protocol.session.server import SessionServer
 
 CODE = "acorn-tulip-river-42"
 SENDER, RECEIVER = ("198.51.100.7", 40000), ("192.0.2.1", 5005)
 RUNS = 15
 
 
-def connect() -> tuple[SenderSession, ReceiverSessions, list[bytes]]:
+def connect() -> tuple[SenderSession, SessionServer, list[bytes]]:
     """Return both ends of a session, and the datagrams that made it."""
-    receiver = ReceiverSessions(CODE, os.urandom)
+    receiver = SessionServer(CODE, os.urandom)
     sender = SenderSession(CODE, RECEIVER, os.urandom, 0.0)
     seen = []
     while sender.session is None:
@@ -43,7 +43,7 @@ def connect() -> tuple[SenderSession, ReceiverSessions, list[bytes]]:
     return sender, receiver, seen
 
 
-def drain(side: SenderSession | ReceiverSessions) -> int:
+def drain(side: SenderSession | SessionServer) -> int:
     """Take all events; return how many there were."""
     count = 0
     while side.next_event() is not None:
@@ -118,7 +118,7 @@ def fifty_hellos(hello: bytes) -> Callable[[], None]:
         for port in range(50):
             receiver.receive_datagram(hello, ("203.0.113.9", port), 0.0)
 
-    receivers = [ReceiverSessions(CODE, os.urandom) for _ in range(RUNS)]
+    receivers = [SessionServer(CODE, os.urandom) for _ in range(RUNS)]
     return work
 
 

@@ -25,11 +25,11 @@ from numpy.typing import NDArray
 
 from conf.sender.capture.video import open_clip
 from conf.sender.motion.extractor import MotionExtractor
-from conf.sender.tracking.blendshape_network import BlendshapeFinder
+from conf.sender.tracking.blendshape_network import BlendshapeNetwork
 from conf.sender.tracking.canonical_face import read_canonical_face
 from conf.sender.tracking.detector import FaceDetector
 from conf.sender.tracking.inference import choose_backend
-from conf.sender.tracking.landmarks import Crop, LandmarkFinder
+from conf.sender.tracking.landmarks import Crop, LandmarkNetwork
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.tracker import FaceTracker
 
@@ -97,12 +97,12 @@ def time_stages(
 ) -> dict[str, list[float]]:
     """Return the milliseconds of sixty runs of each network with what surrounds it."""
     crop = Crop.around_landmarks(landmarks)
-    detector, finder = FaceDetector(models, backend=backend), LandmarkFinder(models, backend=backend)
-    shapes = BlendshapeFinder(models, backend=backend)
+    detector, finder = FaceDetector(models, backend=backend), LandmarkNetwork(models, backend=backend)
+    shapes = BlendshapeNetwork(models, backend=backend)
     runs: dict[str, Callable[[], object]] = {
-        "detector": lambda: detector.find(picture),
-        "landmarks": lambda: finder.find(picture, crop),
-        "blendshapes": lambda: shapes.find(landmarks),
+        "detector": lambda: detector.detect(picture),
+        "landmarks": lambda: finder.predict(picture, crop),
+        "blendshapes": lambda: shapes.predict(landmarks),
     }
     return {stage: [_milliseconds(run) for _ in range(60)] for stage, run in runs.items()}
 

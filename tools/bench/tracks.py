@@ -15,11 +15,11 @@ from conf.face.head_pose import HeadPose
 from conf.protocol.messages import MotionFrame
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.motion.mean_face import MEAN_FACE
-from conf.sender.tracking.blendshape_network import BlendshapeFinder
+from conf.sender.tracking.blendshape_network import BlendshapeNetwork
 from conf.sender.tracking.canonical_face import read_canonical_face
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.pose_removal import remove_head_pose
-from conf.sender.tracking.tracker import Tracking
+from conf.sender.tracking.tracker import TrackedFace
 
 RIGHT_EYE, LEFT_EYE = 33, 263  # the outer corners: their distance is what errors are measured against
 
@@ -81,7 +81,7 @@ class TrackReader:
         """Open the tracker's files, fetching them if need be. Raises ModelError."""
         models = fetch_models()
         self._canonical = read_canonical_face(models)
-        self._blendshapes = BlendshapeFinder(models)
+        self._blendshapes = BlendshapeNetwork(models)
 
     def read(self, path: Path, /, *, fps: float) -> Track:
         """Read the first unbroken run of frames with a face, resampled to `fps` by linear interpolation."""
@@ -102,7 +102,7 @@ class TrackReader:
             yield StillFace(points, size, aligned, motion, extractor.neutral_points)
 
     def _motion(self, extractor: MotionExtractor, points: NDArray[np.float32], timestamp: float) -> MotionFrame:
-        return extractor.update(Tracking(points, self._blendshapes.find(points), presence=1.0), timestamp)
+        return extractor.update(TrackedFace(points, self._blendshapes.predict(points), presence=1.0), timestamp)
 
 
 def _load(path: Path, fps: float) -> tuple[NDArray[np.float32], tuple[int, int]]:

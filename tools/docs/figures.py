@@ -19,21 +19,21 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.animation.action_units import label as unit_label
+from conf.face.animation.action_units import action_unit_label as unit_label
 from conf.face.animation.action_units import load_action_units, load_emotions
-from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
-from conf.face.deformation.face_model import FaceModel, load_face, make_face
-from conf.face.deformation.facial_muscles import MuscleFace
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
+from conf.face.deformation.face_model import FaceModel, build_face, load_face
+from conf.face.deformation.facial_muscles import MuscleDeformer
 from conf.face.deformation.waters_muscles import LinearMuscle
 from conf.face.head_pose import HeadPose
-from conf.render.camera import View
+from conf.render.camera import ViewState
 from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow
 
 Picture = NDArray[np.uint8]
 
 POSE = HeadPose(np.zeros(3), np.array([0.0, -0.03]), float(np.log(0.036)))
-CLOSE = View(zoom=1.7, pan=(0.0, 0.22))
+CLOSE = ViewState(zoom=1.7, pan=(0.0, 0.22))
 TILE = (400, 440)
 SUPERSAMPLING = 2
 QUALITY = {".jpg": [cv2.IMWRITE_JPEG_QUALITY, 90], ".png": [cv2.IMWRITE_PNG_COMPRESSION, 9]}
@@ -75,12 +75,14 @@ class Studio:
 
     def __init__(self, face: FaceModel) -> None:
         self.face = face
-        self.plain = make_face(face.mesh, face.control_points, rig=face.rig)  # what the sculpted shapes taught left out
-        self.muscles = MuscleFace(face)
+        self.plain = build_face(
+            face.mesh, face.control_points, rig=face.rig
+        )  # what the sculpted shapes taught left out
+        self.muscles = MuscleDeformer(face)
         self._window = OffscreenWindow(TILE[0] * SUPERSAMPLING, TILE[1] * SUPERSAMPLING)
         self._renderer = FaceRenderer(self._window.ctx, face)
 
-    def shoot(self, vertices: NDArray[np.float32], text: str, view: View) -> Picture:
+    def shoot(self, vertices: NDArray[np.float32], text: str, view: ViewState) -> Picture:
         """Return a picture of the (V, 3) vertices with a line of text."""
         self._window.begin()
         self._renderer.draw(vertices, POSE, view, self._window.framebuffer)
@@ -117,13 +119,13 @@ def comparison(studio: Studio, points: NDArray[np.float32], muscles: NDArray[np.
 def emotions(studio: Studio) -> Picture:
     """Return the six emotions, three in a row."""
     shown = load_emotions()
-    return sheet([studio.shoot(studio.face.deform(shown[name]), name, View()) for name in shown.names], columns=3)
+    return sheet([studio.shoot(studio.face.deform(shown[name]), name, ViewState()) for name in shown.names], columns=3)
 
 
 def action_units(studio: Studio) -> Picture:
     """Return the action units, four in a row, at half size."""
     tiles = [
-        studio.shoot(studio.face.deform(displacements), unit_label(unit), View())
+        studio.shoot(studio.face.deform(displacements), unit_label(unit), ViewState())
         for unit, displacements in load_action_units().items()
     ]
     picture = sheet(tiles, columns=4)
@@ -134,9 +136,9 @@ def move_points(face: FaceModel, shifts: dict[str, tuple[float, float, float]]) 
     """Return the (V, 3) vertices with control points moved by millimetres, sideways away from the middle."""
     displacements = np.zeros((CONTROL_POINT_COUNT, 3))
     for part, shift in shifts.items():
-        for name in (name for name in INDEX if part in name):
+        for name in (name for name in CONTROL_POINT_INDEX if part in name):
             outwards = {"l": 1, "r": -1}.get(name[-1], 0)
-            displacements[INDEX[name]] = np.array(shift) / 10 * [outwards, 1, 1]
+            displacements[CONTROL_POINT_INDEX[name]] = np.array(shift) / 10 * [outwards, 1, 1]
     return face.deform(displacements / face.fapu.lengths())
 
 

@@ -23,12 +23,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.commands.measure import measure, plot
-from conf.face.control_points import INDEX
+from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.face_model import load_face
 from conf.protocol.codec import LIVE
-from conf.protocol.loopback import ONE_WAY_S, RECEIVER, Rehearsal
+from conf.protocol.loopback import ONE_WAY_S, RECEIVER, LoopbackCall
 from conf.protocol.messages import MotionFrame, StreamParameters
-from conf.protocol.sender_connection import LinkOptions
+from conf.protocol.sender_connection import RateOptions
 from conf.protocol.session.flood_protection import Address
 from conf.receiver.participant_grid import Window
 from conf.receiver.pipeline import ReceivingLoop
@@ -48,8 +48,8 @@ SIZE = (900, 675)
 FPS = 30.0
 LOOPS = 5  # of the clip, so that the meter has something to show
 QUALITY = [cv2.IMWRITE_JPEG_QUALITY, 88]
-LIPS = INDEX["inner_lip_lower_mid"], INDEX["inner_lip_upper_mid"]
-LIDS = [(INDEX[f"eyelid_upper_{side}"], INDEX[f"eyelid_lower_{side}"]) for side in "lr"]
+LIPS = CONTROL_POINT_INDEX["inner_lip_lower_mid"], CONTROL_POINT_INDEX["inner_lip_upper_mid"]
+LIDS = [(CONTROL_POINT_INDEX[f"eyelid_upper_{side}"], CONTROL_POINT_INDEX[f"eyelid_lower_{side}"]) for side in "lr"]
 COLUMN = 300
 CAPTION = 34
 
@@ -57,7 +57,7 @@ CAPTION = 34
 class Recorded:
     """The loop's socket and its clock: while the loop waits, the caller says the frames that are due."""
 
-    def __init__(self, call: Rehearsal, frames: list[MotionFrame]) -> None:
+    def __init__(self, call: LoopbackCall, frames: list[MotionFrame]) -> None:
         self.now = 0.0
         self._call = call
         self._frames = list(reversed(frames))
@@ -109,7 +109,7 @@ def receiver_picture(window: Window, clip: Path) -> Pixels:
         for i in range(LOOPS)
         for frame in frames
     ]
-    call = Rehearsal(parameters, 0.0, link=LinkOptions(LIVE.name))
+    call = LoopbackCall(parameters, 0.0, link=RateOptions(LIVE.name))
     link = Recorded(call, looped)
     shown: list[tuple[float, Pixels]] = []
 
@@ -138,7 +138,7 @@ def motion(clip: Path) -> tuple[list[MotionFrame], StreamParameters]:
     extractor.restart()
     frames = [extractor.update(tracking, timestamp) for timestamp, tracking in tracked if tracking is not None]
     step = max(1, round(fps / LIVE.fps))
-    return frames[::step], StreamParameters(*size, LIVE.fps, 50, extractor.fapu_lengths())
+    return frames[::step], StreamParameters(*size, LIVE.fps, 50, extractor.fapu_distances())
 
 
 def liveliness(frame: MotionFrame) -> float:

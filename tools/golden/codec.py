@@ -26,9 +26,9 @@ def payloads() -> dict[str, tuple[int, bytes]]:
     for profile in PROFILES.values():
         encoder = Encoder(profile)
         for position in range(PAYLOADS):
-            number = position * profile.bundle
-            encoder.acknowledge(range(number - (ACK_DELAY - 1) * profile.bundle))
-            frames = talking(profile.bundle, first=number)
+            number = position * profile.frames_per_datagram
+            encoder.acknowledge(range(number - (ACK_DELAY - 1) * profile.frames_per_datagram))
+            frames = talking(profile.frames_per_datagram, first=number)
             result[f"{profile.name}_{position}"] = number, encoder.encode(frames, number)
     result["grimace"] = 1000, Encoder().encode(grimace(1), 1000)
     return result

@@ -13,7 +13,7 @@ from pathlib import Path
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.handshake import Refusal
 from conf.protocol.session.packet import Kind, handshake_datagram
-from conf.protocol.session.server import ReceiverSessions
+from conf.protocol.session.server import SessionServer
 
 CODE = "acorn-tulip-river-42"
 SENDER, RECEIVER = ("198.51.100.7", 40000), ("192.0.2.1", 5005)
@@ -36,7 +36,7 @@ def stream(label: str) -> Callable[[int], bytes]:
 
 def valid() -> dict[str, bytes]:
     """Return a whole handshake, bodies with each form of header, and the two refusals, by name."""
-    receiver = ReceiverSessions(CODE, stream("receiver"))
+    receiver = SessionServer(CODE, stream("receiver"))
     sender = SenderSession(CODE, RECEIVER, stream("sender"), 0.0)
     seen = []
     while sender.session is None:

@@ -11,32 +11,32 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from conf.protocol.codec.decoder import MAX_PAYLOAD
-from conf.protocol.codec.payload_header import BundleHeader, code_header
-from conf.protocol.codec.symbol_coder import Writer
+from conf.protocol.codec.payload_header import PayloadHeader, code_header
+from conf.protocol.codec.symbol_coder import SymbolWriter
 from conf.protocol.feedback import Report
 from conf.protocol.messages import KeepAlive, Presence, StreamParameters
-from conf.protocol.wire import MAX_BODY, Body, Feedback, Goodbye, Motion, RoundTripNotice, encode_body
+from conf.protocol.wire import MAX_BODY, Body, Bye, Feedback, MotionPayload, RoundTripMessage, encode_body
 
 FOLDER = Path(__file__).resolve().parents[2] / "tests" / "data"
 
 BODIES: dict[str, Body] = {
     "parameters": StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1), clock=12.345),
     "keep_alive": KeepAlive(3.25, Presence.NO_FACE),
-    "report": Feedback(Report(highest=300, missing=5, lost=2, jitter_ms=12, hold_ms=30), refresh=True),
-    "round_trip": RoundTripNotice(80),
-    "goodbye": Goodbye(),
-    "motion": Motion(77, b"\x01\x02\x03"),
+    "report": Feedback(Report(highest=300, missing=5, lost=2, jitter_ms=12, ack_delay_ms=30), refresh=True),
+    "round_trip": RoundTripMessage(80),
+    "goodbye": Bye(),
+    "motion": MotionPayload(77, b"\x01\x02\x03"),
 }
 HEADS = {
-    "live": BundleHeader("live", count=1, stride=1, age=2, companion=True),
-    "narrow": BundleHeader("narrow", count=3, stride=1, age=0, companion=False),
-    "rich": BundleHeader("rich", count=2, stride=2, age=7, companion=False),
+    "live": PayloadHeader("live", count=1, stride=1, age=2, second_reference=True),
+    "narrow": PayloadHeader("narrow", count=3, stride=1, age=0, second_reference=False),
+    "rich": PayloadHeader("rich", count=2, stride=2, age=7, second_reference=False),
 }
 
 
 def head(name: str) -> bytes:
     """Return a payload that ends after its head."""
-    writer = Writer(trade=0.0)
+    writer = SymbolWriter(rd_lambda=0.0)
     code_header(writer, HEADS[name])
     return writer.finish()
 

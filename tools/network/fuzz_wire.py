@@ -20,11 +20,11 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from conf.protocol.messages import MotionFrame, StreamParameters
-from conf.protocol.motion.inbound import Inbound
-from conf.protocol.receiver_endpoint import Host
-from conf.protocol.sender_connection import Caller
+from conf.protocol.motion.inbound import InboundMotion
+from conf.protocol.receiver_endpoint import ReceiverEndpoint
+from conf.protocol.sender_connection import SenderConnection
 from conf.protocol.session.client import SenderSession
-from conf.protocol.session.server import ReceiverSessions
+from conf.protocol.session.server import SessionServer
 from tests.support.synthetic_motion import talking
 from tools.bench.session import CODE, RECEIVER, SENDER, mutate
 from tools.golden.codec import FOLDER
@@ -48,8 +48,8 @@ class LiveCall:
 
     def __init__(self, seed: int) -> None:
         numbers = random.Random(seed)
-        self.host = Host(ReceiverSessions(CODE, numbers.randbytes))
-        self.caller = Caller(SenderSession(CODE, RECEIVER, numbers.randbytes, 0.0), PARAMETERS, 0.0)
+        self.host = ReceiverEndpoint(SessionServer(CODE, numbers.randbytes))
+        self.caller = SenderConnection(SenderSession(CODE, RECEIVER, numbers.randbytes, 0.0), PARAMETERS, 0.0)
         self.seen: list[bytes] = []
         self.genuine: set[bytes] = set()
         self.frames: list[MotionFrame] = talking(200)
@@ -76,7 +76,7 @@ class LiveCall:
         """Return what no datagram without a valid seal may change."""
         inbounds = [
             (number, inbound.traffic.total, inbound.frames.count, inbound.rejected, inbound.presence)
-            for number, inbound in self.host.inbounds.items()
+            for number, inbound in self.host.streams.items()
         ]
         peers = [
             (number, peer.address, peer.heard, peer.opener.window.highest, peer.sealer.counter)
@@ -105,7 +105,7 @@ def fuzz(count: int, seed: int) -> dict[str, Any]:
     """Bombard a call and return the figures. Exits with a sentence at the first fault."""
     numbers, call = random.Random(seed), LiveCall(seed)
     call.play(60)
-    bare, thrown, bare_motion = Inbound(), 0, 0
+    bare, thrown, bare_motion = InboundMotion(), 0, 0
     before, memory = call.state(), 0
     start = time.perf_counter()
     for data in datagrams(call, count, numbers):
@@ -121,7 +121,7 @@ def fuzz(count: int, seed: int) -> dict[str, Any]:
         if thrown % 1000 == 0:
             if call.state() != before:
                 sys.exit(f"the call has changed in the thousand before datagram {thrown}")
-            bare.play(call.now)
+            bare.frame_at(call.now)
             call.play(3)
             before = call.state()
     growth = memory_kb() - memory if thrown > WARM else 0

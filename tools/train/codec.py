@@ -44,13 +44,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_COUNT, INDEX, indices
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, control_point_indices
 from conf.protocol.codec.encoder import code_motion
-from conf.protocol.codec.model import Model, build_models
+from conf.protocol.codec.model import CodecModel, build_models
 from conf.protocol.codec.profiles import PROFILES, Profile
-from conf.protocol.codec.quantised_frame import LOG_SCALE, MIDDLE, POSE_VALUES, ROTATION, QuantisedFrame
-from conf.protocol.codec.symbol_coder import Tables, Writer
-from conf.protocol.codec.syntax import FEATURES, LOG_ONE, Context
+from conf.protocol.codec.quantised_frame import FACE_CENTRE, LOG_SCALE, POSE_VALUES, ROTATION, QuantisedFrame
+from conf.protocol.codec.symbol_coder import SymbolWriter, Tables
+from conf.protocol.codec.syntax import FEATURE_COUNT, LOG_ONE, Context
 from conf.sender.motion.mean_face import MEAN_FACE
 from tools.bench.codec_link import HELD_OUT, Link, measure, total
 from tools.bench.tracks import Track, TrackReader
@@ -98,12 +98,12 @@ def train(tracks: Tracks, /) -> Arrays:
 def learn_space(tracks: Sequence[Track], /) -> Arrays:
     """Return the arrays that the transform is made of."""
     lengths = np.mean([track.lengths for track in tracks], axis=0)
-    eyes = MEAN_FACE[[INDEX["eye_outer_corner_l"], INDEX["eye_outer_corner_r"]]]
+    eyes = MEAN_FACE[[CONTROL_POINT_INDEX["eye_outer_corner_l"], CONTROL_POINT_INDEX["eye_outer_corner_r"]]]
     eye_distance = float(np.linalg.norm(eyes[0] - eyes[1]))
     worth = np.ones((CONTROL_POINT_COUNT, 3))
-    worth[indices(*FINE)] = LIP_WORTH
+    worth[control_point_indices(*FINE)] = LIP_WORTH
     for name, upright in UPRIGHT_WORTH.items():
-        worth[indices(name), 1] = upright
+        worth[control_point_indices(name), 1] = upright
     worth /= np.sqrt(np.mean(worth**2))
     weight = lengths / eye_distance * worth * [1, 1, DEPTH] / np.sqrt(CONTROL_POINT_COUNT)
     motion = np.concatenate([[frame.displacements for frame in track.frames] for track in tracks])
@@ -153,7 +153,7 @@ def _pose_steps(eye_distance: float) -> tuple[NDArray[np.float64], NDArray[np.fl
 def flat_start(profile: Profile, arrays: Arrays, /) -> Arrays:
     """Return the statistics of a profile before anything is known: all contexts alike."""
     count = POSE_VALUES + COMPONENTS
-    weights = np.zeros((1 + 2 * len(AGES), count, FEATURES), dtype=np.int16)
+    weights = np.zeros((1 + 2 * len(AGES), count, FEATURE_COUNT), dtype=np.int16)
     weights[:, :, 0] = 12 * LOG_ONE
     weights[0, :POSE_VALUES, 0] = 40 * LOG_ONE
     nothing = np.zeros(0, dtype=np.int64)
@@ -167,7 +167,7 @@ def flat_start(profile: Profile, arrays: Arrays, /) -> Arrays:
 
 
 @dataclass(frozen=True)
-class RecordingModel(Model):
+class RecordingModel(CodecModel):
     """A model that notes the features it is asked about."""
 
     asked: list[tuple[int, ...]] = field(default_factory=list)
@@ -178,11 +178,11 @@ class RecordingModel(Model):
         return super().scale(row, index, features)
 
 
-class RecordingWriter(Writer):
+class RecordingWriter(SymbolWriter):
     """A writer that notes the numbers it writes."""
 
     def __init__(self, *, trade: float) -> None:
-        super().__init__(trade=trade)
+        super().__init__(rd_lambda=trade)
         self.numbers: list[int] = []
 
     def number(self, tables: Tables, scale: int, wanted: float) -> int:
@@ -207,7 +207,7 @@ class Observations:
     medians: NDArray[np.float64]
 
 
-def learn_statistics(model: Model, tracks: Sequence[Track], /) -> Arrays:
+def learn_statistics(model: CodecModel, tracks: Sequence[Track], /) -> Arrays:
     """Return the arrays of one profile, from coding the tracks with the model so far."""
     weights = np.array(model.weights, dtype=np.int16)
     scales, differences = [], []
@@ -231,7 +231,7 @@ def learn_statistics(model: Model, tracks: Sequence[Track], /) -> Arrays:
     }
 
 
-def observe(model: Model, tracks: Sequence[Track], age: int, *, companion: bool) -> Observations:
+def observe(model: CodecModel, tracks: Sequence[Track], age: int, *, companion: bool) -> Observations:
     """Code each track with references `age` ticks old, with or without the frames before them."""
     recorder = RecordingModel(**{f.name: getattr(model, f.name) for f in fields(model)})
     features, differences, ways, misses, medians = [], [], [], [], []
@@ -239,13 +239,13 @@ def observe(model: Model, tracks: Sequence[Track], age: int, *, companion: bool)
         coded: list[QuantisedFrame] = []
         for number, frame in enumerate(track.frames):
             recorder.asked.clear()
-            writer = RecordingWriter(trade=model.profile.trade)
+            writer = RecordingWriter(trade=model.profile.rd_lambda)
             context = _context(model, coded, age, companion=companion)
             coded.append(code_motion(writer, recorder, context, frame)[0])
             if number >= age + companion:  # earlier frames have no such reference
                 features.append(list(recorder.asked))
                 differences.append(writer.numbers)
-        positions = np.array([model.transform.positions(frame) for frame in coded])
+        positions = np.array([model.transform.dequantise(frame) for frame in coded])
         ways.append(positions[:-1] - positions[1:])
         misses.append(_misses(model, track, coded, positions)[1:])
         medians.append(np.median(positions, axis=0))
@@ -255,15 +255,15 @@ def observe(model: Model, tracks: Sequence[Track], age: int, *, companion: bool)
 
 
 def _misses(
-    model: Model, track: Track, coded: list[QuantisedFrame], positions: NDArray[np.float64]
+    model: CodecModel, track: Track, coded: list[QuantisedFrame], positions: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     transform = model.transform
     wanted = [
-        transform.analyse(frame.displacements, frame.pose, log_scale=done.values[LOG_SCALE])
+        transform.forward(frame.displacements, frame.pose, log_scale=done.values[LOG_SCALE])
         for frame, done in zip(track.frames, coded, strict=True)
     ]
     misses = np.array(wanted) - positions
-    misses[:, POSE_VALUES:] += transform.absorb(misses[:, :POSE_VALUES])
+    misses[:, POSE_VALUES:] += transform.compensate_pose_error(misses[:, :POSE_VALUES])
     return np.asarray(misses)
 
 
@@ -272,13 +272,13 @@ def fit_lean(ways: NDArray[np.float64], misses: NDArray[np.float64], /) -> NDArr
     near = np.where(np.abs(ways) <= 1, ways, 0.0)
     lean = np.sum(near * misses, axis=0) / (np.sum(near**2, axis=0) + LEAN_DOUBT)
     lean[LOG_SCALE] = 0  # the middle is measured in it
-    lean[MIDDLE] = 0  # is never still
+    lean[FACE_CENTRE] = 0  # is never still
     return np.asarray(np.clip(lean, 0, 0.5), dtype=np.float32)
 
 
-def _context(model: Model, coded: list[QuantisedFrame], age: int, *, companion: bool) -> Context:
+def _context(model: CodecModel, coded: list[QuantisedFrame], age: int, *, companion: bool) -> Context:
     if not 0 < age <= len(coded):
-        return Context(model.rows[0], replace(model.standing, staggered=len(coded) % 2 == 1))
+        return Context(model.rows[0], replace(model.default_reference, staggered=len(coded) % 2 == 1))
     if companion and age < len(coded):
         return Context(model.companion_rows[age], coded[-age], coded[-age - 1])
     return Context(model.rows[age], coded[-age])
@@ -322,8 +322,8 @@ def report(title: str, parts: Sequence[tuple[Arrays, Tracks]], /) -> None:
             for track in tracks[PROFILES[profile].fps]
         ]
         result = total(results)
-        fine = result.errors[:, indices(*FINE)].mean()
-        coarse = np.delete(result.errors, indices(*FINE), axis=1).mean()
+        fine = result.errors[:, control_point_indices(*FINE)].mean()
+        coarse = np.delete(result.errors, control_point_indices(*FINE), axis=1).mean()
         print(
             f"{name:34}{result.payload_bytes_per_frame:8.2f}{result.kbps:8.2f}{result.error_mean_percent:8.3f}"
             f"{result.error_p95_percent:8.3f}{fine:8.3f}{coarse:9.3f}",

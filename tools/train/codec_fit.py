@@ -13,7 +13,7 @@ from scipy.special import expit
 
 from conf.protocol.codec.model import WEIGHT_ONE
 from conf.protocol.codec.range_coder import TOTAL
-from conf.protocol.codec.symbol_coder import ESCAPE, REACH, SCALES_AN_OCTAVE
+from conf.protocol.codec.symbol_coder import ESCAPE, MAX_TABLE_MAGNITUDE, SCALES_AN_OCTAVE
 from conf.protocol.codec.syntax import LOG_ONE
 
 MIXTURE = ((0.65, 0.7), (0.35, 1.7))  # share of each logistic and its scale, relative
@@ -62,14 +62,16 @@ def fit_tables(scales: NDArray[np.int64], differences: NDArray[np.int64], /) -> 
 
     scales, differences : (M,) what was observed at which scale index
     """
-    numbers = np.arange(-REACH, REACH + 1)
+    numbers = np.arange(-MAX_TABLE_MAGNITUDE, MAX_TABLE_MAGNITUDE + 1)
     tables = np.empty((SCALES, ESCAPE + 1), dtype=np.uint16)
     for scale in range(SCALES):
         log_scale = np.full(len(numbers), (scale - UNIT_SCALE) * np.log(2) / SCALES_AN_OCTAVE)
         shape = np.append(_chance(numbers, log_scale)[0], 0.0)
         shape[ESCAPE] = max(1.0 - float(shape.sum()), 1e-5)
         seen = differences[scales == scale]
-        counts = np.bincount(np.where(np.abs(seen) <= REACH, seen + REACH, ESCAPE), minlength=ESCAPE + 1).astype(float)
+        counts = np.bincount(
+            np.where(np.abs(seen) <= MAX_TABLE_MAGNITUDE, seen + MAX_TABLE_MAGNITUDE, ESCAPE), minlength=ESCAPE + 1
+        ).astype(float)
         counts[:ESCAPE] = (counts[:ESCAPE] + counts[:ESCAPE][::-1]) / 2  # neither side is the likelier
         tables[scale] = _whole(shape * PRIOR_COUNT + counts)
     return tables

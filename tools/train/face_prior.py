@@ -17,11 +17,19 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import numpy as np
 
 from conf.face.deformation.face_model import DEFAULT_HEAD
-from conf.face.fitting.face_prior import PRIOR_FILE, RELIEF_PLACES, SEEN_LANDMARKS, FacePrior, KnownHead, learn_prior
+from conf.face.fitting.face_prior import (
+    ARRAYS,
+    OBSERVED_LANDMARKS,
+    PRIOR_FILE,
+    RELIEF_PLACES,
+    FacePrior,
+    TrainingHead,
+    train_prior,
+)
 from conf.face.formats.ppc import read_ppc
 from conf.face.mesh.mesh import load_mesh
 from conf.face.mesh.raycast import nearest_normals
-from conf.mesh_fitting.face_search import observe
+from conf.mesh_fitting.face_search import find_face
 from tools.assets.head.source import Source, fetch_wheel
 from tools.bench.fit_heads import Recipe, random_recipe, write_head
 
@@ -39,30 +47,30 @@ def main() -> None:
     source = Source(fetch_wheel(options.wheels))
     rng = np.random.default_rng(SEED)
     recipes = [random_recipe(f"{i:02}", source, rng) for i in range(HEADS)]
-    prior = learn_prior([look(recipe, source) for recipe in recipes], ridge=RIDGE)
-    arrays = {name: getattr(prior, name).astype(np.float16) for name in FacePrior.__dataclass_fields__}
+    prior = train_prior([look(recipe, source) for recipe in recipes], ridge=RIDGE)
+    arrays = {key: getattr(prior, field).astype(np.float16) for key, field in ARRAYS.items()}
     np.savez_compressed(PRIOR_FILE, **arrays)
     print(f"{PRIOR_FILE}: {PRIOR_FILE.stat().st_size:,} B")
 
 
-def look(recipe: Recipe, source: Source) -> KnownHead:
+def look(recipe: Recipe, source: Source) -> TrainingHead:
     """Return what the tracker sees of one head and what is true."""
     with tempfile.TemporaryDirectory() as folder:
         head = write_head(recipe, source, Path(folder))
         mesh = load_mesh(head.path)
-    sitting = observe(mesh, starting_prior(), axes=[head.axes])
+    sitting = find_face(mesh, starting_prior(), axes=[head.axes])
     if sitting is None:
         raise ValueError(f"{recipe.name}: no face is seen")
     truth = sitting.frame.apply(head.truth)
     normals = nearest_normals(truth, sitting.mesh.vertices, sitting.mesh.triangles)
     print(recipe.name, flush=True)
-    return KnownHead(sitting.observed, truth, normals, sitting.mesh.vertices, sitting.mesh.triangles)
+    return TrainingHead(sitting.observed, truth, normals, sitting.mesh.vertices, sitting.mesh.triangles)
 
 
 def starting_prior() -> FacePrior:
     """Return what is known before anything is measured: the default head."""
     points = read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
-    seen = np.concatenate([points, np.tile(points.mean(axis=0), (len(SEEN_LANDMARKS) - len(points), 1))])
+    seen = np.concatenate([points, np.tile(points.mean(axis=0), (len(OBSERVED_LANDMARKS) - len(points), 1))])
     depths = np.zeros(len(RELIEF_PLACES))
     return FacePrior(seen, points, depths, np.zeros((seen.size + len(depths), points.size)), np.zeros_like(points))
 

@@ -61,14 +61,17 @@ def read_poses(path: Path, reader: TrackReader) -> Poses:
     """Return the poses of some frames of a track, spread over its length."""
     faces = list(reader.still_faces(path, fps=FPS))
     chosen = [faces[i] for i in np.linspace(0, len(faces) - 1, SAMPLES).astype(int)]
-    points = np.array([face.aligned[contours.ALL] for face in chosen])
+    points = np.array([face.aligned[contours.PORTRAIT_LANDMARKS] for face in chosen])
     neutral = np.array([face.neutral for face in chosen])
     points, neutral = (np.rint(part / POINT_STEP).astype(np.int64) for part in (points, neutral))
     return Poses(
         points,
         neutral,
         [np.array([_patch_points(face, region) for face in chosen]) for region in range(len(FEATURES))],
-        [np.array([f.key(face.motion.displacements) for face in chosen]).astype(np.int64) for f in FEATURES],
+        [
+            np.array([f.quantised_descriptor(face.motion.displacements) for face in chosen]).astype(np.int64)
+            for f in FEATURES
+        ],
     )
 
 

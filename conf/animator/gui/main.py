@@ -6,7 +6,7 @@ from dataclasses import replace
 from imgui_bundle import imgui
 
 from conf.animator.commands import Request
-from conf.animator.controller import Director
+from conf.animator.controller import Controller
 from conf.animator.gui.layout import REFERENCE, Layout
 from conf.animator.gui.panels.deformer import draw_deformer
 from conf.animator.gui.panels.export import draw_export
@@ -16,39 +16,41 @@ from conf.animator.gui.panels.muscles import draw_muscles
 from conf.animator.gui.panels.reference_face import ReferenceFace
 from conf.animator.gui.panels.timeline import draw_timeline
 from conf.animator.gui.panels.view import draw_view
-from conf.animator.gui.point_overlay import draw_marks
+from conf.animator.gui.point_overlay import draw_control_points
 from conf.animator.gui.theme import column
 from conf.animator.motion_player import REST_POSE
-from conf.animator.state.editor import Desk, Facts
-from conf.animator.viewport_controller import KEYS, Touch
+from conf.animator.state.editor import EditorState, StatusInfo
+from conf.animator.viewport_controller import KEYS, ViewportController
 from conf.face.deformation.face_model import load_face
 from conf.render.camera import clip_matrix
-from conf.render.ui.imgui_overlay import ACCENT, QUIET, Overlay, lines_height, panel
+from conf.render.ui.imgui_overlay import ACCENT, MUTED, ImGuiOverlay, lines_height, panel
 
-Panel = Callable[[Desk, Facts], tuple[Desk, list[Request]]]
+Panel = Callable[[EditorState, StatusInfo], tuple[EditorState, list[Request]]]
 
 LEFT: tuple[tuple[str, Panel], ...] = (("Face", draw_face), ("Deform", draw_deformer), ("Muscles", draw_muscles))
 RIGHT: tuple[tuple[str, Panel], ...] = (("Emotions", draw_emotions), ("View", draw_view), ("Export", draw_export))
 NOTICE_S = 6.0
-GAP = 12.0  # pixels at scale 1 from the face's edges to what is written over it
-OPAQUE = 0.90
+MARGIN_PX = 12.0  # pixels at scale 1 from the face's edges to what is written over it
+PANEL_ALPHA = 0.90
 
 
-class Interface:
+class AnimatorGui:
     """Draws the panels and asks the director for what they want."""
 
-    def __init__(self, overlay: Overlay) -> None:
+    def __init__(self, overlay: ImGuiOverlay) -> None:
         self._overlay = overlay
         self._reference: ReferenceFace | None = None
         self._notice, self._notice_until = "", 0.0
 
-    def draw(self, director: Director, touch: Touch, layout: Layout, facts: Facts) -> list[Request]:
+    def draw(self, director: Controller, touch: ViewportController, layout: Layout, facts: StatusInfo) -> list[Request]:
         """Draw one frame; the desk is changed. Returns what is asked for. To be called inside `overlay.frame`."""
         desk = director.desk
         requests: list[Request] = []
         if desk.placing is not None:
             clip = clip_matrix(REST_POSE, desk.look.view, aspect=layout.face.width / layout.face.height)
-            touch.marks = draw_marks(self._overlay, layout.face, desk.placing, director.actor.picture, clip)
+            touch.point_positions_px = draw_control_points(
+                self._overlay, layout.face, desk.placing, director.actor.picture, clip
+            )
             with column("left", layout.left, imgui.WindowFlags_.no_scrollbar):
                 desk, requests = draw_face(desk, facts)
                 desk = self._draw_reference(desk, layout)
@@ -68,7 +70,7 @@ class Interface:
             self._draw_help(layout)
         return requests
 
-    def prepare(self, director: Director) -> None:
+    def prepare(self, director: Controller) -> None:
         """Take the reference face's picture if it is about to be shown. To be called outside of `overlay.frame`."""
         if director.desk.placing is not None and self._reference is None:
             self._reference = ReferenceFace(director.ctx, load_face(), REFERENCE)
@@ -78,40 +80,40 @@ class Interface:
         if self._reference is not None:
             self._reference.release()
 
-    def _draw_reference(self, desk: Desk, layout: Layout) -> Desk:
+    def _draw_reference(self, desk: EditorState, layout: Layout) -> EditorState:
         if self._reference is None or desk.placing is None:
             return desk
         picked = self._reference.draw(self._overlay, layout.reference, desk.placing)
         return desk if picked is None else replace(desk, placing=desk.placing.select(picked))
 
-    def _draw_notice(self, director: Director, layout: Layout, now: float) -> None:
+    def _draw_notice(self, director: Controller, layout: Layout, now: float) -> None:
         if director.notice:
             self._notice, director.notice, self._notice_until = director.notice, "", now + NOTICE_S
         if now >= self._notice_until:
             return
-        face, gap = layout.face, GAP * self._overlay.scale
+        face, gap = layout.face, MARGIN_PX * self._overlay.scale
         widest = face.width - 4 * gap
         size = imgui.calc_text_size(self._notice, wrap_width=widest)
-        imgui.set_next_window_bg_alpha(OPAQUE)
+        imgui.set_next_window_bg_alpha(PANEL_ALPHA)
         place = (face.x + face.width / 2, face.y + face.height - gap)
         with panel("notice", place, (0.5, 1.0), (min(size.x + 2, widest), size.y)):
             imgui.push_text_wrap_pos(0.0)
             imgui.text_unformatted(self._notice)
             imgui.pop_text_wrap_pos()
 
-    def _draw_rate(self, layout: Layout, facts: Facts) -> None:
+    def _draw_rate(self, layout: Layout, facts: StatusInfo) -> None:
         ink, face = imgui.get_background_draw_list(), layout.face
         text = f"{facts.fps:.0f} pictures a second     H help"
-        gap = GAP * self._overlay.scale
+        gap = MARGIN_PX * self._overlay.scale
         width = imgui.calc_text_size(text).x
         place = imgui.ImVec2(face.x + face.width - width - gap, face.y + gap * 0.6)
-        ink.add_text(place, imgui.get_color_u32(imgui.ImVec4(*QUIET[:3], 0.7)), text)
+        ink.add_text(place, imgui.get_color_u32(imgui.ImVec4(*MUTED[:3], 0.7)), text)
 
     def _draw_help(self, layout: Layout) -> None:
         face = layout.face
         wide = max(imgui.calc_text_size(key).x for key in KEYS) + 16 * self._overlay.scale
         width = wide + max(imgui.calc_text_size(text).x for text in KEYS.values())
-        imgui.set_next_window_bg_alpha(OPAQUE)
+        imgui.set_next_window_bg_alpha(PANEL_ALPHA)
         centre = (face.x + face.width / 2, face.y + face.height / 2)
         with panel("help", centre, (0.5, 0.5), (width, lines_height(len(KEYS)))):
             left = imgui.get_style().window_padding.x
@@ -121,7 +123,9 @@ class Interface:
                 imgui.text(text)
 
 
-def _draw_tabs(name: str, tabs: tuple[tuple[str, Panel], ...], desk: Desk, facts: Facts) -> tuple[Desk, list[Request]]:
+def _draw_tabs(
+    name: str, tabs: tuple[tuple[str, Panel], ...], desk: EditorState, facts: StatusInfo
+) -> tuple[EditorState, list[Request]]:
     requests: list[Request] = []
     if imgui.begin_tab_bar(name):
         for title, draw in tabs:

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from imgui_bundle import imgui
 
 from conf.animator.picking import Rect
-from conf.render.ui.imgui_overlay import ACCENT, QUIET, TEXT
+from conf.render.ui.imgui_overlay import ACCENT, MUTED, TEXT
 
 BACKDROP = (0.052, 0.060, 0.076, 1.0)
 RAISED = (0.118, 0.138, 0.170, 1.0)
@@ -19,7 +19,7 @@ COLOURS = {
     imgui.Col_.window_bg: (0.0, 0.0, 0.0, 0.0),  # the window is cleared to the backdrop: not painted twice
     imgui.Col_.popup_bg: (0.075, 0.088, 0.110, 0.98),
     imgui.Col_.text: TEXT,
-    imgui.Col_.text_disabled: QUIET,
+    imgui.Col_.text_disabled: MUTED,
     imgui.Col_.frame_bg: RAISED,
     imgui.Col_.frame_bg_hovered: HOVERED,
     imgui.Col_.frame_bg_active: HOVERED,

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from imgui_bundle import imgui
 
 from conf.animator.gui.theme import AMBER, CHOSEN, CHOSEN_HOVERED
-from conf.render.ui.imgui_overlay import QUIET
+from conf.render.ui.imgui_overlay import MUTED
 
 LABEL_SHARE = 0.40  # of a row
 LONG_LABEL_SHARE = 0.58
@@ -20,30 +20,30 @@ def label(text: str, share: float = LABEL_SHARE) -> None:
     imgui.set_next_item_width(-1)
 
 
-def slider(text: str, value: float, limits: tuple[float, float], *, form: str = "%.2f") -> float:
+def slider(text: str, value: float, limits: tuple[float, float], *, number_format: str = "%.2f") -> float:
     """Show a slider. Returns the value, within the limits if it was changed."""
     label(text)
-    return _slide(text, value, limits, form, imgui.SliderFlags_.always_clamp)
+    return _slide(text, value, limits, number_format, imgui.SliderFlags_.always_clamp)
 
 
-def curved_slider(text: str, value: float, limits: tuple[float, float], *, form: str = "%.2f") -> float:
+def log_slider(text: str, value: float, limits: tuple[float, float], *, number_format: str = "%.2f") -> float:
     """Show a slider whose steps grow with the value."""
     label(text)
-    return _slide(text, value, limits, form, imgui.SliderFlags_.always_clamp | imgui.SliderFlags_.logarithmic)
+    return _slide(text, value, limits, number_format, imgui.SliderFlags_.always_clamp | imgui.SliderFlags_.logarithmic)
 
 
-def strength(text: str, value: float, *, most: float = 1.0) -> float:
+def amount_slider(text: str, value: float, *, maximum: float = 1.0) -> float:
     """Show a slider from 0 with room for a long label."""
     label(text, LONG_LABEL_SHARE)
-    return _slide(text, value, (0.0, most), "%.2f", imgui.SliderFlags_.always_clamp)
+    return _slide(text, value, (0.0, maximum), "%.2f", imgui.SliderFlags_.always_clamp)
 
 
-def _slide(text: str, value: float, limits: tuple[float, float], form: str, flags: int) -> float:
-    changed, moved = imgui.slider_float(f"##{text}", value, *limits, form, flags)
+def _slide(text: str, value: float, limits: tuple[float, float], number_format: str, flags: int) -> float:
+    changed, moved = imgui.slider_float(f"##{text}", value, *limits, number_format, flags)
     return moved if changed else value
 
 
-def choice(text: str, value: str, names: Sequence[str]) -> str:
+def combo_box(text: str, value: str, names: Sequence[str]) -> str:
     """Show a list to choose from. Returns the chosen name."""
     label(text)
     known = list(names)
@@ -71,7 +71,7 @@ def path_field(hint: str, value: str, button: str) -> tuple[str, bool]:
     return value, bool((entered or pressed) and value.strip())
 
 
-def check(text: str, value: bool) -> bool:
+def checkbox(text: str, value: bool) -> bool:
     """Show a box to tick. Returns whether it is ticked."""
     return imgui.checkbox(text, value)[1]
 
@@ -82,9 +82,9 @@ def heading(text: str) -> None:
     imgui.separator_text(text)
 
 
-def quiet(text: str) -> None:
+def hint(text: str) -> None:
     """Write a remark, in as many lines as it takes."""
-    _wrapped(text, QUIET)
+    _wrapped(text, MUTED)
 
 
 def warning(text: str) -> None:
@@ -100,14 +100,14 @@ def buttons(names: Sequence[str], columns: int, chosen: str | None = None) -> st
     for i, name in enumerate(names):
         if i % columns:
             imgui.same_line()
-        with lit(name == chosen):
+        with highlighted(name == chosen):
             if imgui.button(name, imgui.ImVec2(width, 0)):
                 pressed = name
     return pressed
 
 
 @contextmanager
-def lit(on: bool) -> Iterator[None]:
+def highlighted(on: bool) -> Iterator[None]:
     """Draw buttons inside as chosen ones, if they are."""
     if on:
         imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(*CHOSEN))

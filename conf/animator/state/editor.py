@@ -3,21 +3,21 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from conf.animator.face_document import Subject
-from conf.animator.motion_player import Player
-from conf.animator.state.expression import Expressing
-from conf.animator.state.muscles import Muscling
-from conf.animator.state.point_placement import Placing
-from conf.animator.state.view_settings import Look
-from conf.face.deformation.face_model import Deformer
-from conf.face.formats.epc import Expressions
+from conf.animator.face_document import FaceDocument
+from conf.animator.motion_player import MotionPlayer
+from conf.animator.state.expression import ExpressionState
+from conf.animator.state.muscles import MuscleState
+from conf.animator.state.point_placement import PointPlacement
+from conf.animator.state.view_settings import ViewSettings
+from conf.face.deformation.face_model import DeformerOptions
+from conf.face.formats.epc import ExpressionSet
 
-SHOWN = "what is shown"
+CURRENT_VIEW = "what is shown"
 RECORDING = "the recording"
 
 
 @dataclass(frozen=True)
-class Fields:
+class TextFields:
     """What stands in the text fields."""
 
     face: str = ""
@@ -25,26 +25,26 @@ class Fields:
     recording: str = ""
     expressions: str = ""
     output: str = "face.jpg"
-    source: str = SHOWN
+    source: str = CURRENT_VIEW
     size: str = "1280x720"
     fps: str = "30"
 
 
 @dataclass(frozen=True)
-class Desk:
+class EditorState:
     """The state of every panel. Every change gives a new one."""
 
-    look: Look = field(default_factory=Look)
-    deformer: Deformer = field(default_factory=Deformer)
-    expressing: Expressing = field(default_factory=Expressing)
-    muscling: Muscling = field(default_factory=Muscling)
-    placing: Placing | None = None
-    fields: Fields = field(default_factory=Fields)
+    look: ViewSettings = field(default_factory=ViewSettings)
+    deformer: DeformerOptions = field(default_factory=DeformerOptions)
+    expressing: ExpressionState = field(default_factory=ExpressionState)
+    muscling: MuscleState = field(default_factory=MuscleState)
+    placing: PointPlacement | None = None
+    fields: TextFields = field(default_factory=TextFields)
     help: bool = False
 
 
 @dataclass(frozen=True)
-class Facts:
+class StatusInfo:
     """What the panels show and cannot change.
 
     now : seconds, on the clock of the loop
@@ -56,14 +56,14 @@ class Facts:
     """
 
     now: float
-    subject: Subject
-    player: Player | None
-    emotions: Expressions
+    subject: FaceDocument
+    player: MotionPlayer | None
+    emotions: ExpressionSet
     smoothing: float = 0.0
     build_ms: float = 0.0
     busy: bool = False
-    taking: bool = False
-    fits: bool = False
+    recording: bool = False
+    can_fit: bool = False
     fitting: str | None = None
     progress: float | None = None
     fps: float = 0.0

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from conf.errors import ConfError
 from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.face.formats.epc import Expressions, read_epc
-from conf.face.symmetry import SIDES
+from conf.face.formats.epc import ExpressionSet, read_epc
+from conf.face.symmetry import SIDE_WEIGHTS
 
-NAMES = {
+ACTION_UNIT_NAMES = {
     1: "inner brow raiser",
     2: "outer brow raiser",
     4: "brow lowerer",
@@ -39,12 +39,12 @@ NAMES = {
     45: "blink",
 }
 
-Strength = float | tuple[float, float]  # of both sides, or of the subject's left and right; 0 none, 1 full
+Intensity = float | tuple[float, float]  # of both sides, or of the subject's left and right; 0 none, 1 full
 
 # Which action units make an emotion, by table 3.3 of the thesis, and how strongly, by eye: each must be known for what
 # it is on the shipped head. Where units pull against each other one of them leads. Doubt is in one brow and one corner
 # of the mouth: section 3.3 of the thesis warns of faces that do the same on both sides.
-EMOTIONS: dict[str, dict[int, Strength]] = {
+EMOTIONS: dict[str, dict[int, Intensity]] = {
     "joy": {1: 0.2, 6: 0.7, 12: 1.0, 14: 0.3},
     "surprise": {1: 1.0, 2: 1.0, 5: 1.0, 15: 0.1, 16: 0.2, 20: 0.1, 26: 0.9},
     "doubt": {2: (1.2, 0.0), 6: (0.1, 0.3), 7: (0.3, 0.7), 14: (0.2, 1.2)},
@@ -63,27 +63,27 @@ def load_action_units() -> dict[int, NDArray[np.float32]]:
     Raises FileFormatError if the asset is missing or damaged.
     """
     expressions = read_epc(ASSETS / "action_units.epc")
-    return {unit: expressions[label(unit)] for unit in NAMES}
+    return {unit: expressions[action_unit_label(unit)] for unit in ACTION_UNIT_NAMES}
 
 
 @cache
-def load_emotions() -> Expressions:
+def load_emotions() -> ExpressionSet:
     """Return the six emotions that come with the program, in the order of EMOTIONS.
 
     Raises FileFormatError if an asset is missing or damaged.
     """
     poses = [read_epc(ASSETS / "emotions" / f"{name}.epc")[name] for name in EMOTIONS]
-    return Expressions(tuple(EMOTIONS), np.stack(poses))
+    return ExpressionSet(tuple(EMOTIONS), np.stack(poses))
 
 
-def load_expression(name: str, /) -> Expressions:
+def load_expression(name: str, /) -> ExpressionSet:
     """Return one of the six emotions by name, or what an EPC file holds.
 
     Raises ConfError that names the six if it is neither, FileFormatError if the file is not EPC.
     """
     emotions = load_emotions()
     if name in emotions.names:
-        return Expressions((name,), emotions[name][None])
+        return ExpressionSet((name,), emotions[name][None])
     if not name.lower().endswith(".epc"):
         raise ConfError(
             f"there is no emotion {name!r}: choose one of {', '.join(emotions.names)}, or give an .epc file"
@@ -91,8 +91,8 @@ def load_expression(name: str, /) -> Expressions:
     return read_epc(name)
 
 
-def compose(
-    strengths: Mapping[int, Strength], /, *, units: Mapping[int, NDArray[np.float32]] | None = None
+def combine_action_units(
+    strengths: Mapping[int, Intensity], /, *, units: Mapping[int, NDArray[np.float32]] | None = None
 ) -> NDArray[np.float32]:
     """Return the (n, 3) displacements, FAPU units, of action units together.
 
@@ -107,10 +107,10 @@ def compose(
     total = np.zeros((CONTROL_POINT_COUNT, 3), np.float32)
     for unit, strength in strengths.items():
         left, right = strength if isinstance(strength, tuple) else (strength, strength)
-        total += (left * SIDES["l"] + right * SIDES["r"])[:, None] * units[unit]
+        total += (left * SIDE_WEIGHTS["l"] + right * SIDE_WEIGHTS["r"])[:, None] * units[unit]
     return total
 
 
-def label(unit: int, /) -> str:
+def action_unit_label(unit: int, /) -> str:
     """Return the name of an action unit in a file: `AU 12 lip corner puller`."""
-    return f"AU {unit} {NAMES[unit]}"
+    return f"AU {unit} {ACTION_UNIT_NAMES[unit]}"

@@ -7,11 +7,14 @@ The tracker sees pupils, not angles; a turn of the eye moves its pupil by radius
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_COUNT, INDEX, PUPILS
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, PUPILS
 from conf.face.fapu import UNITS_PER_DISTANCE
 
 EYE_RADIUS = 12 / 64 * UNITS_PER_DISTANCE  # FAPU units (ES0)
-LID_FOLLOWS = {"eyelid_upper": 1000.0, "eyelid_lower": 450.0}  # units (IRISD0) a radian: lids go where the eye looks
+LID_GAZE_COUPLING = {
+    "eyelid_upper": 1000.0,
+    "eyelid_lower": 450.0,
+}  # units (IRISD0) a radian: lids go where the eye looks
 
 
 def gaze_displacements(yaw: float, pitch: float, /) -> NDArray[np.float32]:
@@ -22,8 +25,8 @@ def gaze_displacements(yaw: float, pitch: float, /) -> NDArray[np.float32]:
     """
     displacements = np.zeros((CONTROL_POINT_COUNT, 3), np.float32)
     displacements[PUPILS, :2] = EYE_RADIUS * np.sin([yaw, pitch])
-    for lid, follows in LID_FOLLOWS.items():
-        displacements[[INDEX[f"{lid}_l"], INDEX[f"{lid}_r"]], 1] = follows * pitch
+    for lid, follows in LID_GAZE_COUPLING.items():
+        displacements[[CONTROL_POINT_INDEX[f"{lid}_l"], CONTROL_POINT_INDEX[f"{lid}_r"]], 1] = follows * pitch
     return displacements
 
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from conf.face.animation.action_units import load_action_units
 from conf.face.animation.gaze import gaze_displacements
-from conf.face.animation.timed_expression import Envelope, ease
-from conf.face.symmetry import one_side
+from conf.face.animation.timed_expression import Envelope, smoothstep
+from conf.face.symmetry import side_weighted
 
 BLINK = Envelope(onset=0.09, hold=0.03, release=0.18)
 BLINK_PAUSE = (3.6, 0.5, 1.0)  # seconds: median, spread of the logarithm, least
@@ -46,17 +46,17 @@ class IdlePose:
 class IdleMotion:
     """The small movements of one face."""
 
-    def __init__(self, generator: np.random.Generator, /, *, amount: float = 1.0) -> None:
+    def __init__(self, generator: np.random.Generator, /, *, intensity: float = 1.0) -> None:
         """Begin at time 0. amount : 0 no glances and sways, 1 as usual; blinks come anyhow."""
         blinks, glances, sways = generator.spawn(3)
         self._blinks = _Blinks(blinks)
-        self._glances = _Glances(glances)
-        self._amount = amount
+        self._glances = _SaccadeProcess(glances)
+        self._amount = intensity
         amplitudes = np.array([*np.radians(SWAY_DEGREES), SWAY_SHIFT, SWAY_SHIFT, 0.0])
         self._hertz = SWAY_HERTZ[0] * (SWAY_HERTZ[1] / SWAY_HERTZ[0]) ** sways.random((SWAYS, 6))
         self._phase = sways.uniform(0, 2 * np.pi, (SWAYS, 6))
-        self._sway = amplitudes * sways.uniform(0.5, 1.0, (SWAYS, 6)) / SWAYS
-        self._shut = [one_side(load_action_units()[45], side) for side in "lr"]
+        self._sway_amplitude = amplitudes * sways.uniform(0.5, 1.0, (SWAYS, 6)) / SWAYS
+        self._shut = [side_weighted(load_action_units()[45], side) for side in "lr"]
 
     def at(self, now: float, /) -> IdlePose:
         """Return what the face does at a time in seconds, 0 or later."""
@@ -64,7 +64,7 @@ class IdleMotion:
         displacements = gaze_displacements(yaw, pitch)
         for shut, strength in zip(self._shut, self._blinks.at(now), strict=True):
             displacements += np.float32(strength) * shut
-        waves = self._sway * np.sin(2 * np.pi * self._hertz * now + self._phase)
+        waves = self._sway_amplitude * np.sin(2 * np.pi * self._hertz * now + self._phase)
         return IdlePose(displacements, self._amount * waves.sum(axis=0))
 
 
@@ -96,7 +96,7 @@ class _Blinks:
         self._lags.append((0.0, lag) if self._generator.random() < 0.5 else (lag, 0.0))
 
 
-class _Glances:
+class _SaccadeProcess:
     """Where the eyes rest, and since when."""
 
     def __init__(self, generator: np.random.Generator) -> None:
@@ -111,7 +111,7 @@ class _Glances:
             self._aims.append(np.radians(self._generator.normal(0.0, GLANCE_DEGREES)).clip(-0.12, 0.12))
         i = max(bisect.bisect_right(self._starts, now) - 1, 0)
         before = self._aims[max(i - 1, 0)]
-        return np.asarray(before + (self._aims[i] - before) * ease(now - self._starts[i], SACCADE_SECONDS))
+        return np.asarray(before + (self._aims[i] - before) * smoothstep(now - self._starts[i], SACCADE_SECONDS))
 
 
 def _pause(generator: np.random.Generator, figures: tuple[float, float, float]) -> float:

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.formats.dpc import Motion
+from conf.face.formats.dpc import MotionClip
 
 SPEEDS = (0.1, 4.0)
 
@@ -90,22 +90,22 @@ class PlaybackClock:
         self._anchor, self._since = position, now
 
 
-def duration_of(motion: Motion, /) -> float:
+def duration_of(motion: MotionClip, /) -> float:
     """Return the seconds from a motion's first frame to its last."""
     return (len(motion.displacements) - 1) / motion.fps
 
 
-def displacements_at(motion: Motion, position: float, /) -> NDArray[np.float32]:
+def displacements_at(motion: MotionClip, position: float, /) -> NDArray[np.float32]:
     """Return the (n, 3) float32 displacements of a motion at a position in seconds, in the motion's units."""
-    return between_frames(motion.displacements, position * motion.fps).astype(np.float32)
+    return interpolate_frames(motion.displacements, position * motion.fps).astype(np.float32)
 
 
-def pose_at(motion: Motion, position: float, /) -> NDArray[np.float64] | None:
+def pose_at(motion: MotionClip, position: float, /) -> NDArray[np.float64] | None:
     """Return the (6,) head pose of a motion at a position in seconds, or None if it has none."""
-    return None if motion.poses is None else between_frames(motion.poses, position * motion.fps)
+    return None if motion.poses is None else interpolate_frames(motion.poses, position * motion.fps)
 
 
-def between_frames(frames: NDArray[np.floating], place: float, /) -> NDArray[np.float64]:
+def interpolate_frames(frames: NDArray[np.floating], position: float, /) -> NDArray[np.float64]:
     """Interpolate frames at a place between them.
 
     frames : (N, ...) one a unit of place
@@ -113,12 +113,12 @@ def between_frames(frames: NDArray[np.floating], place: float, /) -> NDArray[np.
     Returns (...) float64.
     """
     last = len(frames) - 1
-    place = min(max(place, 0.0), float(last))
-    i = min(int(place), max(last - 1, 0))
+    position = min(max(position, 0.0), float(last))
+    i = min(int(position), max(last - 1, 0))
     before, here, there, after = (np.asarray(frames[min(max(j, 0), last)], np.float64) for j in range(i - 1, i + 3))
     rise = there - here
     slope_here, slope_there = _slope(here - before, rise), _slope(rise, after - there)
-    t = place - i
+    t = position - i
     bend = (slope_here - rise) * (1 - t) + (rise - slope_there) * t
     return np.asarray(here + t * rise + t * (1 - t) * bend)
 

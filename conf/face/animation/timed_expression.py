@@ -9,15 +9,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import INDEX, indices
-from conf.face.symmetry import one_side
+from conf.face.control_points import CONTROL_POINT_INDEX, control_point_indices
+from conf.face.symmetry import side_weighted
 
 SIDE_LAG = 0.03  # seconds
 LIDS_SHUT = -1400.0  # upper minus lower lid, FAPU units: the sculpted blink comes to -1384 on its way round the eyeball
 # What shows an expression together: a person who smiles already has the mouth of joy, but not its eyes.
-PARTS = [indices("inner_lip", "outer_lip", "cupids", "chin"), indices("eye", "pupil"), indices("brow"),
-         indices("cheek", "nose", "nostril")]  # fmt: skip
-LIDS = [(INDEX[f"eyelid_upper_{side}"], INDEX[f"eyelid_lower_{side}"]) for side in "lr"]
+PARTS = [
+    control_point_indices("inner_lip", "outer_lip", "cupids", "chin"), control_point_indices("eye", "pupil"),
+    control_point_indices("brow"),
+         control_point_indices("cheek", "nose", "nostril")]  # fmt: skip
+LIDS = [(CONTROL_POINT_INDEX[f"eyelid_upper_{side}"], CONTROL_POINT_INDEX[f"eyelid_lower_{side}"]) for side in "lr"]
 
 
 @dataclass(frozen=True)
@@ -43,8 +45,8 @@ class Envelope:
         """Return the strength at a time in seconds since the beginning, 0 before it and after the end."""
         falling = elapsed - self.onset - self.hold
         if falling > 0:
-            return self.intensity * (1 - ease(falling, self.release))
-        return self.intensity * ease(elapsed, self.onset)
+            return self.intensity * (1 - smoothstep(falling, self.release))
+        return self.intensity * smoothstep(elapsed, self.onset)
 
     @property
     def duration(self) -> float:
@@ -53,7 +55,7 @@ class Envelope:
 
 
 @dataclass(frozen=True)
-class Performance:
+class TimedExpression:
     """One expression, played once.
 
     displacements : (n, 3) float32, FAPU units, at full strength
@@ -69,24 +71,24 @@ class Performance:
     def at(self, now: float, /) -> NDArray[np.float32]:
         """Return the (n, 3) float32 displacements, FAPU units, at a time in seconds."""
         left, right = (self._strength(now - lag) for lag in (0.0, SIDE_LAG))
-        total = left * one_side(self.displacements, "l") + right * one_side(self.displacements, "r")
+        total = left * side_weighted(self.displacements, "l") + right * side_weighted(self.displacements, "r")
         return total.astype(np.float32)
 
-    def is_over(self, now: float, /) -> bool:
+    def is_finished(self, now: float, /) -> bool:
         """Tell whether it has gone for good."""
         end = min(self.start + self.envelope.duration, self.released_at + self.envelope.release)
         return now - SIDE_LAG >= end
 
-    def released(self, now: float, /) -> "Performance":
+    def released(self, now: float, /) -> "TimedExpression":
         """Return the same expression, fading from now on."""
         return replace(self, released_at=min(now, self.released_at))
 
     def _strength(self, now: float) -> float:
-        left_over = 1 - ease(now - self.released_at, self.envelope.release) if now > self.released_at else 1.0
+        left_over = 1 - smoothstep(now - self.released_at, self.envelope.release) if now > self.released_at else 1.0
         return self.envelope(now - self.start) * left_over
 
 
-def ease(elapsed: float, length: float, /) -> float:
+def smoothstep(elapsed: float, length: float, /) -> float:
     """Return 0 before, 1 after, and between them a rise whose speed begins and ends at 0."""
     if length <= 0:
         return float(elapsed >= 0)
@@ -94,7 +96,7 @@ def ease(elapsed: float, length: float, /) -> float:
     return t * t * (3 - 2 * t)
 
 
-def top_up(motion: NDArray[np.floating], expression: NDArray[np.floating], /) -> NDArray[np.float32]:
+def blend_without_doubling(motion: NDArray[np.floating], expression: NDArray[np.floating], /) -> NDArray[np.float32]:
     """Lay an expression over motion, (n, 3) each in FAPU units; what of it the face shows already is not added again.
 
     A smile over a smile is as broad as the broader of the two, not as both. Returns (n, 3) float32.
@@ -104,10 +106,10 @@ def top_up(motion: NDArray[np.floating], expression: NDArray[np.floating], /) ->
         wanted = float((added[part] ** 2).sum())
         shown = float((motion[part] * added[part]).sum()) / wanted if wanted else 0.0
         added[part] *= 1.0 - min(max(shown, 0.0), 1.0)
-    return lay_over(motion, added)
+    return add_motions(motion, added)
 
 
-def lay_over(*motions: NDArray[np.floating]) -> NDArray[np.float32]:
+def add_motions(*motions: NDArray[np.floating]) -> NDArray[np.float32]:
     """Add motions, (n, 3) each in FAPU units: an emotion over live motion over idle motion.
 
     Lids meet and go no further. Returns (n, 3) float32.

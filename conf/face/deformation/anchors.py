@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-_CLEAR = 0.55  # eye distances that a chosen anchor keeps from every control point
+_MIN_DISTANCE = 0.55  # eye distances that a chosen anchor keeps from every control point
 _COUNT = 32
 
 
@@ -14,20 +14,20 @@ def choose_anchors(
     /,
     *,
     eye_distance: float,
-    known: NDArray[np.float64] | None = None,
+    initial: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """Pick vertices far from the control points and from each other, farthest first.
 
     vertices : (V, 3), points : (n, 3), known : (k, 3) anchors to begin with, all in one length unit
     Returns at most 32 anchors, those known first; none on a mask that ends where the control points end.
     """
-    chosen = [] if known is None else list(known)
+    chosen = [] if initial is None else list(initial)
     distance = np.asarray(KDTree(points).query(vertices)[0])
-    outside = distance > _CLEAR * eye_distance
+    outside = distance > _MIN_DISTANCE * eye_distance
     places, distance = vertices[outside], distance[outside]
     for anchor in chosen:
         distance = np.minimum(distance, np.linalg.norm(places - anchor, axis=1))
-    while len(chosen) < _COUNT and len(places) and distance.max() > _CLEAR * eye_distance:
+    while len(chosen) < _COUNT and len(places) and distance.max() > _MIN_DISTANCE * eye_distance:
         chosen.append(places[distance.argmax()])
         distance = np.minimum(distance, np.linalg.norm(places - chosen[-1], axis=1))
     return np.array(chosen).reshape(-1, 3)

@@ -17,7 +17,7 @@ from conf.face.formats.text import check_file
 
 
 @dataclass(frozen=True)
-class Shapes:
+class Blendshapes:
     """Named expressions of one mesh.
 
     names : S of them
@@ -27,16 +27,16 @@ class Shapes:
     names: tuple[str, ...]
     offsets: NDArray[np.float32]
 
-    def only(self, rows: Sequence[int], /) -> "Shapes":
+    def subset(self, rows: Sequence[int], /) -> "Blendshapes":
         """Return some of the shapes."""
-        return Shapes(tuple(self.names[i] for i in rows), self.offsets[list(rows)])
+        return Blendshapes(tuple(self.names[i] for i in rows), self.offsets[list(rows)])
 
-    def at(self, vertices: NDArray[np.integer], /) -> NDArray[np.float32]:
+    def offsets_at(self, vertices: NDArray[np.integer], /) -> NDArray[np.float32]:
         """Return the (S, len(vertices), 3) offsets of some vertices."""
         return self.offsets[:, vertices]
 
 
-def load_shapes(path: Path, vertex_count: int, /) -> Shapes:
+def load_shapes(path: Path, vertex_count: int, /) -> Blendshapes:
     """Read the shapes of a mesh of so many vertices from an .npz with `names` and `offsets`.
 
     Raises FileFormatError if the file is not that.
@@ -52,7 +52,7 @@ def load_shapes(path: Path, vertex_count: int, /) -> Shapes:
     if names.ndim != 1 or offsets.shape != (len(names), vertex_count, 3) or not np.isfinite(offsets).all():
         expected = f"expected finite offsets of so many shapes and {vertex_count} vertices, found {offsets.shape}"
         raise FileFormatError(path, None, expected)
-    return Shapes(tuple(str(name) for name in names), offsets)
+    return Blendshapes(tuple(str(name) for name in names), offsets)
 
 
 # Whatever zipfile and numpy say of a damaged archive.

@@ -12,19 +12,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
-from conf.face.deformation.regions import Field, Regions
-from conf.face.mesh.depth_profiles import Shells, lid_edge
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
+from conf.face.deformation.regions import InfluenceField, Regions
+from conf.face.mesh.depth_profiles import LabelledMesh, find_lid_edge
 
 _ALONG = (-0.75, -0.4, 0.4, 0.75)  # where on the edge, from -1 at the outer corner to 1 at the inner
 _LIDS = ("eyelid_upper_l", "eyelid_upper_r", "eyelid_lower_l", "eyelid_lower_r")
 _REACH = 1.0  # cm beyond the lids that is looked at
 _GAPS = (0.1, 1.2)  # of the gap at the control points: what is measured beyond is no gap between lids
-OWNERS = [INDEX[lid] for lid in _LIDS for _ in _ALONG]  # (h,) the control point each helper point belongs to
+OWNERS = [
+    CONTROL_POINT_INDEX[lid] for lid in _LIDS for _ in _ALONG
+]  # (h,) the control point each helper point belongs to
 
 
 @dataclass(frozen=True)
-class LidMargins:
+class EyelidHelpers:
     """The helper points of one face.
 
     places : (h, 3), the unit of the control points
@@ -32,15 +34,15 @@ class LidMargins:
     """
 
     places: NDArray[np.float64]
-    mixtures: NDArray[np.float64]
+    weights: NDArray[np.float64]
 
 
-def parabolic_margins(points: NDArray[np.float64], /) -> LidMargins:
+def helpers_on_parabola(points: NDArray[np.float64], /) -> EyelidHelpers:
     """Return helper points on parabolas through the control points (n, 3)."""
-    return LidMargins(MIXTURES @ points, MIXTURES)
+    return EyelidHelpers(MIXTURES @ points, MIXTURES)
 
 
-def measured_margins(points: NDArray[np.float64], shells: Shells, /) -> LidMargins:
+def helpers_on_edges(points: NDArray[np.float64], shells: LabelledMesh, /) -> EyelidHelpers:
     """Return helper points on the edges of the lids of a mesh, on the parabola where no edges are seen.
 
     points : (n, 3) control points on the mesh; all upright, in model centimetres
@@ -51,41 +53,41 @@ def measured_margins(points: NDArray[np.float64], shells: Shells, /) -> LidMargi
         for i, s in enumerate(_ALONG):
             pair = [side * len(_ALONG) + i, (side + 2) * len(_ALONG) + i]
             inside = float(places[pair, 1].mean())
-            edges = [lid_edge(shells, places[row], inside) for row in pair]
+            edges = [find_lid_edge(shells, places[row], inside) for row in pair]
             owners = [OWNERS[row] for row in pair]
             share = 0.0 if edges[0] is None or edges[1] is None else _gap(np.array(edges)) / _gap(points[owners])
             if _GAPS[0] < share < _GAPS[1]:
                 places[pair] = edges
                 mixtures[pair] = [_mixture(lid, s, share) for lid in (_LIDS[side], _LIDS[side + 2])]
-    return LidMargins(places, mixtures)
+    return EyelidHelpers(places, mixtures)
 
 
-def with_margins(
-    points: NDArray[np.float64], regions: Regions, margins: LidMargins | None = None, /
+def append_helpers(
+    points: NDArray[np.float64], regions: Regions, margins: EyelidHelpers | None = None, /
 ) -> tuple[NDArray[np.float64], Regions]:
     """Return the control points (n, 3) followed by the helper points, and the regions for all of them."""
-    margins = margins or parabolic_margins(points)
+    margins = margins or helpers_on_parabola(points)
     fields = []
     for field in regions.fields:
-        absent = [len(points) + i for i, owner in enumerate(OWNERS) if owner in field.left_out]
-        fields.append(Field(field.weights, (*field.left_out, *absent)))
+        absent = [len(points) + i for i, owner in enumerate(OWNERS) if owner in field.excluded]
+        fields.append(InfluenceField(field.weights, (*field.excluded, *absent)))
     return np.concatenate([points, margins.places]), Regions(tuple(fields), regions.anchors)
 
 
-def fold_margins(matrix: NDArray[np.float32], margins: LidMargins | None = None, /) -> NDArray[np.float32]:
+def fold_helpers(matrix: NDArray[np.float32], margins: EyelidHelpers | None = None, /) -> NDArray[np.float32]:
     """Return the (V, n) operator of the control points from that of control and helper points, (V, n + h)."""
     own, helpers = np.split(matrix, [CONTROL_POINT_COUNT], axis=1)
-    mixtures = MIXTURES if margins is None else margins.mixtures
+    mixtures = MIXTURES if margins is None else margins.weights
     folded: NDArray[np.float32] = own + helpers @ mixtures.astype(np.float32)
     return folded
 
 
-def _around(shells: Shells, places: NDArray[np.float64]) -> Shells:
+def _around(shells: LabelledMesh, places: NDArray[np.float64]) -> LabelledMesh:
     """Return the part of the shells that a column of rays near any of the places (h, 3) may meet."""
     corners = shells.vertices[shells.triangles][..., :2]
     low, high = places.min(axis=0)[:2] - _REACH, places.max(axis=0)[:2] + _REACH
     near = (corners.max(axis=1) > low).all(axis=1) & (corners.min(axis=1) < high).all(axis=1)
-    return Shells(shells.vertices, shells.triangles[near], shells.of_triangle[near])
+    return LabelledMesh(shells.vertices, shells.triangles[near], shells.of_triangle[near])
 
 
 def _gap(lids: NDArray[np.float64]) -> float:
@@ -96,16 +98,16 @@ def _gap(lids: NDArray[np.float64]) -> float:
 def _mixture(lid: str, s: float, share: float) -> NDArray[np.float64]:
     """Return the (n,) mixture of a helper point that goes with its lid by a share, with the corners for the rest."""
     row = np.zeros(CONTROL_POINT_COUNT)
-    row[INDEX[lid]] = share
-    row[INDEX[f"eye_outer_corner_{lid[-1]}"]] = (1 - share) * (1 - s) / 2
-    row[INDEX[f"eye_inner_corner_{lid[-1]}"]] = (1 - share) * (1 + s) / 2
+    row[CONTROL_POINT_INDEX[lid]] = share
+    row[CONTROL_POINT_INDEX[f"eye_outer_corner_{lid[-1]}"]] = (1 - share) * (1 - s) / 2
+    row[CONTROL_POINT_INDEX[f"eye_inner_corner_{lid[-1]}"]] = (1 - share) * (1 + s) / 2
     return row
 
 
 def _parabola(lid: str, s: float) -> NDArray[np.float64]:
     row = _mixture(lid, s, 1 - s * s)
-    row[INDEX[f"eye_outer_corner_{lid[-1]}"]] = s * (s - 1) / 2
-    row[INDEX[f"eye_inner_corner_{lid[-1]}"]] = s * (s + 1) / 2
+    row[CONTROL_POINT_INDEX[f"eye_outer_corner_{lid[-1]}"]] = s * (s - 1) / 2
+    row[CONTROL_POINT_INDEX[f"eye_inner_corner_{lid[-1]}"]] = s * (s + 1) / 2
     return row
 
 

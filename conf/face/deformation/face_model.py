@@ -11,28 +11,28 @@ from conf.errors import FileFormatError
 from conf.face.control_points import PUPILS
 from conf.face.default_head import DEFAULT_HEAD as DEFAULT_HEAD
 from conf.face.deformation.anchors import choose_anchors
-from conf.face.deformation.blendshapes import Shapes, load_shapes
-from conf.face.deformation.eyelid_helpers import fold_margins, with_margins
+from conf.face.deformation.blendshapes import Blendshapes, load_shapes
+from conf.face.deformation.eyelid_helpers import append_helpers, fold_helpers
 from conf.face.deformation.kernels import KERNELS
 from conf.face.deformation.operator_cache import cache_key, cached_operator
 from conf.face.deformation.rbf import Operator, build_operator
 from conf.face.deformation.regions import Regions, split_regions
-from conf.face.deformation.ridge_refinement import refine_operator, without_jaw
-from conf.face.deformation.rig import Rig, swing
+from conf.face.deformation.ridge_refinement import refine_with_blendshapes, subtract_jaw_motion
+from conf.face.deformation.rig import Rig, jaw_offsets
 from conf.face.deformation.rig_json import load_rig
 from conf.face.fapu import Fapu
-from conf.face.fitting.custom_face import settle
+from conf.face.fitting.custom_face import prepare_face
 from conf.face.formats.ppc import read_ppc
 from conf.face.head_pose import ES0_CM
 from conf.face.mesh.mesh import Mesh, load_mesh
-from conf.face.mesh.surface_graph import Surface
-from conf.face.similarity import UNMOVED, Similarity
+from conf.face.mesh.surface_graph import SurfaceGraph
+from conf.face.similarity import IDENTITY, SimilarityTransform
 
 _CACHE_VERSION = 12  # one more whenever the way from the files to the operator changes
 
 
 @dataclass(frozen=True)
-class Deformer:
+class DeformerOptions:
     """How control points carry the skin: what the user may choose.
 
     kernel : a name from KERNELS
@@ -48,8 +48,8 @@ class Deformer:
     epsilon: float | None = None
     degree: int | None = None
     smoothing: float = 0.02
-    split: bool = True
-    learned: bool = True
+    use_regions: bool = True
+    use_ridge_refinement: bool = True
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class FaceModel:
     operator: NDArray[np.float32]
     smoothing: float = 0.0
     rig: Rig | None = None
-    placement: Similarity = UNMOVED
+    placement: SimilarityTransform = IDENTITY
 
     @cached_property
     def neutral(self) -> NDArray[np.float32]:
@@ -97,23 +97,23 @@ class FaceModel:
             return vertices
         carried, jaw, points = offsets, self.rig.jaw, self.control_points
         if jaw is not None:
-            motion = jaw.motion(points, offsets)
-            carried = offsets - swing(jaw.point_arms, jaw.point_shares, motion)
+            motion = jaw.estimate_motion(points, offsets)
+            carried = offsets - jaw_offsets(jaw.point_arms, jaw.point_shares, motion)
         vertices = np.matmul(self.operator, carried, out=out)
         vertices += self.neutral
         if jaw is not None:
-            vertices[jaw.vertices] += swing(jaw.arms, jaw.shares, motion)
+            vertices[jaw.vertices] += jaw_offsets(jaw.weighted_offsets, jaw.weights, motion)
         for eye in self.rig.eyes:
-            eye.pose(self.neutral, vertices, np.stack([points[eye.pupil], offsets[eye.pupil]]))
+            eye.apply(self.neutral, vertices, np.stack([points[eye.pupil], offsets[eye.pupil]]))
         return vertices
 
     def deformed_points(self, displacements: NDArray[np.floating], /) -> NDArray[np.float32]:
         """Return the (n, 3) control points where the displacements (FAPU units) have taken them, model centimetres."""
         return self.control_points.astype(np.float32) + np.asarray(displacements, dtype=np.float32) * self._units
 
-    def to_file(self, places: NDArray[np.floating], /) -> NDArray[np.float64]:
+    def to_file_coordinates(self, places: NDArray[np.floating], /) -> NDArray[np.float64]:
         """Return (..., 3) places, model centimetres, in the coordinates and the unit of the face's own file."""
-        return self.placement.undo(np.asarray(places, np.float64))
+        return self.placement.inverse_apply(np.asarray(places, np.float64))
 
 
 def load_face(path: Path | str | None = None, /, *, kernel: str = "multiquadric") -> FaceModel:
@@ -129,37 +129,37 @@ def load_face(path: Path | str | None = None, /, *, kernel: str = "multiquadric"
     if path.resolve() == DEFAULT_HEAD.resolve():
         shapes = load_shapes(path.with_name("shapes.npz"), len(mesh.vertices))
         rig = load_rig(path.with_name("rig.json"), mesh, points, shapes)
-        return make_face(mesh, points, Deformer(kernel), rig=rig, shapes=shapes)
+        return build_face(mesh, points, DeformerOptions(kernel), rig=rig, shapes=shapes)
     try:
-        own = settle(mesh, points)
+        own = prepare_face(mesh, points)
     except ValueError as error:
         raise FileFormatError(path.with_suffix(".ppc"), None, f"expected the points of this face: {error}") from error
-    return replace(make_face(own.mesh, own.points, Deformer(kernel), rig=own.rig), placement=own.placement)
+    return replace(build_face(own.mesh, own.points, DeformerOptions(kernel), rig=own.rig), placement=own.file_to_model)
 
 
-def make_face(
+def build_face(
     mesh: Mesh,
     points: NDArray[np.float64],
-    deformer: Deformer | None = None,
+    deformer: DeformerOptions | None = None,
     /,
     *,
     rig: Rig | None = None,
-    shapes: Shapes | None = None,
+    shapes: Blendshapes | None = None,
 ) -> FaceModel:
     """Put a face together; its operator comes from the cache if it was there before.
 
     points : (n, 3) control points on the mesh, model centimetres
     shapes : sculpted shapes of the mesh that the operator is refined on
     """
-    deformer = deformer or Deformer()
+    deformer = deformer or DeformerOptions()
     if deformer.kernel not in KERNELS:
         raise ValueError(f"kernel must be one of {', '.join(KERNELS)}, got {deformer.kernel!r}")
     known = None if rig is None else rig.anchors
-    anchors = choose_anchors(mesh.vertices, points, eye_distance=ES0_CM, known=known)
+    anchors = choose_anchors(mesh.vertices, points, eye_distance=ES0_CM, initial=known)
     learned = b"" if shapes is None else shapes.offsets
     rigid = b"" if rig is None else rig.rigid
-    jaw = b"" if rig is None or rig.jaw is None else rig.jaw.arms
-    lids = b"" if rig is None or rig.margins is None else rig.margins.mixtures
+    jaw = b"" if rig is None or rig.jaw is None else rig.jaw.weighted_offsets
+    lids = b"" if rig is None or rig.margins is None else rig.margins.weights
     parts = (rigid, jaw, lids, learned)
     key = cache_key(_CACHE_VERSION, mesh.vertices, mesh.triangles, points, anchors, *parts, deformer)
     shape = (len(mesh.vertices), len(points))
@@ -170,20 +170,20 @@ def make_face(
 def _operator(
     mesh: Mesh,
     points: NDArray[np.float64],
-    deformer: Deformer,
+    deformer: DeformerOptions,
     anchors: NDArray[np.float64],
     rig: Rig | None,
-    shapes: Shapes | None,
+    shapes: Blendshapes | None,
 ) -> Operator:
     kernel = KERNELS[deformer.kernel]
     if deformer.degree is not None:
         kernel = replace(kernel, degree=deformer.degree)
-    surface = Surface(mesh.vertices, mesh.triangles)
-    whole = Regions.whole(len(mesh.vertices), anchors=anchors)
-    regions = split_regions(surface, points, anchors=anchors) if deformer.split else whole
-    regions = regions.without(PUPILS)  # a pupil turns its eyeball; skin does not follow it
+    surface = SurfaceGraph(mesh.vertices, mesh.triangles)
+    whole = Regions.unrestricted(len(mesh.vertices), anchors=anchors)
+    regions = split_regions(surface, points, anchors=anchors) if deformer.use_regions else whole
+    regions = regions.excluding(PUPILS)  # a pupil turns its eyeball; skin does not follow it
     margins = None if rig is None else rig.margins
-    centres, fields = with_margins(points, regions, margins)
+    centres, fields = append_helpers(points, regions, margins)
     operator = build_operator(
         mesh.vertices,
         centres,
@@ -192,12 +192,12 @@ def _operator(
         regions=fields,
         smoothing=deformer.smoothing,
     )
-    matrix = fold_margins(operator.matrix, margins)
-    if shapes is not None and deformer.learned:
-        displacements, offsets = shapes.at(surface.snap(points, tolerance=0.0)), shapes.offsets
+    matrix = fold_helpers(operator.matrix, margins)
+    if shapes is not None and deformer.use_ridge_refinement:
+        displacements, offsets = shapes.offsets_at(surface.nearest_vertices(points, tolerance=0.0)), shapes.offsets
         if rig is not None and rig.jaw is not None:
-            displacements, offsets = without_jaw(rig.jaw, points, displacements, offsets)
-        matrix = refine_operator(matrix, displacements, offsets, regions=regions)
+            displacements, offsets = subtract_jaw_motion(rig.jaw, points, displacements, offsets)
+        matrix = refine_with_blendshapes(matrix, displacements, offsets, regions=regions)
     if rig is not None:
         matrix[rig.rigid] = 0.0
     return Operator(matrix, operator.smoothing)

@@ -11,19 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import INDEX, LOWER_LIP
+from conf.face.control_points import CONTROL_POINT_INDEX, LOWER_LIP
 from conf.face.deformation.face_model import FaceModel
 from conf.face.deformation.regions import split_regions
-from conf.face.deformation.rig import cross_matrix, swing
-from conf.face.deformation.waters_muscles import LinearMuscle, Musculature, Sphincter
-from conf.face.mesh.surface_graph import Surface
+from conf.face.deformation.rig import cross_matrix, jaw_offsets
+from conf.face.deformation.waters_muscles import LinearMuscle, MuscleSet, Sphincter
+from conf.face.mesh.surface_graph import SurfaceGraph
 
 SPHINCTER = "orbicularis_oris"
 Place = Mapping[str, float]  # control point, without its side -> share
 
 
 @dataclass(frozen=True)
-class Course:
+class MuscleCourse:
     """Where one muscle of a pair runs: its ends as sums of control points of its own side.
 
     angle : degrees
@@ -38,45 +38,45 @@ class Course:
     lip: str | None = None
 
 
-COURSES = {
-    "zygomatic_major": Course(
+MUSCLE_COURSES = {
+    "zygomatic_major": MuscleCourse(
         {"cheekbone": 1.0, "eye_outer_corner": 0.3, "eye_inner_corner": -0.3},
         {"outer_lip_corner": 1.0}, 32.0, 0.8, 1.4,
     ),
-    "risorius": Course(
+    "risorius": MuscleCourse(
         {"outer_lip_corner": 1.0, "eye_outer_corner": 2.0, "eye_inner_corner": -2.0},
         {"outer_lip_corner": 1.0}, 30.0, 0.9, 1.4,
     ),
-    "depressor_anguli": Course(
+    "depressor_anguli": MuscleCourse(
         {"chin_corner": 1.0, "eye_outer_corner": 0.5, "eye_inner_corner": -0.5},
         {"outer_lip_corner": 1.0}, 35.0, 0.8, 1.3,
     ),
-    "levator_labii": Course(
+    "levator_labii": MuscleCourse(
         {"eye_lower_outer_lid": 0.4, "eye_inner_corner": 0.6}, {"outer_lip_upper": 1.0}, 32.0, 0.9, 1.3, "upper",
     ),
-    "levator_nasi": Course({"eye_inner_corner": 1.0}, {"nostril_border": 1.0}, 25.0, 0.9, 1.35, "upper"),
-    "depressor_labii": Course({"chin_corner": 1.0}, {"outer_lip_lower": 1.0}, 45.0, 0.9, 1.5, "lower"),
-    "frontalis_inner": Course({"brow_inner": 3.4, "eye_inner_corner": -2.4}, {"brow_inner": 1.0}, 30.0, 0.8, 1.4),
-    "frontalis_outer": Course({"brow_top": 3.2, "eyelid_upper": -2.2}, {"brow_top": 1.0}, 34.0, 0.8, 1.35),
-    "corrugator": Course(
+    "levator_nasi": MuscleCourse({"eye_inner_corner": 1.0}, {"nostril_border": 1.0}, 25.0, 0.9, 1.35, "upper"),
+    "depressor_labii": MuscleCourse({"chin_corner": 1.0}, {"outer_lip_lower": 1.0}, 45.0, 0.9, 1.5, "lower"),
+    "frontalis_inner": MuscleCourse({"brow_inner": 3.4, "eye_inner_corner": -2.4}, {"brow_inner": 1.0}, 30.0, 0.8, 1.4),
+    "frontalis_outer": MuscleCourse({"brow_top": 3.2, "eyelid_upper": -2.2}, {"brow_top": 1.0}, 34.0, 0.8, 1.35),
+    "corrugator": MuscleCourse(
         {"eye_inner_corner": 0.8, "brow_inner": 1.2, "brow_top": -1.0},
         {"brow_inner": 0.5, "brow_top": 0.5}, 40.0, 0.8, 1.5,
     ),
 }  # fmt: skip
-MUSCLE_NAMES = (*(f"{name}_{side}" for name in COURSES for side in "lr"), SPHINCTER)
+MUSCLE_NAMES = (*(f"{name}_{side}" for name in MUSCLE_COURSES for side in "lr"), SPHINCTER)
 # The ring's half axes and depth in half mouth widths, its protrusion as a share of the mouth's width.
 RING_AXES, RING_DEPTH, RING_PROTRUSION = (1.9, 1.2), 2.0, 0.5
 
 
-def face_muscles(points: NDArray[np.float64], /) -> dict[str, LinearMuscle | Sphincter]:
+def build_muscles(points: NDArray[np.float64], /) -> dict[str, LinearMuscle | Sphincter]:
     """Return the muscles of a face by name. points : (n, 3) its control points, model units."""
     muscles: dict[str, LinearMuscle | Sphincter] = {}
-    for name, course in COURSES.items():
+    for name, course in MUSCLE_COURSES.items():
         for side in "lr":
             ends = (_place(points, course.root, side), _place(points, course.insertion, side))
             muscles[f"{name}_{side}"] = LinearMuscle(*ends, np.radians(course.angle), course.start, course.end)
-    left, right = (points[INDEX[f"outer_lip_corner_{side}"]] for side in "lr")
-    upper, lower = (points[INDEX[f"outer_lip_{lip}_mid"]] for lip in ("upper", "lower"))
+    left, right = (points[CONTROL_POINT_INDEX[f"outer_lip_corner_{side}"]] for side in "lr")
+    upper, lower = (points[CONTROL_POINT_INDEX[f"outer_lip_{lip}_mid"]] for lip in ("upper", "lower"))
     half = (left - right) / 2
     up = upper - lower
     up = (up - half * (up @ half) / (half @ half)) / np.linalg.norm(up) * np.linalg.norm(half)
@@ -87,14 +87,14 @@ def face_muscles(points: NDArray[np.float64], /) -> dict[str, LinearMuscle | Sph
     return muscles
 
 
-class MuscleFace:
+class MuscleDeformer:
     """A face moved by muscles and a jaw."""
 
     def __init__(self, face: FaceModel) -> None:
         """Attach the muscles to a face: some tens of milliseconds."""
         self._face = face
-        muscles = face_muscles(face.control_points)
-        self.musculature = Musculature.attach(muscles, face.mesh.vertices, shares=_shares(face))
+        muscles = build_muscles(face.control_points)
+        self.musculature = MuscleSet.attach(muscles, face.mesh.vertices, shares=_shares(face))
 
     def deform(self, contractions: Mapping[str, float], /, *, jaw: float = 0.0) -> NDArray[np.float32]:
         """Return the (V, 3) float32 vertices, model centimetres.
@@ -107,12 +107,14 @@ class MuscleFace:
         if rig is not None and rig.jaw is not None and jaw:
             across = cross_matrix(rig.jaw.axis)
             turn = (np.sin(jaw) * across + (1 - np.cos(jaw)) * across @ across).astype(np.float32)
-            offsets[rig.jaw.vertices] += swing(rig.jaw.arms, rig.jaw.shares, (turn, np.zeros(3, np.float32)))
+            offsets[rig.jaw.vertices] += jaw_offsets(
+                rig.jaw.weighted_offsets, rig.jaw.weights, (turn, np.zeros(3, np.float32))
+            )
         return np.asarray(self._face.neutral + offsets, np.float32)
 
 
 def _place(points: NDArray[np.float64], place: Place, side: str) -> NDArray[np.float64]:
-    rows = [INDEX[f"{name}_{side}"] for name in place]
+    rows = [CONTROL_POINT_INDEX[f"{name}_{side}"] for name in place]
     return np.asarray(np.array(list(place.values())) @ points[rows])
 
 
@@ -122,9 +124,9 @@ def _shares(face: FaceModel) -> dict[str, NDArray[np.float64]]:
     skin = np.ones(len(mesh.vertices))
     if face.rig is not None:
         skin[face.rig.rigid] = 0.0
-    surface = Surface(mesh.vertices, mesh.triangles)
+    surface = SurfaceGraph(mesh.vertices, mesh.triangles)
     regions = split_regions(surface, face.control_points, anchors=np.empty((0, 3)))
-    upper = sum(field.weights for field in regions.fields if set(LOWER_LIP) <= set(field.left_out))
+    upper = sum(field.weights for field in regions.fields if set(LOWER_LIP) <= set(field.excluded))
     of_lip = {None: skin, "upper": skin * upper, "lower": skin * (1 - upper)}
-    shares = {f"{name}_{side}": of_lip[course.lip] for name, course in COURSES.items() for side in "lr"}
+    shares = {f"{name}_{side}": of_lip[course.lip] for name, course in MUSCLE_COURSES.items() for side in "lr"}
     return {**shares, SPHINCTER: skin}

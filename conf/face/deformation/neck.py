@@ -19,7 +19,7 @@ NECK_RADIUS = 6.0  # farther out the shoulders begin, and go with the head less 
 SHOULDERS_FOLLOW = 0.22  # how much of the head's turn
 
 
-def follows(vertices: NDArray[np.floating], /) -> NDArray[np.float64]:
+def head_weights(vertices: NDArray[np.floating], /) -> NDArray[np.float64]:
     """Return (V,) how far each vertex (V, 3) goes with the head: 1 head, 0 shoulders."""
     beside = np.maximum(np.hypot(vertices[:, 0] - PIVOT[0], vertices[:, 2] - PIVOT[2]) - NECK_RADIUS, 0.0)
     depth = np.clip((TOP - vertices[:, 1]) / (TOP - BOTTOM) * (1.0 + 0.5 * beside), 0.0, 1.0)
@@ -27,16 +27,16 @@ def follows(vertices: NDArray[np.floating], /) -> NDArray[np.float64]:
     return share
 
 
-class Neck:
+class NeckBend:
     """Bends one face below its chin."""
 
     def __init__(self, mesh: Mesh) -> None:
-        share = follows(mesh.vertices) if TORSO in mesh.groups else np.ones(len(mesh.vertices))
+        share = head_weights(mesh.vertices) if TORSO in mesh.groups else np.ones(len(mesh.vertices))
         self._below = np.flatnonzero(share < 1.0)
         self._back = ((1.0 - SHOULDERS_FOLLOW) * (1.0 - share[self._below])).astype(np.float32)[:, None]
         self._bent = mesh.vertices.astype(np.float32)
 
-    def bend(self, vertices: NDArray[np.float32], pose: HeadPose, /) -> NDArray[np.float32]:
+    def apply(self, vertices: NDArray[np.float32], pose: HeadPose, /) -> NDArray[np.float32]:
         """Return the (V, 3) vertices with neck and shoulders turned back. The array is used again by the next call.
 
         vertices : (V, 3) float32, face axes, cm

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
 from conf.face.deformation.kernels import Kernel
-from conf.face.deformation.regions import Field, Regions
+from conf.face.deformation.regions import InfluenceField, Regions
 
 _WORST_CONDITION = 1e13  # above it a solution in float64 says nothing
-_RESCUES = (1e-9, 1e-7, 1e-5, 1e-3)  # lambda, relative to the largest entry of the system
+_REGULARISATION = (1e-9, 1e-7, 1e-5, 1e-3)  # lambda, relative to the largest entry of the system
 _CHUNK = 2048  # vertices at a time: their kernel values stay in the cache
 
 
@@ -54,7 +54,7 @@ def build_operator(
     """
     _check(vertices, control_points, epsilon, smoothing)
     n = len(control_points)
-    regions = regions or Regions.whole(len(vertices))
+    regions = regions or Regions.unrestricted(len(vertices))
     centres = np.concatenate([control_points, regions.anchors])
     basis = _Basis(centres, kernel, epsilon)
     solved = [basis.solve(_centres_of(field, n, len(centres)), n, smoothing) for field in regions.fields]
@@ -82,10 +82,10 @@ def _check(vertices: NDArray[np.float64], points: NDArray[np.float64], epsilon: 
         raise ValueError(f"smoothing must not be negative, got {smoothing}")
 
 
-def _centres_of(field: Field, n: int, count: int) -> NDArray[np.intp]:
+def _centres_of(field: InfluenceField, n: int, count: int) -> NDArray[np.intp]:
     """Return the centres a field is built on: its control points and every anchor."""
     used = np.ones(count, dtype=bool)
-    used[list(field.left_out)] = False
+    used[list(field.excluded)] = False
     return np.flatnonzero(used)
 
 
@@ -122,19 +122,19 @@ class _Basis:
         system = np.zeros((len(rows), len(rows)))
         system[: len(used)] = self._system[np.ix_(used, rows)]
         system[len(used) :, : len(used)] = system[: len(used), len(used) :].T
-        used_lambda, solution = _solve_with_rescue(system, len(used), smoothing)
+        used_lambda, solution = _solve_regularised(system, len(used), smoothing)
         coefficients = np.zeros((columns, n))
         moving = used[used < n]
         coefficients[np.ix_(rows, moving)] = solution[:, : len(moving)]
         return coefficients, used_lambda
 
 
-def _solve_with_rescue(
+def _solve_regularised(
     system: NDArray[np.float64], kernels: int, smoothing: float
 ) -> tuple[float, NDArray[np.float64]]:
     """Invert the system, its first `kernels` diagonal entries raised by lambda; raise lambda until that makes sense."""
     largest = float(np.abs(system).max())
-    for rescue in (0.0, *_RESCUES):
+    for rescue in (0.0, *_REGULARISATION):
         used = max(smoothing, rescue * largest)
         diagonal = np.full(len(system), used)
         # The monomials' block gets it only in need: points in one plane leave a linear polynomial undetermined.

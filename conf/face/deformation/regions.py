@@ -13,21 +13,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import LOWER_LID, LOWER_LIP, PUPILS, UPPER_LID, UPPER_LIP, indices
-from conf.face.mesh.surface_graph import Surface
+from conf.face.control_points import LOWER_LID, LOWER_LIP, PUPILS, UPPER_LID, UPPER_LIP, control_point_indices
+from conf.face.mesh.surface_graph import SurfaceGraph
 
 # How far along the surface lips or lids divide it, in eye distances, and over which share of that they cease to.
 _MOUTH_REACH = 1.0
 _EYE_REACH = 0.6
 _FADE = 0.3
 _TOUCH = 0.02  # lips nearer to each other than this are taken for touching, in eye distances
-_INNER_UP, _INNER_LOW = indices("inner_lip_upper"), indices("inner_lip_lower")
-_OUTER_UP, _OUTER_LOW = indices("outer_lip_upper", "cupids_bow"), indices("outer_lip_lower")
+_INNER_UP, _INNER_LOW = control_point_indices("inner_lip_upper"), control_point_indices("inner_lip_lower")
+_OUTER_UP, _OUTER_LOW = control_point_indices("outer_lip_upper", "cupids_bow"), control_point_indices("outer_lip_lower")
 _SNAP = 0.05  # how much farther than the nearest vertex the skin may be, in eye distances
 
 
 @dataclass(frozen=True)
-class Field:
+class InfluenceField:
     """One interpolation among several.
 
     weights : (V,) float64, this field's share of each vertex
@@ -35,7 +35,7 @@ class Field:
     """
 
     weights: NDArray[np.float64]
-    left_out: tuple[int, ...]
+    excluded: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -46,21 +46,21 @@ class Regions:
     anchors : (k, 3) places, model units, that every field holds still
     """
 
-    fields: tuple[Field, ...]
+    fields: tuple[InfluenceField, ...]
     anchors: NDArray[np.float64]
 
     @classmethod
-    def whole(cls, vertex_count: int, /, anchors: NDArray[np.float64] | None = None) -> "Regions":
+    def unrestricted(cls, vertex_count: int, /, anchors: NDArray[np.float64] | None = None) -> "Regions":
         """Return one field over everything: every control point acts everywhere."""
-        return cls((Field(np.ones(vertex_count), ()),), np.empty((0, 3)) if anchors is None else anchors)
+        return cls((InfluenceField(np.ones(vertex_count), ()),), np.empty((0, 3)) if anchors is None else anchors)
 
-    def without(self, points: Sequence[int], /) -> "Regions":
+    def excluding(self, points: Sequence[int], /) -> "Regions":
         """Return the same regions with some control points acting nowhere."""
-        fields = tuple(Field(field.weights, (*field.left_out, *points)) for field in self.fields)
+        fields = tuple(InfluenceField(field.weights, (*field.excluded, *points)) for field in self.fields)
         return replace(self, fields=fields)
 
 
-def split_regions(surface: Surface, points: NDArray[np.float64], /, *, anchors: NDArray[np.float64]) -> Regions:
+def split_regions(surface: SurfaceGraph, points: NDArray[np.float64], /, *, anchors: NDArray[np.float64]) -> Regions:
     """Divide a face at its mouth and its eyes.
 
     surface : the mesh the distances run along
@@ -68,22 +68,22 @@ def split_regions(surface: Surface, points: NDArray[np.float64], /, *, anchors: 
     anchors : (k, 3) what stays still
     """
     eye_distance = float(np.linalg.norm(points[PUPILS[0]] - points[PUPILS[1]]))
-    seeds = surface.snap(points, tolerance=_SNAP * eye_distance)
+    seeds = surface.nearest_vertices(points, tolerance=_SNAP * eye_distance)
     _tell_lips_apart(surface, points, seeds, eye_distance)
-    carriers = surface.carriers(seeds)
-    mouth = _lower_share(surface, seeds, (UPPER_LIP, LOWER_LIP), _MOUTH_REACH * eye_distance)[carriers]
-    eyes = _lower_share(surface, seeds, (UPPER_LID, LOWER_LID), _EYE_REACH * eye_distance)[carriers]
+    carriers = surface.parent_vertices(seeds)
+    mouth = _lower_weight(surface, seeds, (UPPER_LIP, LOWER_LIP), _MOUTH_REACH * eye_distance)[carriers]
+    eyes = _lower_weight(surface, seeds, (UPPER_LID, LOWER_LID), _EYE_REACH * eye_distance)[carriers]
     fields = (
-        Field((1 - mouth) * (1 - eyes), (*LOWER_LIP, *LOWER_LID)),
-        Field((1 - mouth) * eyes, (*LOWER_LIP, *UPPER_LID)),
-        Field(mouth * (1 - eyes), (*UPPER_LIP, *LOWER_LID)),
-        Field(mouth * eyes, (*UPPER_LIP, *UPPER_LID)),
+        InfluenceField((1 - mouth) * (1 - eyes), (*LOWER_LIP, *LOWER_LID)),
+        InfluenceField((1 - mouth) * eyes, (*LOWER_LIP, *UPPER_LID)),
+        InfluenceField(mouth * (1 - eyes), (*UPPER_LIP, *LOWER_LID)),
+        InfluenceField(mouth * eyes, (*UPPER_LIP, *UPPER_LID)),
     )
     return Regions(fields, anchors)
 
 
 def _tell_lips_apart(
-    surface: Surface, points: NDArray[np.float64], seeds: NDArray[np.intp], eye_distance: float
+    surface: SurfaceGraph, points: NDArray[np.float64], seeds: NDArray[np.intp], eye_distance: float
 ) -> None:
     """Move the seeds of the inner lips to the lip they belong to, in place.
 
@@ -93,12 +93,12 @@ def _tell_lips_apart(
     upper, lower = (surface.distances(seeds[lip], limit=_MOUTH_REACH * eye_distance) for lip in (_OUTER_UP, _OUTER_LOW))
     for lip, own, other in ((_INNER_UP, upper, lower), (_INNER_LOW, lower, upper)):
         for point in lip:
-            near = surface.near(points[point], tolerance=_TOUCH * eye_distance)
+            near = surface.vertices_within(points[point], tolerance=_TOUCH * eye_distance)
             seeds[point] = near[np.argmin(own[near] - other[near])]
 
 
-def _lower_share(
-    surface: Surface, seeds: NDArray[np.intp], groups: tuple[list[int], list[int]], reach: float
+def _lower_weight(
+    surface: SurfaceGraph, seeds: NDArray[np.intp], groups: tuple[list[int], list[int]], reach: float
 ) -> NDArray[np.float64]:
     """Return the (V,) share of the lower field: 0 next to the upper group, 1 next to the lower, smooth between.
 

@@ -9,9 +9,9 @@ weights W make small shapes heard beside an open jaw.
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.deformation.blendshapes import Shapes
+from conf.face.deformation.blendshapes import Blendshapes
 from conf.face.deformation.regions import Regions
-from conf.face.deformation.rig import CHIN, Jaw, swing
+from conf.face.deformation.rig import CHIN, Jaw, jaw_offsets
 
 # lambda, cm: of those that rebuild a held-out jaw to 1 mm, the least error on all, see tools/bench/deformation.py
 SMOOTHING = 0.1
@@ -19,7 +19,7 @@ _SMALLEST = 0.3  # cm, root of the summed squares at the control points: smaller
 _JAW_SHIFTS = ("jawForward", "jawLeft", "jawRight")  # what follows the jaw moves as far as the chin, the rest does not
 
 
-def refine_operator(
+def refine_with_blendshapes(
     matrix: NDArray[np.float32],
     displacements: NDArray[np.float32],
     offsets: NDArray[np.float32],
@@ -38,13 +38,13 @@ def refine_operator(
     Returns (V, n) float32.
     """
     n = matrix.shape[1]
-    weights = shape_weights(displacements)[:, None, None]
+    weights = blendshape_importance(displacements)[:, None, None]
     D = (displacements * weights).transpose(1, 0, 2).reshape(n, -1)
     X = (offsets * weights).transpose(1, 0, 2).reshape(len(matrix), -1)
     left = X - matrix @ D
     refined = matrix.copy()
     for field in regions.fields:
-        known = np.setdiff1d(np.arange(n), field.left_out)
+        known = np.setdiff1d(np.arange(n), field.excluded)
         wide = D[known].astype(np.float64)
         correction = np.linalg.solve(wide @ wide.T + smoothing * np.eye(len(known)), wide).astype(np.float32)
         rows = np.flatnonzero(field.weights)
@@ -52,13 +52,13 @@ def refine_operator(
     return refined
 
 
-def shape_weights(displacements: NDArray[np.float32], /) -> NDArray[np.float32]:
+def blendshape_importance(displacements: NDArray[np.float32], /) -> NDArray[np.float32]:
     """Return the (S,) weight of each shape: one over the root of its size, (S, n, 3) model units."""
     sizes = np.linalg.norm(displacements.reshape(len(displacements), -1), axis=1)
     return np.asarray(1 / np.sqrt(np.maximum(sizes, _SMALLEST)), np.float32)
 
 
-def without_jaw(
+def subtract_jaw_motion(
     jaw: Jaw, points: NDArray[np.float64], displacements: NDArray[np.float32], offsets: NDArray[np.float32], /
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Take the jaw's turn out of shapes: what the operator is left to carry.
@@ -69,13 +69,13 @@ def without_jaw(
     """
     displacements, offsets = displacements.copy(), offsets.copy()
     for moved, carried in zip(displacements, offsets, strict=True):
-        motion = jaw.motion(points, moved)
-        moved -= swing(jaw.point_arms, jaw.point_shares, motion)
-        carried[jaw.vertices] -= swing(jaw.arms, jaw.shares, motion)
+        motion = jaw.estimate_motion(points, moved)
+        moved -= jaw_offsets(jaw.point_arms, jaw.point_shares, motion)
+        carried[jaw.vertices] -= jaw_offsets(jaw.weighted_offsets, jaw.weights, motion)
     return displacements, offsets
 
 
-def jaw_shares(shapes: Shapes, nearest: NDArray[np.integer], /) -> NDArray[np.float64]:
+def jaw_weights(shapes: Blendshapes, nearest: NDArray[np.integer], /) -> NDArray[np.float64]:
     """Return the (V,) shares by which vertices follow the jaw, from the shapes that shift it: 0 not at all, 1 wholly.
 
     nearest : (n,) the vertex of each control point

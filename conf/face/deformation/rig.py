@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import INDEX
-from conf.face.deformation.eyelid_helpers import LidMargins
+from conf.face.control_points import CONTROL_POINT_INDEX
+from conf.face.deformation.eyelid_helpers import EyelidHelpers
 
 MAX_GAZE = np.radians(40.0)
 JAW_RANGE = (np.radians(-1.0), np.radians(35.0))  # the teeth meet; as wide as a jaw opens
-CHIN = [INDEX[name] for name in ("chin_bottom", "chin_boss", "chin_corner_l", "chin_corner_r")]
+CHIN = [CONTROL_POINT_INDEX[name] for name in ("chin_bottom", "chin_boss", "chin_corner_l", "chin_corner_r")]
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,9 @@ class Eye:
     lids: NDArray[np.int64]
     clearance: NDArray[np.float32]
 
-    def pose(self, neutral: NDArray[np.float32], vertices: NDArray[np.float32], pupil: NDArray[np.floating], /) -> None:
+    def apply(
+        self, neutral: NDArray[np.float32], vertices: NDArray[np.float32], pupil: NDArray[np.floating], /
+    ) -> None:
         """Turn the eyeball to its pupil and bring the lids out of it.
 
         neutral, vertices : (V, 3) the face at rest, and moved: changed in place
@@ -90,12 +92,12 @@ class Jaw:
     centre: NDArray[np.float64]
     axis: NDArray[np.float64]
     vertices: NDArray[np.int64]
-    shares: NDArray[np.float32]
-    arms: NDArray[np.float32]
+    weights: NDArray[np.float32]
+    weighted_offsets: NDArray[np.float32]
     point_shares: NDArray[np.float32]
     point_arms: NDArray[np.float32]
 
-    def motion(
+    def estimate_motion(
         self, points: NDArray[np.float64], offsets: NDArray[np.floating], /
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return how the chin has turned about the hinge, (3, 3) rotation less identity, and slid along it, (3,).
@@ -113,12 +115,15 @@ class Jaw:
         return turn.astype(np.float32), slide.astype(np.float32)
 
 
-def swing(
-    arms: NDArray[np.float32], shares: NDArray[np.float32], motion: tuple[NDArray[np.float32], NDArray[np.float32]], /
+def jaw_offsets(
+    weighted_offsets: NDArray[np.float32],
+    weights: NDArray[np.float32],
+    motion: tuple[NDArray[np.float32], NDArray[np.float32]],
+    /,
 ) -> NDArray[np.float32]:
     """Return the (k, 3) offsets that a motion of the jaw gives to what follows it by such shares."""
     turn, slide = motion
-    offsets: NDArray[np.float32] = arms @ turn.T + shares[:, None] * slide
+    offsets: NDArray[np.float32] = weighted_offsets @ turn.T + weights[:, None] * slide
     return offsets
 
 
@@ -135,4 +140,4 @@ class Rig:
     jaw: Jaw | None
     anchors: NDArray[np.float64]
     rigid: NDArray[np.int64]
-    margins: LidMargins | None = None
+    margins: EyelidHelpers | None = None

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from conf.face.control_points import INDEX
-from conf.face.deformation.blendshapes import Shapes
-from conf.face.deformation.ridge_refinement import jaw_shares
+from conf.face.control_points import CONTROL_POINT_INDEX
+from conf.face.deformation.blendshapes import Blendshapes
+from conf.face.deformation.ridge_refinement import jaw_weights
 from conf.face.deformation.rig import Eye, Jaw, Rig
 from conf.face.mesh.mesh import Mesh
 
@@ -22,7 +22,7 @@ _LEAST_SHARE = 0.02  # skin that follows the jaw less does not follow it
 
 
 @dataclass(frozen=True)
-class Joints:
+class RigJoints:
     """What the rigid parts turn about, model units.
 
     eyes : group of an eyeball -> (3,) its centre
@@ -35,7 +35,7 @@ class Joints:
     anchors: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
 
 
-def build_rig(mesh: Mesh, points: NDArray[np.float64], joints: Joints, shapes: Shapes | None = None, /) -> Rig:
+def build_rig(mesh: Mesh, points: NDArray[np.float64], joints: RigJoints, shapes: Blendshapes | None = None, /) -> Rig:
     """Return the rig of a mesh with any of the groups eye_l, eye_r, teeth_upper, teeth_lower and tongue.
 
     points : (n, 3) control points, model units
@@ -44,21 +44,21 @@ def build_rig(mesh: Mesh, points: NDArray[np.float64], joints: Joints, shapes: S
     rigid = mesh.group_vertices(*RIGID_GROUPS)
     skin = np.setdiff1d(np.arange(len(mesh.vertices)), rigid)
     return Rig(
-        eyes=tuple(_eye(mesh, name, centre, skin) for name, centre in joints.eyes.items()),
+        eyes=tuple(_build_eye(mesh, name, centre, skin) for name, centre in joints.eyes.items()),
         jaw=_jaw(joints.hinge, mesh, points, shapes) if joints.hinge else None,
         anchors=joints.anchors,
         rigid=rigid,
     )
 
 
-def _eye(mesh: Mesh, name: str, centre: NDArray[np.float64], skin: NDArray[np.int64]) -> Eye:
+def _build_eye(mesh: Mesh, name: str, centre: NDArray[np.float64], skin: NDArray[np.int64]) -> Eye:
     ball = mesh.group_vertices(name)
     radius = np.linalg.norm(mesh.vertices[ball] - centre, axis=1).max(initial=0.0)
     distance = np.linalg.norm(mesh.vertices[skin] - centre, axis=1)
     near = distance < _LID_REACH * radius
     return Eye(
         centre=centre,
-        pupil=INDEX[EYES[name]],
+        pupil=CONTROL_POINT_INDEX[EYES[name]],
         vertices=ball,
         lids=skin[near],
         # What is inside the eyeball at rest may stay as deep, no deeper.
@@ -70,14 +70,14 @@ def _jaw(
     hinge: tuple[NDArray[np.float64], NDArray[np.float64]],
     mesh: Mesh,
     points: NDArray[np.float64],
-    shapes: Shapes | None,
+    shapes: Blendshapes | None,
 ) -> Jaw:
     centre, axis = hinge
     axis = axis / max(float(np.linalg.norm(axis)), 1e-12)
     # Whichever way the axis points: opening moves the chin down.
-    opens = np.cross(axis, points[INDEX["chin_bottom"]] - centre)[1] < 0
+    opens = np.cross(axis, points[CONTROL_POINT_INDEX["chin_bottom"]] - centre)[1] < 0
     nearest = np.asarray(KDTree(mesh.vertices).query(points)[1])
-    shares = np.zeros(len(mesh.vertices)) if shapes is None else jaw_shares(shapes, nearest)
+    shares = np.zeros(len(mesh.vertices)) if shapes is None else jaw_weights(shapes, nearest)
     shares[shares < _LEAST_SHARE] = 0.0
     shares[mesh.group_vertices(*RIGID_GROUPS)] = 0.0
     shares[mesh.group_vertices(*JAW_GROUPS)] = 1.0
@@ -88,8 +88,8 @@ def _jaw(
         centre=centre,
         axis=axis if opens else -axis,
         vertices=vertices,
-        shares=shares[vertices].astype(np.float32),
-        arms=arms[vertices].astype(np.float32),
+        weights=shares[vertices].astype(np.float32),
+        weighted_offsets=arms[vertices].astype(np.float32),
         point_shares=shares[nearest].astype(np.float32),
         point_arms=point_arms.astype(np.float32),
     )

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import FileFormatError
-from conf.face.deformation.blendshapes import Shapes
+from conf.face.deformation.blendshapes import Blendshapes
 from conf.face.deformation.rig import Rig
-from conf.face.deformation.rig_builder import EYES, Joints, build_rig
+from conf.face.deformation.rig_builder import EYES, RigJoints, build_rig
 from conf.face.formats.text import check_file
 from conf.face.mesh.mesh import Mesh
 
@@ -18,7 +18,7 @@ _MAX_BYTES = 1 << 20
 _MAX_COORDINATE = 1e6
 
 
-def load_rig(path: Path, mesh: Mesh, points: NDArray[np.float64], shapes: Shapes | None = None, /) -> Rig:
+def load_rig(path: Path, mesh: Mesh, points: NDArray[np.float64], shapes: Blendshapes | None = None, /) -> Rig:
     """Read the rig of a mesh with the groups eye_l, eye_r, teeth_upper, teeth_lower and tongue.
 
     points : (n, 3) control points, model units
@@ -28,7 +28,7 @@ def load_rig(path: Path, mesh: Mesh, points: NDArray[np.float64], shapes: Shapes
     return build_rig(mesh, points, read_joints(path), shapes)
 
 
-def read_joints(path: Path, /) -> Joints:
+def read_joints(path: Path, /) -> RigJoints:
     """Read what the parts of a head turn about.
 
     Raises FileFormatError if the file is not a rig.
@@ -36,7 +36,7 @@ def read_joints(path: Path, /) -> Joints:
     check_file(path, max_bytes=_MAX_BYTES)
     try:
         rig = json.loads(path.read_bytes())
-        return Joints(
+        return RigJoints(
             eyes={name: _numbers(rig[name]["centre"], (3,)) for name in EYES if name in rig},
             hinge=(_numbers(rig["jaw"]["centre"], (3,)), _numbers(rig["jaw"]["axis"], (3,))) if "jaw" in rig else None,
             anchors=_numbers(rig.get("anchors", []), (-1, 3)),

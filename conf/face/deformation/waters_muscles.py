@@ -94,7 +94,7 @@ class Sphincter:
 
 
 @dataclass(frozen=True)
-class Musculature:
+class MuscleSet:
     """Muscles on one face, ready to contract.
 
     names : M muscles
@@ -112,7 +112,7 @@ class Musculature:
         /,
         *,
         shares: Mapping[str, NDArray[np.float64]] | None = None,
-    ) -> "Musculature":
+    ) -> "MuscleSet":
         """Compute what muscles do to the (V, 3) vertices.
 
         shares : muscle -> (V,) how far each vertex is its own; without an entry wholly
@@ -133,10 +133,10 @@ class Musculature:
             raise ValueError(f"contractions must be of {', '.join(self.names)}, got {', '.join(unknown)}")
         used = [self.names.index(name) for name in contractions]
         strengths = np.array(list(contractions.values()), np.float32)
-        return limited_sum(strengths[:, None, None] * self.offsets[used])
+        return combine_limited(strengths[:, None, None] * self.offsets[used])
 
 
-def limited_sum(offsets: NDArray[np.float32] | Sequence[NDArray[np.float32]], /) -> NDArray[np.float32]:
+def combine_limited(offsets: NDArray[np.float32] | Sequence[NDArray[np.float32]], /) -> NDArray[np.float32]:
     """Return the (V, 3) sum of (M, V, 3) offsets, each vertex's no longer than the root of the sum of their squares.
 
     One muscle alone, and muscles that pull at right angles, add up; two that pull the same way do so by less.

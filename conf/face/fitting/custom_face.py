@@ -8,27 +8,27 @@ from scipy.spatial import KDTree
 
 from conf.face.control_points import PUPILS
 from conf.face.default_head import EYE_MIDDLE, default_joints, default_points
-from conf.face.deformation.eyelid_helpers import measured_margins
+from conf.face.deformation.eyelid_helpers import helpers_on_edges
 from conf.face.deformation.rig import Rig
-from conf.face.deformation.rig_builder import JAW_GROUPS, Joints, build_rig
+from conf.face.deformation.rig_builder import JAW_GROUPS, RigJoints, build_rig
 from conf.face.fapu import Fapu
-from conf.face.fitting.default_texture import paint_plain
-from conf.face.fitting.eyeball_insertion import fill_sockets
-from conf.face.fitting.lip_cut import lips_are_cut, open_lips
-from conf.face.fitting.part_detection import find_anatomy
+from conf.face.fitting.default_texture import apply_default_texture
+from conf.face.fitting.eyeball_insertion import insert_eyeballs
+from conf.face.fitting.lip_cut import cut_lips, has_open_lips
+from conf.face.fitting.part_detection import detect_parts
 from conf.face.head_pose import ES0_CM
-from conf.face.mesh.depth_profiles import Shells
-from conf.face.mesh.editing import welded, with_parts
+from conf.face.mesh.depth_profiles import LabelledMesh
+from conf.face.mesh.editing import regroup, weld_vertices
 from conf.face.mesh.mesh import Mesh
-from conf.face.mesh.surface_graph import Surface
-from conf.face.similarity import Similarity, fit_similarity
+from conf.face.mesh.surface_graph import SurfaceGraph
+from conf.face.similarity import SimilarityTransform, fit_similarity
 
-ASTRAY_CM = 1.5  # half a triangle of the coarsest face
+MAX_POINT_DISTANCE_CM = 1.5  # half a triangle of the coarsest face
 UPRIGHT = np.radians(20)  # a face that is turned less was meant so
 
 
 @dataclass(frozen=True)
-class OwnFace:
+class PreparedFace:
     """A face made ready to be moved.
 
     mesh : in model centimetres; the file's vertices come first, in its order, except those of files that repeat them
@@ -40,38 +40,38 @@ class OwnFace:
     mesh: Mesh
     points: NDArray[np.float64]
     rig: Rig
-    placement: Similarity
+    file_to_model: SimilarityTransform
 
 
-def settle(mesh: Mesh, points: NDArray[np.float64], /) -> OwnFace:
+def prepare_face(mesh: Mesh, points: NDArray[np.float64], /) -> PreparedFace:
     """Make a face ready.
 
     mesh, points : in the file's own coordinates; points (n, 3)
     Raises ValueError if the points are no face, or lie somewhere else than the mesh.
     """
     placement = find_placement(points)
-    mesh = welded(replace(mesh, vertices=placement.apply(mesh.vertices)))
+    mesh = weld_vertices(replace(mesh, vertices=placement.apply(mesh.vertices)))
     points = placement.apply(points)
-    if np.median(KDTree(mesh.vertices).query(points)[0]) > ASTRAY_CM:
+    if np.median(KDTree(mesh.vertices).query(points)[0]) > MAX_POINT_DISTANCE_CM:
         raise ValueError("most of them do not lie on it; place them again with `conf fit`")
-    surface = Surface(mesh.vertices, mesh.triangles)
-    if not lips_are_cut(points, surface):
-        mesh = open_lips(mesh, points, surface)
+    surface = SurfaceGraph(mesh.vertices, mesh.triangles)
+    if not has_open_lips(points, surface):
+        mesh = cut_lips(mesh, points, surface)
     if mesh.texture is None:  # one with a picture has none for new eyes
-        mesh, points = fill_sockets(mesh, points)
-    surface = Surface(mesh.vertices, mesh.triangles)
-    anatomy = find_anatomy(mesh, points, surface)
-    mesh = with_parts(mesh, anatomy.parts)
+        mesh, points = insert_eyeballs(mesh, points)
+    surface = SurfaceGraph(mesh.vertices, mesh.triangles)
+    anatomy = detect_parts(mesh, points, surface)
+    mesh = regroup(mesh, anatomy.parts)
     if mesh.texture is None:
-        mesh = paint_plain(mesh, points, anatomy.eyes)
+        mesh = apply_default_texture(mesh, points, anatomy.eyes)
     jawed = any(group in mesh.groups for group in JAW_GROUPS)
-    joints = Joints(anatomy.eyes, _hinge(points) if jawed else None)
-    shells = Shells(mesh.vertices, mesh.triangles, surface.shells[mesh.triangles[:, 0]])
-    rig = replace(build_rig(mesh, points, joints), margins=measured_margins(points, shells))
-    return OwnFace(mesh, points, rig, placement)
+    joints = RigJoints(anatomy.eyes, _hinge(points) if jawed else None)
+    shells = LabelledMesh(mesh.vertices, mesh.triangles, surface.components[mesh.triangles[:, 0]])
+    rig = replace(build_rig(mesh, points, joints), margins=helpers_on_edges(points, shells))
+    return PreparedFace(mesh, points, rig, placement)
 
 
-def find_placement(points: NDArray[np.float64], /) -> Similarity:
+def find_placement(points: NDArray[np.float64], /) -> SimilarityTransform:
     """Return what brings control points, (n, 3) of any unit and turn, to 6.4 cm between the pupils.
 
     The eyes come to where the default head has them. A face that lies on its back or stands on its head is turned
@@ -86,7 +86,7 @@ def find_placement(points: NDArray[np.float64], /) -> Similarity:
     if np.trace(turn) >= 1 + 2 * np.cos(UPRIGHT):
         turn = np.eye(3)
     scale = ES0_CM / eye_distance
-    return Similarity(turn, scale, EYE_MIDDLE - scale * turn @ points[PUPILS].mean(axis=0))
+    return SimilarityTransform(turn, scale, EYE_MIDDLE - scale * turn @ points[PUPILS].mean(axis=0))
 
 
 def _hinge(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
@@ -95,4 +95,4 @@ def _hinge(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
     if hinge is None:
         return None
     likeness = fit_similarity(points, default_points())
-    return likeness.undo(hinge[0]), hinge[1] @ likeness.rotation
+    return likeness.inverse_apply(hinge[0]), hinge[1] @ likeness.rotation

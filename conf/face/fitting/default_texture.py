@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import INDEX
+from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.rig_builder import EYES
 from conf.face.mesh.mesh import Mesh
 
@@ -25,7 +25,7 @@ COLOURS = {"skin": (0.625, 0.75), "teeth": (0.875, 0.75), "tongue": (0.625, 0.25
 _COLOUR_OF = {"teeth_upper": "teeth", "teeth_lower": "teeth", "tongue": "tongue", "mouth": "mouth"}
 
 
-def paint_plain(mesh: Mesh, points: NDArray[np.float64], eyes: Mapping[str, NDArray[np.float64]], /) -> Mesh:
+def apply_default_texture(mesh: Mesh, points: NDArray[np.float64], eyes: Mapping[str, NDArray[np.float64]], /) -> Mesh:
     """Return the mesh with the plain picture and texture coordinates for it; its own, if it has any, are lost.
 
     mesh : upright, in model centimetres, its groups named as those of the shipped head
@@ -41,7 +41,7 @@ def paint_plain(mesh: Mesh, points: NDArray[np.float64], eyes: Mapping[str, NDAr
     for number, name in enumerate(names):
         rows = of_part == number
         if name in eyes:
-            uvs[rows] = _eye_places(mesh.vertices[vertices[rows]], eyes[name], points[INDEX[EYES[name]]])
+            uvs[rows] = _eye_places(mesh.vertices[vertices[rows]], eyes[name], points[CONTROL_POINT_INDEX[EYES[name]]])
         else:
             uvs[rows] = COLOURS[_COLOUR_OF.get(name, "skin")]
     return replace(

@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import INDEX
+from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.rig_builder import EYES
 from conf.face.formats.obj import RawMesh
 from conf.face.mesh.mesh import Mesh, build_mesh
-from conf.face.mesh.raycast import front_hits
+from conf.face.mesh.raycast import cast_front_rays
 
 # Model centimetres, 6.4 between the pupils.
 _RADIUS = 1.55  # as on eight heads that have eyeballs
@@ -17,19 +17,22 @@ _RINGS, _COLUMNS = 14, 24
 _REACH = np.radians(100.0)  # from its front an eyeball is made
 
 
-def fill_sockets(mesh: Mesh, points: NDArray[np.float64], /) -> tuple[Mesh, NDArray[np.float64]]:
+def insert_eyeballs(mesh: Mesh, points: NDArray[np.float64], /) -> tuple[Mesh, NDArray[np.float64]]:
     """Return the mesh with an eyeball in each empty socket, and the points with the pupils on them.
 
     mesh, points : upright, in model centimetres; points (n, 3). New vertices come after those of the mesh.
     """
     points = points.copy()
     for pupil in EYES.values():
-        lids = points[[INDEX[f"eyelid_{lid}_{pupil[-1]}"] for lid in ("upper", "lower")]]
-        seen = front_hits(lids[:, :2].mean(axis=0)[None], mesh.vertices, mesh.triangles).points[0, 2]
+        lids = points[[CONTROL_POINT_INDEX[f"eyelid_{lid}_{pupil[-1]}"] for lid in ("upper", "lower")]]
+        seen = cast_front_rays(lids[:, :2].mean(axis=0)[None], mesh.vertices, mesh.triangles).points[0, 2]
         if seen > lids[:, 2].mean() - _DEEP:  # nan is not
             continue
-        centre = _centre(points[INDEX[pupil]], np.concatenate([lids, points[[INDEX[f"eye_outer_corner_{pupil[-1]}"]]]]))
-        points[INDEX[pupil]] = centre + np.array([0.0, 0.0, _RADIUS])
+        centre = _centre(
+            points[CONTROL_POINT_INDEX[pupil]],
+            np.concatenate([lids, points[[CONTROL_POINT_INDEX[f"eye_outer_corner_{pupil[-1]}"]]]]),
+        )
+        points[CONTROL_POINT_INDEX[pupil]] = centre + np.array([0.0, 0.0, _RADIUS])
         mesh = _with_ball(mesh, centre, outwards=_faces_viewer(mesh, points))
     return mesh, points
 
@@ -43,7 +46,7 @@ def _centre(pupil: NDArray[np.float64], edges: NDArray[np.float64]) -> NDArray[n
 
 def _faces_viewer(mesh: Mesh, points: NDArray[np.float64]) -> bool:
     """Say whether the triangles seen from the front face outwards."""
-    hits = front_hits(points[:, :2], mesh.vertices, mesh.triangles).triangles
+    hits = cast_front_rays(points[:, :2], mesh.vertices, mesh.triangles).triangles
     corners = mesh.vertices[mesh.triangles[hits[hits >= 0]]]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     return bool((normals[:, 2] > 0).sum() * 2 >= len(normals))

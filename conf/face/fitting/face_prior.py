@@ -18,17 +18,23 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_COUNT, LANDMARKS, indices
-from conf.face.mesh.raycast import front_hits
-from conf.face.similarity import Similarity, fit_similarity
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_LANDMARKS, control_point_indices
+from conf.face.mesh.raycast import cast_front_rays
+from conf.face.similarity import SimilarityTransform, fit_similarity
 from conf.face.symmetry import PARTNERS
 
+# array of face_prior.npz -> field of FacePrior
+ARRAYS = {
+    "seen": "mean_observed", "mean": "mean", "depths": "depths", "correction": "correction", "normals": "normals",
+}  # fmt: skip
 PRIOR_FILE = Path(str(files("conf"))) / "assets" / "face_prior.npz"
-STEADY = indices("eye_outer_corner", "eye_inner_corner", "eyelid", "nos", "outer_lip_corner")  # tie a face to the frame
+STABLE_POINTS = control_point_indices(
+    "eye_outer_corner", "eye_inner_corner", "eyelid", "nos", "outer_lip_corner"
+)  # tie a face to the frame
 # The outline of the jaw from either ear down to the chin; the chin's own points are not in it.
 _JAW_LEFT = [454, 323, 361, 288, 397, 365, 379, 378, 377]
 _JAW_RIGHT = [234, 93, 132, 58, 172, 136, 150, 149, 148]
-SEEN_LANDMARKS = np.array([*LANDMARKS, *_JAW_LEFT, *_JAW_RIGHT])  # (m,) of the tracker
+OBSERVED_LANDMARKS = np.array([*CONTROL_POINT_LANDMARKS, *_JAW_LEFT, *_JAW_RIGHT])  # (m,) of the tracker
 _LEFT = CONTROL_POINT_COUNT + np.arange(len(_JAW_LEFT))
 SEEN_PARTNERS = np.array([*PARTNERS, *(_LEFT + len(_JAW_LEFT)), *_LEFT])  # (m,) of each, on the other side
 _MIRROR = np.array([-1.0, 1.0, 1.0])
@@ -51,25 +57,25 @@ class FacePrior:
     normals : (n, 3) which way the surface looks at each control point
     """
 
-    seen: NDArray[np.float64]
+    mean_observed: NDArray[np.float64]
     mean: NDArray[np.float64]
     depths: NDArray[np.float64]
     correction: NDArray[np.float64]
     normals: NDArray[np.float64]
 
-    def frame(self, observed: NDArray[np.float64]) -> Similarity:
+    def frame(self, observed: NDArray[np.float64]) -> SimilarityTransform:
         """Return what carries observed landmarks (m, 3) of any size and turn into the prior's frame."""
-        return fit_similarity(observed[STEADY], self.seen[STEADY])
+        return fit_similarity(observed[STABLE_POINTS], self.mean_observed[STABLE_POINTS])
 
-    def likely_points(
+    def predict_points(
         self, observed: NDArray[np.float64], vertices: NDArray[np.float64], triangles: NDArray[np.int32]
     ) -> NDArray[np.float64]:
         """Return where the control points most likely are, (n, 3), for landmarks seen at (m, 3) on a mesh.
 
         vertices, triangles : (V, 3), (F, 3) of the mesh; all in the prior's frame
         """
-        difference = observed - self.seen
-        known = np.concatenate([difference.ravel(), relief(depths_of(vertices, triangles), self.depths)])
+        difference = observed - self.mean_observed
+        known = np.concatenate([difference.ravel(), depth_residuals(sample_depths(vertices, triangles), self.depths)])
         return np.asarray(self.mean + difference[: len(self.mean)] + (known @ self.correction).reshape(-1, 3))
 
 
@@ -77,11 +83,11 @@ class FacePrior:
 def load_prior() -> FacePrior:
     """Return the prior that tools/train/face_prior.py measured."""
     with np.load(PRIOR_FILE) as arrays:
-        return FacePrior(**{name: arrays[name].astype(np.float64) for name in FacePrior.__dataclass_fields__})
+        return FacePrior(**{field: arrays[key].astype(np.float64) for key, field in ARRAYS.items()})
 
 
 @dataclass(frozen=True)
-class KnownHead:
+class TrainingHead:
     """A head whose control points are known, in a frame of its own.
 
     observed : (m, 3) what the tracker says; truth, normals : (n, 3) of the control points and of the surface there
@@ -95,20 +101,20 @@ class KnownHead:
     triangles: NDArray[np.int32]
 
 
-def learn_prior(heads: Sequence[KnownHead], /, *, ridge: float) -> FacePrior:
+def train_prior(heads: Sequence[TrainingHead], /, *, ridge: float) -> FacePrior:
     """Measure a prior on N heads, all lit from one side; how each differs from the rest is taken twice, also mirrored.
 
     ridge : lambda, cm^2: large trusts what is seen, small what was measured
     """
     seen = np.mean([head.observed for head in heads], axis=0)
     for _ in range(3):
-        frames = [fit_similarity(head.observed[STEADY], seen[STEADY]) for head in heads]
+        frames = [fit_similarity(head.observed[STABLE_POINTS], seen[STABLE_POINTS]) for head in heads]
         said = np.array([f.apply(head.observed) for f, head in zip(frames, heads, strict=True)])
         seen = said.mean(axis=0)
     true = np.array([f.apply(head.truth) for f, head in zip(frames, heads, strict=True)])
-    measured = np.array([depths_of(f.apply(h.vertices), h.triangles) for f, h in zip(frames, heads, strict=True)])
+    measured = np.array([sample_depths(f.apply(h.vertices), h.triangles) for f, h in zip(frames, heads, strict=True)])
     depths = np.nanmedian(np.concatenate([measured, measured[:, _RELIEF_PARTNERS]]), axis=0)
-    reliefs, mean = relief(measured, depths), true.mean(axis=0)
+    reliefs, mean = depth_residuals(measured, depths), true.mean(axis=0)
     differences, own = _with_mirror(said - seen, SEEN_PARTNERS), _with_mirror(true - mean, PARTNERS)
     errors = (own - differences[:, : mean.shape[0]]).reshape(len(own), -1)
     known = np.hstack(
@@ -121,12 +127,12 @@ def learn_prior(heads: Sequence[KnownHead], /, *, ridge: float) -> FacePrior:
     return FacePrior(seen, mean, depths, correction, np.asarray(normal))
 
 
-def depths_of(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> NDArray[np.float64]:
+def sample_depths(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> NDArray[np.float64]:
     """Return the (k,) z of a mesh in the prior's frame at RELIEF_PLACES, nan where there is nothing."""
-    return front_hits(RELIEF_PLACES, vertices, triangles).points[:, 2]
+    return cast_front_rays(RELIEF_PLACES, vertices, triangles).points[:, 2]
 
 
-def relief(depths: NDArray[np.float64], average: NDArray[np.float64]) -> NDArray[np.float64]:
+def depth_residuals(depths: NDArray[np.float64], average: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return how far (..., k) depths stand out from the average (k,), weighted; holes do not."""
     off = np.nan_to_num(depths - average)
     return np.asarray(_RELIEF_WEIGHT * np.clip(off, -_RELIEF_MOST, _RELIEF_MOST))

@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import INDEX
+from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.formats.obj import RawMesh
 from conf.face.mesh.mesh import Mesh, build_mesh
-from conf.face.mesh.surface_graph import Surface
+from conf.face.mesh.surface_graph import SurfaceGraph
 
 # Model centimetres, 6.4 between the pupils.
 # From lip to lip round the corner, or through the mouth, times the way straight over the lips: measured 1.0 and 1.05
@@ -26,7 +26,7 @@ _ON_THE_LINE = 1e-3  # what is nearer to the line is taken for the upper lip's
 _MOUTH = "mouth"
 _FEWEST = 3  # edges that are worth a cut
 # Once round the bag from the upper lip to the lower: how far back, and up or down.
-_PROFILE = np.array(
+_BAG_PROFILE = np.array(
     # The narrow first ring keeps the bag out of the shading of the lips.
     [[0.08, 0], [0.5, 0.15], [1.5, 0.7], [3.0, 0.9], [4.0, 0], [3.0, -0.9], [1.5, -0.7], [0.5, -0.15], [0.08, 0]]
 )
@@ -34,19 +34,19 @@ _SHALLOW = 0.35  # of the depth in the middle, in the corners of the mouth
 _NARROWING = np.array([1.0, 0.97, 0.92, 0.85, 0.75, 0.85, 0.92, 0.97, 1.0])  # of the mouth's width, at the same places
 
 
-def lips_are_cut(points: NDArray[np.float64], surface: Surface, /) -> bool:
+def has_open_lips(points: NDArray[np.float64], surface: SurfaceGraph, /) -> bool:
     """Say whether the way along the surface from one lip to the other is longer than over the lips.
 
     points : (n, 3) control points in centimetres, about 6.4 between the pupils
     """
     across = points[_PROFILE_POINTS]
-    upper, lower = surface.snap(across[[0, -1]], tolerance=_SNAP)
+    upper, lower = surface.nearest_vertices(across[[0, -1]], tolerance=_SNAP)
     over_the_lips = float(np.linalg.norm(np.diff(across, axis=0), axis=1).sum())
     limit = _LONG_WAY * over_the_lips
     return bool(surface.distances(np.array([upper]), limit=limit)[lower] >= limit)
 
 
-def open_lips(mesh: Mesh, points: NDArray[np.float64], surface: Surface, /) -> Mesh:
+def cut_lips(mesh: Mesh, points: NDArray[np.float64], surface: SurfaceGraph, /) -> Mesh:
     """Return the mesh cut between its lips, with a bag behind them in the group "mouth"; itself if nothing can be cut.
 
     mesh, points, surface : upright, in model centimetres; points (n, 3)
@@ -54,7 +54,7 @@ def open_lips(mesh: Mesh, points: NDArray[np.float64], surface: Surface, /) -> M
     """
     line = (points[_UPPER] + points[_LOWER]) / 2
     line = line[np.argsort(line[:, 0])]
-    seeds = surface.snap(points[[*_UPPER, *_LOWER]], tolerance=_SNAP)
+    seeds = surface.nearest_vertices(points[[*_UPPER, *_LOWER]], tolerance=_SNAP)
     around = np.asarray(surface.distances(seeds, limit=_LIPS_REACH) < _LIPS_REACH)
     near = np.asarray(around[mesh.triangles].all(axis=1))
     above = mesh.vertices[:, 1] - np.interp(mesh.vertices[:, 0], line[:, 0], line[:, 1])
@@ -63,7 +63,7 @@ def open_lips(mesh: Mesh, points: NDArray[np.float64], surface: Surface, /) -> M
     if len(cut.edges) < _FEWEST:
         return mesh
     outwards = _face_viewer(mesh.vertices[mesh.triangles[near]])
-    return build_mesh(_with_bag(_split(mesh, cut, above > 0), cut, outwards))
+    return build_mesh(_add_mouth_cavity(_split(mesh, cut, above > 0), cut, outwards))
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class _Cut:
 
 
 @dataclass(frozen=True)
-class _Slit:
+class _CutMesh:
     """A mesh whose lips are apart: the (k,) vertices of either rim from right to left, and the two where they end."""
 
     raw: RawMesh
@@ -117,7 +117,7 @@ _ONE_CUT = np.array([[0, 3, 2], [4, 1, 2]])
 _TWO_CUTS = np.array([[0, 3, 5], [4, 1, 2], [4, 2, 6]])
 
 
-def _split(mesh: Mesh, cut: _Cut, upper: NDArray[np.bool_]) -> _Slit:
+def _split(mesh: Mesh, cut: _Cut, upper: NDArray[np.bool_]) -> _CutMesh:
     """Cut the edges; upper (V,) says which vertices are the upper lip's."""
     count, cuts = len(mesh.vertices), len(cut.edges)
     new = count + np.arange(2 * cuts).reshape(2, cuts)  # of the upper lip, of the lower
@@ -151,7 +151,7 @@ def _split(mesh: Mesh, cut: _Cut, upper: NDArray[np.bool_]) -> _Slit:
     )
     tips = {int(at): int(tip) for at, tip in zip(number.max(axis=1)[~both], own[~both, 2, 0], strict=True)}
     ends = (tips.get(0, int(new[0, 0])), tips.get(cuts - 1, int(new[0, -1])))
-    return _Slit(raw, new[0], new[1], ends)
+    return _CutMesh(raw, new[0], new[1], ends)
 
 
 def _cut_of_edges(triangles: NDArray[np.int64], cut: _Cut, count: int) -> NDArray[np.intp]:
@@ -164,14 +164,14 @@ def _cut_of_edges(triangles: NDArray[np.int64], cut: _Cut, count: int) -> NDArra
     return np.asarray(np.where(known[order][at] == keys, order[at], -1))
 
 
-def _with_bag(slit: _Slit, cut: _Cut, outwards: bool) -> RawMesh:
+def _add_mouth_cavity(slit: _CutMesh, cut: _Cut, outwards: bool) -> RawMesh:
     """Draw the rim of the slit out to a bag; outwards says which way the mesh's triangles face."""
     raw = slit.raw
     rim = raw.positions[slit.upper]
     middle, half = (rim[0, 0] + rim[-1, 0]) / 2, max((rim[-1, 0] - rim[0, 0]) / 2, 1e-9)
     along = (rim[:, 0] - middle) / half
     full = np.sqrt(np.maximum(1 - along**2, 0.0))[:, None]  # 0 in the corners of the mouth
-    back, up = _PROFILE.T
+    back, up = _BAG_PROFILE.T
     ring = np.stack(
         [
             middle + half * along[:, None] * _NARROWING,
@@ -203,9 +203,13 @@ def _with_bag(slit: _Slit, cut: _Cut, outwards: bool) -> RawMesh:
 
 
 _PROFILE_POINTS = [
-    INDEX[f"{lip}_mid"] for lip in ("outer_lip_upper", "inner_lip_upper", "inner_lip_lower", "outer_lip_lower")
+    CONTROL_POINT_INDEX[f"{lip}_mid"]
+    for lip in ("outer_lip_upper", "inner_lip_upper", "inner_lip_lower", "outer_lip_lower")
 ]
 _UPPER, _LOWER = (
-    [INDEX[f"inner_lip_{place}"] for place in ("corner_r", f"{lip}_r", f"{lip}_mid", f"{lip}_l", "corner_l")]
+    [
+        CONTROL_POINT_INDEX[f"inner_lip_{place}"]
+        for place in ("corner_r", f"{lip}_r", f"{lip}_mid", f"{lip}_l", "corner_l")
+    ]
     for lip in ("upper", "lower")
 )

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from conf.face.control_points import INDEX, PUPILS, indices
+from conf.face.control_points import CONTROL_POINT_INDEX, PUPILS, control_point_indices
 from conf.face.deformation.rig_builder import EYES
 from conf.face.mesh.mesh import Mesh
-from conf.face.mesh.raycast import front_hits
-from conf.face.mesh.surface_graph import Surface
+from conf.face.mesh.raycast import cast_front_rays
+from conf.face.mesh.surface_graph import SurfaceGraph
 
 # All in model centimetres, 6.4 between the pupils; a human eyeball has a radius of 1.2.
 _EYE_RADIUS = (0.7, 2.4)
@@ -34,13 +34,13 @@ _TONGUE_BACK = 1.2  # behind its front a tongue has a middle, an arch of teeth h
 _LIP = 0.45  # what lies nearer to the line where the lips meet is lip
 # Where a hidden piece of skin is sure to be the mouth's inside: within a share of half its width, above or below the
 # line where the lips meet, and from so far to so far behind it.
-_SURE = (0.5, 1.5, 0.6, 5.0)
+_MOUTH_SEED_BOX = (0.5, 1.5, 0.6, 5.0)
 _COVERED = 0.3  # in front of it there is something else
 _MOUTH_BOX = (6.0, 6.5, 13.0)  # what is reached from behind the lips farther from them than this is no mouth
 
 
 @dataclass(frozen=True)
-class Anatomy:
+class DetectedParts:
     """What was found.
 
     parts : group -> its triangles: eye_l, eye_r, teeth_upper, teeth_lower, tongue, mouth, as far as they are there
@@ -51,32 +51,36 @@ class Anatomy:
     eyes: dict[str, NDArray[np.float64]]
 
 
-def find_anatomy(mesh: Mesh, points: NDArray[np.float64], surface: Surface, /) -> Anatomy:
+def detect_parts(mesh: Mesh, points: NDArray[np.float64], surface: SurfaceGraph, /) -> DetectedParts:
     """Look for the parts of a face.
 
     mesh, points : upright, in model centimetres; points (n, 3)
     surface : of the same mesh
     """
     shells = _Shells.of(mesh, surface)
-    skin = int(np.bincount(surface.shells[surface.snap(np.delete(points, PUPILS, axis=0), tolerance=0.3)]).argmax())
+    skin = int(
+        np.bincount(
+            surface.components[surface.nearest_vertices(np.delete(points, PUPILS, axis=0), tolerance=0.3)]
+        ).argmax()
+    )
     taken = {skin}
     members: dict[str, list[int]] = {}
     eyes: dict[str, NDArray[np.float64]] = {}
     for group, pupil in EYES.items():
-        ball = _eyeball(shells, points[INDEX[pupil]], taken)
+        ball = _eyeball(shells, points[CONTROL_POINT_INDEX[pupil]], taken)
         if ball is not None:
             eyes[group], members[group] = ball
             taken.update(members[group])
-    of_triangle = surface.shells[mesh.triangles[:, 0]]
-    for shell in _between_jaws(shells, points, taken):
+    of_triangle = surface.components[mesh.triangles[:, 0]]
+    for shell in _oral_shells(shells, points, taken):
         places = shells.members(shell)
         if _is_hidden(places, mesh, of_triangle != shell):
             members.setdefault(_mouth_group(places - points[_SEAM].mean(axis=0)), []).append(shell)
     parts = {group: np.flatnonzero(np.isin(of_triangle, chosen)) for group, chosen in members.items()}
-    inside = _mouth_inside(mesh, points, surface.shells == skin)
+    inside = _mouth_inside(mesh, points, surface.components == skin)
     if len(inside):
         parts["mouth"] = inside
-    return Anatomy(parts, eyes)
+    return DetectedParts(parts, eyes)
 
 
 class _Shells(NamedTuple):
@@ -88,9 +92,9 @@ class _Shells(NamedTuple):
     starts: NDArray[np.intp]
 
     @classmethod
-    def of(cls, mesh: Mesh, surface: Surface) -> "_Shells":
-        order = np.argsort(surface.shells, kind="stable")
-        starts = np.searchsorted(surface.shells[order], np.arange(surface.shells.max() + 2))
+    def of(cls, mesh: Mesh, surface: SurfaceGraph) -> "_Shells":
+        order = np.argsort(surface.components, kind="stable")
+        starts = np.searchsorted(surface.components[order], np.arange(surface.components.max() + 2))
         sorted_vertices = mesh.vertices[order]
         low = np.minimum.reduceat(sorted_vertices, starts[:-1])
         return cls(low, np.maximum.reduceat(sorted_vertices, starts[:-1]), sorted_vertices, starts)
@@ -137,7 +141,7 @@ def _fit_sphere(places: NDArray[np.float64]) -> tuple[NDArray[np.float64], float
     return middle + solution[:3], radius, float(np.sqrt((errors**2).mean()))
 
 
-def _between_jaws(shells: _Shells, points: NDArray[np.float64], taken: set[int]) -> list[int]:
+def _oral_shells(shells: _Shells, points: NDArray[np.float64], taken: set[int]) -> list[int]:
     """Return the shells that lie where teeth and tongue do."""
     line = points[_SEAM].mean(axis=0)
     wide = np.abs(points[_CORNERS, 0] - line[0]).max() + _BESIDE_LIPS
@@ -150,7 +154,7 @@ def _between_jaws(shells: _Shells, points: NDArray[np.float64], taken: set[int])
 def _is_hidden(places: NDArray[np.float64], mesh: Mesh, others: NDArray[np.bool_]) -> bool:
     """Say whether the triangles of others, (F,), hide places (k, 3) from the viewer."""
     probes = places[:: max(1, len(places) // _PROBES)]
-    depth = front_hits(probes[:, :2], mesh.vertices, mesh.triangles[others]).points[:, 2]
+    depth = cast_front_rays(probes[:, :2], mesh.vertices, mesh.triangles[others]).points[:, 2]
     return bool((depth > probes[:, 2]).mean() >= _HIDDEN)
 
 
@@ -166,11 +170,11 @@ def _mouth_group(places: NDArray[np.float64]) -> str:
 def _mouth_inside(mesh: Mesh, points: NDArray[np.float64], skin: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Return the triangles of the skin that are the mouth's inside, (k,); none if it has none or no line parts it."""
     off = mesh.vertices - points[_SEAM].mean(axis=0)
-    half = np.abs(off[:, 0]) < 0.5 * np.ptp(points[_CORNERS, 0]) * _SURE[0]
-    deep = (off[:, 2] < -_SURE[2]) & (off[:, 2] > -_SURE[3])
-    likely = np.flatnonzero(skin & half & deep & (np.abs(off[:, 1]) < _SURE[1]))
+    half = np.abs(off[:, 0]) < 0.5 * np.ptp(points[_CORNERS, 0]) * _MOUTH_SEED_BOX[0]
+    deep = (off[:, 2] < -_MOUTH_SEED_BOX[2]) & (off[:, 2] > -_MOUTH_SEED_BOX[3])
+    likely = np.flatnonzero(skin & half & deep & (np.abs(off[:, 1]) < _MOUTH_SEED_BOX[1]))
     sure = likely[:: max(1, len(likely) // _PROBES)]
-    depth = front_hits(mesh.vertices[sure, :2], mesh.vertices, mesh.triangles).points[:, 2]
+    depth = cast_front_rays(mesh.vertices[sure, :2], mesh.vertices, mesh.triangles).points[:, 2]
     sure = sure[depth > mesh.vertices[sure, 2] + _COVERED]
     free = skin & (_distance_to_seam(mesh.vertices, points) > _LIP)
     edges = mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
@@ -193,10 +197,13 @@ def _distance_to_seam(places: NDArray[np.float64], points: NDArray[np.float64]) 
     return nearest
 
 
-_SEAM = [INDEX[f"inner_lip_{lip}_mid"] for lip in ("upper", "lower")]
-_CORNERS = indices("inner_lip_corner")
-_LIPS = indices("outer_lip", "inner_lip", "cupids_bow")
+_SEAM = [CONTROL_POINT_INDEX[f"inner_lip_{lip}_mid"] for lip in ("upper", "lower")]
+_CORNERS = control_point_indices("inner_lip_corner")
+_LIPS = control_point_indices("outer_lip", "inner_lip", "cupids_bow")
 _UPPER, _LOWER = (
-    [INDEX[f"inner_lip_{place}"] for place in ("corner_r", f"{lip}_r", f"{lip}_mid", f"{lip}_l", "corner_l")]
+    [
+        CONTROL_POINT_INDEX[f"inner_lip_{place}"]
+        for place in ("corner_r", f"{lip}_r", f"{lip}_mid", f"{lip}_l", "corner_l")
+    ]
     for lip in ("upper", "lower")
 )

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from conf.face.control_points import INDEX, LOWER_LIP, UPPER_LIP
+from conf.face.control_points import CONTROL_POINT_INDEX, LOWER_LIP, UPPER_LIP
 from conf.face.fitting.face_prior import FacePrior
-from conf.face.fitting.lip_cut import lips_are_cut
-from conf.face.mesh.depth_profiles import Shells, lid_edge, lip_line
-from conf.face.mesh.raycast import front_hits, nearest_points
-from conf.face.mesh.surface_graph import Surface
+from conf.face.fitting.lip_cut import has_open_lips
+from conf.face.mesh.depth_profiles import LabelledMesh, find_lid_edge, find_lip_line
+from conf.face.mesh.raycast import cast_front_rays, nearest_points
+from conf.face.mesh.surface_graph import SurfaceGraph
 
 _REACH = 1.5  # cm from the likely shape that the surface is looked for
 _LIP_PAIRS = [(f"inner_lip_upper_{side}", f"inner_lip_lower_{side}") for side in ("mid", "l", "r")]
@@ -29,7 +29,7 @@ _SNAP = 0.3  # cm that the skin may be farther than another shell
 
 
 @dataclass(frozen=True)
-class Placement:
+class FittedPoints:
     """Control points on a mesh and what was found of the features they mark.
 
     points : (n, 3)
@@ -46,30 +46,30 @@ class Placement:
     mouth_open: bool
 
 
-def place_points(
+def fit_control_points(
     observed: NDArray[np.float64], vertices: NDArray[np.float64], triangles: NDArray[np.int32], prior: FacePrior
-) -> Placement:
+) -> FittedPoints:
     """Find the (n, 3) control points of a mesh (V, 3), (F, 3) from where the tracker saw them, (m, 3)."""
-    shape = prior.likely_points(observed, vertices, triangles)
+    shape = prior.predict_points(observed, vertices, triangles)
     triangles = _facing_viewer(shape, vertices, triangles)
-    shells = Shells(vertices, triangles, _shell_of_triangles(len(vertices), triangles))
+    shells = LabelledMesh(vertices, triangles, _shell_of_triangles(len(vertices), triangles))
     points = nearest_points(shape, prior.normals, vertices, triangles, reach=_REACH)
     points = np.where(np.isnan(points), shape, points)
     balls = _place_pupils(points, shape, shells)
     lines = _place_lips(points, shells)
     edges = _place_lids(points, shells)
     for pupil in balls:
-        _look_out(points, pupil, shells)
-    surface = Surface(vertices, triangles)
+        _centre_pupil(points, pupil, shells)
+    surface = SurfaceGraph(vertices, triangles)
     _keep_lips_apart(points, vertices, surface)
-    return Placement(points, lines, edges, len(balls), lips_are_cut(points, surface))
+    return FittedPoints(points, lines, edges, len(balls), has_open_lips(points, surface))
 
 
 def _facing_viewer(
     shape: NDArray[np.float64], vertices: NDArray[np.float64], triangles: NDArray[np.int32]
 ) -> NDArray[np.int32]:
     """Turn all triangles round if most of those seen from the front are inside out."""
-    hits = front_hits(shape[:, :2], vertices, triangles).triangles
+    hits = cast_front_rays(shape[:, :2], vertices, triangles).triangles
     corners = vertices[triangles[hits[hits >= 0]]]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     return np.ascontiguousarray(triangles[:, ::-1]) if (normals[:, 2] < 0).sum() * 2 > len(normals) else triangles
@@ -81,13 +81,13 @@ def _shell_of_triangles(count: int, triangles: NDArray[np.int32]) -> NDArray[np.
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int32)[triangles[:, 0]]
 
 
-def _place_pupils(points: NDArray[np.float64], shape: NDArray[np.float64], shells: Shells) -> list[str]:
+def _place_pupils(points: NDArray[np.float64], shape: NDArray[np.float64], shells: LabelledMesh) -> list[str]:
     """Put pupils on the fronts of the eyeballs, or where they would be if there are none; return those on eyeballs."""
     found = []
     for name in ("pupil_l", "pupil_r"):
-        pupil = shape[INDEX[name]]
-        points[INDEX[name]] = pupil
-        hit = front_hits(pupil[None, :2], shells.vertices, shells.triangles).triangles[0]
+        pupil = shape[CONTROL_POINT_INDEX[name]]
+        points[CONTROL_POINT_INDEX[name]] = pupil
+        hit = cast_front_rays(pupil[None, :2], shells.vertices, shells.triangles).triangles[0]
         if hit < 0:
             continue
         ball = shells.vertices[shells.triangles[shells.of_triangle == shells.of_triangle[hit]]].reshape(-1, 3)
@@ -96,53 +96,53 @@ def _place_pupils(points: NDArray[np.float64], shape: NDArray[np.float64], shell
         across = (high - low)[:2]
         if (across > _EYE_SIZE[0]).all() and (across < _EYE_SIZE[1]).all():
             if np.linalg.norm((front - pupil)[:2]) < _EYE_STRAY:
-                points[INDEX[name]] = front
+                points[CONTROL_POINT_INDEX[name]] = front
                 found.append(name)
     return found
 
 
-def _look_out(points: NDArray[np.float64], pupil: str, shells: Shells) -> None:
+def _centre_pupil(points: NDArray[np.float64], pupil: str, shells: LabelledMesh) -> None:
     """Move a pupil along its eyeball to where an eye at rest has it between its lids: the head may be held high."""
-    upper, lower = (points[INDEX[f"eyelid_{lid}_{pupil[-1]}"], 1] for lid in ("upper", "lower"))
-    place = np.array([[points[INDEX[pupil], 0], lower + _PUPIL_HEIGHT * (upper - lower)]])
-    seen = front_hits(place, shells.vertices, shells.triangles).points[0]
-    if upper > lower and abs(seen[2] - points[INDEX[pupil], 2]) < _EYE_STRAY:  # nan is not
-        points[INDEX[pupil]] = seen
+    upper, lower = (points[CONTROL_POINT_INDEX[f"eyelid_{lid}_{pupil[-1]}"], 1] for lid in ("upper", "lower"))
+    place = np.array([[points[CONTROL_POINT_INDEX[pupil], 0], lower + _PUPIL_HEIGHT * (upper - lower)]])
+    seen = cast_front_rays(place, shells.vertices, shells.triangles).points[0]
+    if upper > lower and abs(seen[2] - points[CONTROL_POINT_INDEX[pupil], 2]) < _EYE_STRAY:  # nan is not
+        points[CONTROL_POINT_INDEX[pupil]] = seen
 
 
-def _place_lips(points: NDArray[np.float64], shells: Shells) -> int:
+def _place_lips(points: NDArray[np.float64], shells: LabelledMesh) -> int:
     found = 0
     for upper, lower in _LIP_PAIRS:
-        line = lip_line(shells, points[[INDEX[upper], INDEX[lower]]].mean(axis=0))
+        line = find_lip_line(shells, points[[CONTROL_POINT_INDEX[upper], CONTROL_POINT_INDEX[lower]]].mean(axis=0))
         if line is not None:
-            points[INDEX[upper]], points[INDEX[lower]] = line
+            points[CONTROL_POINT_INDEX[upper]], points[CONTROL_POINT_INDEX[lower]] = line
             found += 1
     return found
 
 
-def _place_lids(points: NDArray[np.float64], shells: Shells) -> int:
+def _place_lids(points: NDArray[np.float64], shells: LabelledMesh) -> int:
     found = 0
     for lid, pupil in _LIDS:
-        edge = lid_edge(shells, points[INDEX[lid]], points[INDEX[pupil], 1])
+        edge = find_lid_edge(shells, points[CONTROL_POINT_INDEX[lid]], points[CONTROL_POINT_INDEX[pupil], 1])
         if edge is not None:
-            points[INDEX[lid]] = edge
+            points[CONTROL_POINT_INDEX[lid]] = edge
             found += 1
     return found
 
 
-def _keep_lips_apart(points: NDArray[np.float64], vertices: NDArray[np.float64], surface: Surface) -> None:
+def _keep_lips_apart(points: NDArray[np.float64], vertices: NDArray[np.float64], surface: SurfaceGraph) -> None:
     """Move the inner lip points to vertices of their own lip, where one is near: touching lips are easily confused."""
     outer = [[i for i in lip if i in _OUTER] for lip in (UPPER_LIP, LOWER_LIP)]
     to_upper, to_lower = (
-        surface.distances(surface.snap(points[group], tolerance=_SNAP), limit=_LIP_RANGE) for group in outer
+        surface.distances(surface.nearest_vertices(points[group], tolerance=_SNAP), limit=_LIP_RANGE) for group in outer
     )
     for names, own, other in ((0, to_upper, to_lower), (1, to_lower, to_upper)):
         side = np.flatnonzero(own < other)
         for pair in _LIP_PAIRS:
-            index = INDEX[pair[names]]
+            index = CONTROL_POINT_INDEX[pair[names]]
             away = np.linalg.norm(vertices[side] - points[index], axis=1)
             if len(side) and away.min() < _LIP_SNAP:
                 points[index] = vertices[side[away.argmin()]]
 
 
-_OUTER = [INDEX[f"outer_lip_{lip}_{side}"] for lip in ("upper", "lower") for side in ("mid", "l", "r")]
+_OUTER = [CONTROL_POINT_INDEX[f"outer_lip_{lip}_{side}"] for lip in ("upper", "lower") for side in ("mid", "l", "r")]

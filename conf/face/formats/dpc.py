@@ -28,7 +28,7 @@ _ROW = "expected `dx dy dz`, the displacement of one control point"
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionClip:
     """A recorded motion.
 
     fps : frames a second
@@ -43,7 +43,7 @@ class Motion:
     poses: NDArray[np.float64] | None = None
 
 
-def read_dpc(path: Path | str, /) -> Motion:
+def read_dpc(path: Path | str, /) -> MotionClip:
     """Read the thesis's files and ours.
 
     Raises FileFormatError if the file is not the number of frames and as many lines a frame for each.
@@ -51,7 +51,7 @@ def read_dpc(path: Path | str, /) -> Motion:
     return _DpcText(Path(path)).read()
 
 
-def write_dpc(path: Path | str, motion: Motion, /) -> None:
+def write_dpc(path: Path | str, motion: MotionClip, /) -> None:
     """Write a motion, two decimals a displacement, with the comment header that keeps fps, units and poses.
 
     Raises ValueError if the motion has no frames, or poses for some of them only.
@@ -65,7 +65,7 @@ def write_dpc(path: Path | str, motion: Motion, /) -> None:
         file.writelines(f"{line}\n" for line in _lines(motion, frames, points))
 
 
-def _lines(motion: Motion, frames: int, points: int) -> Iterator[str]:
+def _lines(motion: MotionClip, frames: int, points: int) -> Iterator[str]:
     yield f"{frames}  # frames"
     yield f"# fps: {motion.fps:.6g}"
     yield f"# units: {motion.units}"
@@ -87,7 +87,7 @@ class _DpcText:
         self._numbers = array("f")
         self._poses = array("d")
 
-    def read(self) -> Motion:
+    def read(self) -> MotionClip:
         number = 0
         for number, line in read_lines(self._path):
             data, _, comment = line.partition(b"#")
@@ -145,7 +145,7 @@ class _DpcText:
             raise FileFormatError(self._path, number, expected)
         return value
 
-    def _result(self, number: int) -> Motion:
+    def _result(self, number: int) -> MotionClip:
         rows = len(self._numbers) // 3
         if not self._frames:
             raise FileFormatError(self._path, None, f"{_FRAME_COUNT} on the first line")
@@ -157,7 +157,7 @@ class _DpcText:
         if len(poses) not in (0, self._frames):
             raise FileFormatError(self._path, number, f"expected a pose for each of {self._frames} frames or for none")
         displacements = np.array(self._numbers, dtype=np.float32).reshape(self._frames, points, 3)
-        return Motion(self._fps, self._units, displacements, poses if len(poses) else None)
+        return MotionClip(self._fps, self._units, displacements, poses if len(poses) else None)
 
 
 _HEADER = {

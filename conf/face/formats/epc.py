@@ -24,7 +24,7 @@ MAX_NAME = 60  # characters
 
 
 @dataclass(frozen=True)
-class Expressions:
+class ExpressionSet:
     """Named expressions.
 
     names : N of them, no two alike
@@ -43,7 +43,7 @@ class Expressions:
         frame: NDArray[np.float32] = self.displacements[self.names.index(name)]
         return frame
 
-    def in_fapu(self, fapu: Fapu, /) -> "Expressions":
+    def in_fapu(self, fapu: Fapu, /) -> "ExpressionSet":
         """Return the same expressions in FAPU units. fapu : of the face they were made for, in its own length unit."""
         if self.units == "fapu":
             return self
@@ -53,7 +53,7 @@ class Expressions:
         return len(self.names)
 
 
-def read_epc(path: Path | str, /) -> Expressions:
+def read_epc(path: Path | str, /) -> ExpressionSet:
     """Read named expressions of the fifty control points.
 
     Raises FileFormatError if the file is not that, whatever its bytes.
@@ -70,12 +70,12 @@ def read_epc(path: Path | str, /) -> Expressions:
     names = tuple(given.get(i, numbered[i]) for i in range(frames))
     if len(set(names)) != frames:
         raise FileFormatError(path, None, "expected a different name for each frame")
-    return Expressions(names, motion.displacements, motion.units)
+    return ExpressionSet(names, motion.displacements, motion.units)
 
 
 def write_epc(
     path: Path | str,
-    expressions: Expressions,
+    expressions: ExpressionSet,
     /,
     *,
     comments: Sequence[str] = (),

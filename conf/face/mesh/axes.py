@@ -16,7 +16,7 @@ ORIENTATIONS = [
 ]
 
 
-def turn_upright(up: str, front: str, /) -> NDArray[np.float64]:
+def axes_rotation(up: str, front: str, /) -> NDArray[np.float64]:
     """Return the (3, 3) rotation that takes a mesh's own axes to the face's: x to its left, y up, z to the viewer.
 
     up, front : the mesh's axis towards the crown and towards the nose, one of x, y, z, -x, -y, -z

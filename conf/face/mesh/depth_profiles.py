@@ -9,21 +9,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.mesh.raycast import front_hits
+from conf.face.mesh.raycast import cast_front_rays
 
 STEP = 0.02  # cm between the rays of a column
 _LIP_REACH = 0.9  # cm above and below the expected line that the lips may meet
 _LIP_BULGE = 0.5  # cm within which a lip bulges before the line
 _NO_FLOOR = 1.0  # cm: a fall deeper than this is as good as a hole
 _OPEN = 0.5  # cm behind the lips: what lies deeper is the mouth's inside
-_STRAY = 0.15  # how much dip a cm away from the expected line costs
+_DISTANCE_PENALTY = 0.15  # how much dip a cm away from the expected line costs
 _LEAST_DIP = 0.02  # cm: a shallower one is no line
 _LID_REACH = 0.8  # cm beyond the expected edge that a lid may end
 _LID_JUMP = 0.06  # cm in one step
 
 
 @dataclass(frozen=True)
-class Profile:
+class DepthProfile:
     """What a column of rays met, from the lowest to the highest.
 
     heights : (S,) y; depths : (S,) z, as deep as can be where there is nothing; shells : (S,) -1 where there is nothing
@@ -40,23 +40,25 @@ class Profile:
 
 
 @dataclass(frozen=True)
-class Shells:
+class LabelledMesh:
     """A mesh and which connected part each triangle belongs to: (V, 3), (F, 3), (F,)."""
 
     vertices: NDArray[np.float64]
     triangles: NDArray[np.int32]
     of_triangle: NDArray[np.int32]
 
-    def profile(self, x: float, low: float, high: float) -> Profile:
+    def profile(self, x: float, low: float, high: float) -> DepthProfile:
         """Cast a column of rays."""
         heights = np.arange(low, high, STEP)
-        hits = front_hits(np.stack([np.full(len(heights), x), heights], axis=1), self.vertices, self.triangles)
+        hits = cast_front_rays(np.stack([np.full(len(heights), x), heights], axis=1), self.vertices, self.triangles)
         depths = np.where(hits.triangles < 0, -np.inf, hits.points[:, 2])
         shells = np.where(hits.triangles < 0, -1, self.of_triangle[hits.triangles])
-        return Profile(x, heights, depths, shells)
+        return DepthProfile(x, heights, depths, shells)
 
 
-def lip_line(shells: Shells, expected: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+def find_lip_line(
+    shells: LabelledMesh, expected: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
     """Return the lowest point of the upper lip and the highest of the lower one where the lips meet or part.
 
     expected : (3,) about where the line is; None if the profile does not dip there
@@ -69,7 +71,7 @@ def lip_line(shells: Shells, expected: NDArray[np.float64]) -> tuple[NDArray[np.
     above = np.array([depths[i : i + width].max() for i in range(len(depths))])
     below = np.array([depths[max(0, i - width + 1) : i + 1].max() for i in range(len(depths))])
     dip = np.minimum(np.minimum(above, below) - depths, _NO_FLOOR)
-    score = dip - _STRAY * np.abs(profile.heights - y)
+    score = dip - _DISTANCE_PENALTY * np.abs(profile.heights - y)
     score[np.abs(profile.heights - y) > _LIP_REACH] = -np.inf
     line = int(score.argmax())
     if dip[line] < _LEAST_DIP:
@@ -86,7 +88,7 @@ def lip_line(shells: Shells, expected: NDArray[np.float64]) -> tuple[NDArray[np.
     return profile.point(top), profile.point(bottom)
 
 
-def lid_edge(shells: Shells, expected: NDArray[np.float64], inside: float) -> NDArray[np.float64] | None:
+def find_lid_edge(shells: LabelledMesh, expected: NDArray[np.float64], inside: float) -> NDArray[np.float64] | None:
     """Return the edge of a lid, (3,), walking up or down from within the eye; None if there is none near.
 
     expected : (3,) about where the edge is

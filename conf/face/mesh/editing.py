@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from conf.face.mesh.mesh import Mesh
 
 
-def welded(mesh: Mesh, /) -> Mesh:
+def weld_vertices(mesh: Mesh, /) -> Mesh:
     """Join vertices at one place where the file repeats every one of them (STL), so that light runs smooth."""
     if len(mesh.vertices) < 3 * len(mesh.triangles):
         return mesh
@@ -22,7 +22,7 @@ def welded(mesh: Mesh, /) -> Mesh:
     )  # fmt: skip
 
 
-def part_of(mesh: Mesh, kept: NDArray[np.bool_], /) -> Mesh:
+def submesh(mesh: Mesh, kept: NDArray[np.bool_], /) -> Mesh:
     """Return the triangles that are kept, (F,), and the vertices they use."""
     used, triangles = np.unique(mesh.triangles[kept], return_inverse=True)
     used_rows, rows = np.unique(mesh.render_triangles[kept], return_inverse=True)
@@ -39,7 +39,7 @@ def part_of(mesh: Mesh, kept: NDArray[np.bool_], /) -> Mesh:
     )
 
 
-def with_parts(mesh: Mesh, parts: Mapping[str, NDArray[np.int64]], /) -> Mesh:
+def regroup(mesh: Mesh, parts: Mapping[str, NDArray[np.int64]], /) -> Mesh:
     """Return the mesh with some triangles, (k,) by their new group, taken out of all other groups."""
     if not parts:
         return mesh

@@ -7,7 +7,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import KDTree
 
 
-class Surface:
+class SurfaceGraph:
     """The edges of a mesh as a graph, its shells joined where they touch.
 
     Files repeat vertices: STL for every triangle, others along texture seams and between materials. Vertices at one
@@ -31,11 +31,11 @@ class Surface:
         self._shell = _shells(edges)
 
     @property
-    def shells(self) -> NDArray[np.int32]:
+    def components(self) -> NDArray[np.int32]:
         """The (V,) number of the shell each vertex is in."""
         return self._shell
 
-    def snap(self, places: NDArray[np.float64], /, *, tolerance: float) -> NDArray[np.intp]:
+    def nearest_vertices(self, places: NDArray[np.float64], /, *, tolerance: float) -> NDArray[np.intp]:
         """Return the nearest vertex of each place, (n,).
 
         Lashes or an eyeball may be nearer than the skin: the shell that most places are on wins within the tolerance.
@@ -45,7 +45,7 @@ class Surface:
         main_distance, main_nearest = _tree(self._vertices[main]).query(places)
         return np.where(main_distance <= distance + tolerance, main[main_nearest], nearest)
 
-    def near(self, place: NDArray[np.float64], /, *, tolerance: float) -> NDArray[np.intp]:
+    def vertices_within(self, place: NDArray[np.float64], /, *, tolerance: float) -> NDArray[np.intp]:
         """Return the vertices that are nearest to the place (3,), or farther than the nearest by the tolerance."""
         distance = np.linalg.norm(self._vertices - place, axis=1)
         return np.flatnonzero(distance <= distance.min() + tolerance)
@@ -55,7 +55,7 @@ class Surface:
         reached = dijkstra(self._graph, directed=False, indices=np.unique(seeds), min_only=True, limit=limit)
         return np.minimum(reached, limit)
 
-    def carriers(self, seeds: NDArray[np.intp], /) -> NDArray[np.intp]:
+    def parent_vertices(self, seeds: NDArray[np.intp], /) -> NDArray[np.intp]:
         """Return the (V,) vertex whose region each vertex shares.
 
         That is the vertex itself on a shell with a seed; loose parts, such as lashes or buttons, go with the nearest
@@ -94,11 +94,13 @@ def _shells(edges: csr_array[np.int32, tuple[int, int]]) -> NDArray[np.int32]:
 
 
 def _joints(
-    vertices: NDArray[np.float64], candidates: NDArray[np.int64], shells: NDArray[np.int32]
+    vertices: NDArray[np.float64], candidates: NDArray[np.int64], components: NDArray[np.int32]
 ) -> NDArray[np.int64]:
     """Return (J, 2) pairs of candidates that lie in one place but in different shells."""
     places = vertices[candidates].astype(np.float32)
-    order = np.lexsort((shells[candidates], *places.T))
+    order = np.lexsort((components[candidates], *places.T))
     first, second = order[:-1], order[1:]
-    joined = (places[first] == places[second]).all(axis=1) & (shells[candidates[first]] != shells[candidates[second]])
+    joined = (places[first] == places[second]).all(axis=1) & (
+        components[candidates[first]] != components[candidates[second]]
+    )
     return np.stack([candidates[first[joined]], candidates[second[joined]]], axis=1)

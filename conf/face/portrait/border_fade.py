@@ -7,20 +7,25 @@ farther fades, or it would end in a straight edge when the head comes down or in
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import INDEX
+from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.portrait import contours
-from conf.face.portrait.person_outline import OVERLAP
-from conf.face.portrait.photographed_face import FaceShape
+from conf.face.portrait.person_outline import BORDER_EXTENSION
+from conf.face.portrait.photographed_face import PhotographedFace
 
-CROWN = (0.62, 0.75)  # of the face's width to the sides, and of its height above and below: as far as a head goes
-RISE = 0.12  # of the face's height: the head's middle lies above the face's
+HEAD_ELLIPSE = (
+    0.62,
+    0.75,
+)  # of the face's width to the sides, and of its height above and below: as far as a head goes
+HEAD_OFFSET = 0.12  # of the face's height: the head's middle lies above the face's
 FADE = (0.85, 1.2)  # of the way to there: between them the head ends
 END = 0.6  # of what is drawn beyond the border: over it the head ends in any case
 
-_OVAL = contours.rows(contours.OVAL)
+_OVAL = contours.landmark_rows(contours.OVAL)
 
 
-def presence(flat: NDArray[np.float64], places: NDArray[np.float64], shape: FaceShape, /) -> NDArray[np.float64]:
+def border_alpha(
+    flat: NDArray[np.float64], places: NDArray[np.float64], shape: PhotographedFace, /
+) -> NDArray[np.float64]:
     """Return (V,): how much of the person is shown at each vertex, 1 all, 0 nothing; 1 wherever there is a photograph.
 
     flat : (V, 2) cm from the face's origin, picture axes; the first D are contours.ALL
@@ -31,10 +36,10 @@ def presence(flat: NDArray[np.float64], places: NDArray[np.float64], shape: Face
     upright = flat @ np.array([[axis[1], axis[0]], [-axis[0], axis[1]]])
     low, high = upright[_OVAL].min(axis=0), upright[_OVAL].max(axis=0)
     size = high - low
-    away = np.linalg.norm((upright - (low + high) / 2 - (0.0, RISE * size[1])) / (size * CROWN), axis=1)
+    away = np.linalg.norm((upright - (low + high) / 2 - (0.0, HEAD_OFFSET * size[1])) / (size * HEAD_ELLIPSE), axis=1)
     t = np.clip((FADE[1] - away) / (FADE[1] - FADE[0]), 0, 1)
     outside = np.max(np.abs(places) - (shape.aspect / 2, 0.5), axis=1)
     cut_off = outside > 1e-9
-    beside_head = cut_off & (upright[:, 1] > upright[INDEX["chin_bottom"], 1])
-    t = np.minimum(t, np.clip((OVERLAP - outside) / (END * OVERLAP), 0, 1))
+    beside_head = cut_off & (upright[:, 1] > upright[CONTROL_POINT_INDEX["chin_bottom"], 1])
+    t = np.minimum(t, np.clip((BORDER_EXTENSION - outside) / (END * BORDER_EXTENSION), 0, 1))
     return np.asarray(np.where(beside_head, t * t * (3 - 2 * t), 1.0))

@@ -7,7 +7,7 @@ Source: MediaPipe, face_mesh_connections.py.
 
 import numpy as np
 
-from conf.face.control_points import LANDMARKS
+from conf.face.control_points import CONTROL_POINT_LANDMARKS
 
 UPPER_INNER_LIP = (78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308)  # from corner to corner
 LOWER_INNER_LIP = (78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308)
@@ -37,7 +37,7 @@ GROUPS = (
 
 def _extra() -> tuple[tuple[int, ...], ...]:
     """Return the landmarks of each group that no control point gives and no group before has."""
-    known = set(LANDMARKS.tolist())
+    known = set(CONTROL_POINT_LANDMARKS.tolist())
     groups = []
     for group in GROUPS:
         groups.append(tuple(i for i in dict.fromkeys(group) if i not in known))
@@ -46,11 +46,13 @@ def _extra() -> tuple[tuple[int, ...], ...]:
 
 
 EXTRA_GROUPS = _extra()
-EXTRA = np.array([i for group in EXTRA_GROUPS for i in group])
-ALL = np.concatenate([LANDMARKS, EXTRA])  # (D,) landmarks of a photographed face: control points, then the outlines
-_ROW = {int(landmark): row for row, landmark in enumerate(ALL)}
+CONTOUR_LANDMARKS = np.array([i for group in EXTRA_GROUPS for i in group])
+PORTRAIT_LANDMARKS = np.concatenate(
+    [CONTROL_POINT_LANDMARKS, CONTOUR_LANDMARKS]
+)  # (D,) landmarks of a photographed face: control points, then the outlines
+_ROW = {int(landmark): row for row, landmark in enumerate(PORTRAIT_LANDMARKS)}
 
 
-def rows(landmarks: tuple[int, ...], /) -> list[int]:
+def landmark_rows(landmarks: tuple[int, ...], /) -> list[int]:
     """Return where in ALL the landmarks are."""
     return [_ROW[i] for i in landmarks]

@@ -11,15 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.portrait.lip_lid_gaps import FACING, Slit, height_of
+from conf.face.portrait.lip_lid_gaps import OPENINGS, Opening, height_of
 
-EYES = FACING[1:]
-FREE = 0.8  # of the photograph's gap: with more the field moves what lies between
-BOUND = 0.5  # with less it stays as photographed
+EYES = OPENINGS[1:]
+OPEN_RATIO = 0.8  # of the photograph's gap: with more the field moves what lies between
+CLOSED_RATIO = 0.5  # with less it stays as photographed
 
 
 @dataclass(frozen=True)
-class Eyeball:
+class EyeOpening:
     """The vertices of one eye, as the photograph has them.
 
     upper, lower : rows of the lids' edges, from corner to corner
@@ -33,15 +33,15 @@ class Eyeball:
     upper: list[int]
     lower: list[int]
     rim: list[int]
-    photo: Slit
+    photo: Opening
     inside: NDArray[np.intp]
-    along: NDArray[np.float64]
+    arc_position: NDArray[np.float64]
     shares: NDArray[np.float64]
     gaps: NDArray[np.float64]
 
-    def follow(self, places: NDArray[np.float64]) -> None:
+    def apply(self, places: NDArray[np.float64]) -> None:
         """Move edge, rim and inside, in places (V, 2) whose lids have moved, to where they belong."""
-        slit = Slit.between(places[self.upper], places[self.lower])
+        slit = Opening.between(places[self.upper], places[self.lower])
         at, height = slit.upper[1:-1].T
         gaps = (height - height_of(slit.lower, at)) / slit.length
         middle = len(gaps) // 2  # the edge's middle landmark is the control point
@@ -49,32 +49,32 @@ class Eyeball:
         edge = np.minimum(gaps, openness * self.gaps) if openness < 1 else gaps
         places[self.rim] = places[self.upper[1:-1]] + (np.maximum(gaps, self.gaps) - gaps)[:, None] * slit.step
         places[self.upper[1:-1]] += (edge - gaps)[:, None] * slit.step
-        self._keep_inside(places, float(np.clip((FREE - openness) / (FREE - BOUND), 0, 1)))
+        self._keep_inside(places, float(np.clip((OPEN_RATIO - openness) / (OPEN_RATIO - CLOSED_RATIO), 0, 1)))
 
     def _keep_inside(self, places: NDArray[np.float64], bound: float) -> None:
         """Bring what is inside nearer to its photographed place between lower edge and rim, wholly if bound is 1."""
         if bound == 0 or not len(self.inside):
             return
         ends = [self.upper[0], *self.rim, self.upper[-1]]
-        low = _along_edge(places[self.lower], self.photo.lower[:, 0], self.along)
-        high = _along_edge(places[ends], self.photo.upper[:, 0], self.along)
+        low = _along_edge(places[self.lower], self.photo.lower[:, 0], self.arc_position)
+        high = _along_edge(places[ends], self.photo.upper[:, 0], self.arc_position)
         between = low + self.shares[:, None] * (high - low)
         places[self.inside] += bound * (between - places[self.inside])
 
 
-def part_eyeballs(
+def split_eye_openings(
     places: NDArray[np.float64], triangles: NDArray[np.int32], /
-) -> tuple[NDArray[np.float64], NDArray[np.int32], tuple[Eyeball, ...]]:
+) -> tuple[NDArray[np.float64], NDArray[np.int32], tuple[EyeOpening, ...]]:
     """Give the eyes of a photograph's mesh their own rim.
 
     places : (V, 2), the first D are contours.ALL; triangles : (F, 3)
     Returns places with the rims added, triangles with the eyeballs' first, so that they are drawn first, and the eyes.
     """
-    found: list[Eyeball] = []
+    found: list[EyeOpening] = []
     first: list[NDArray[np.int32]] = []
     middles = places[triangles].mean(axis=1)
     for upper, lower in EYES:
-        slit = Slit.between(places[upper], places[lower])
+        slit = Opening.between(places[upper], places[lower])
         between = slit.contains(places)
         between[upper + lower] = False
         inside = np.flatnonzero(between)
@@ -91,12 +91,12 @@ def part_eyeballs(
 
 def _eyeball(
     places: NDArray[np.float64], upper: list[int], lower: list[int], rim: list[int], inside: NDArray[np.intp]
-) -> Eyeball:
-    slit = Slit.between(places[upper], places[lower])
+) -> EyeOpening:
+    slit = Opening.between(places[upper], places[lower])
     along, height = (places[inside] - slit.origin) @ slit.along, (places[inside] - slit.origin) @ slit.up
     low, high = height_of(slit.lower, along), height_of(slit.upper, along)
     gaps = (slit.upper[:, 1] - height_of(slit.lower, slit.upper[:, 0]))[1:-1] / slit.length
-    return Eyeball(upper, lower, rim, slit, inside, along, (height - low) / (high - low), np.maximum(gaps, 1e-3))
+    return EyeOpening(upper, lower, rim, slit, inside, along, (height - low) / (high - low), np.maximum(gaps, 1e-3))
 
 
 def _along_edge(

@@ -9,8 +9,8 @@ from conf.face.portrait import contours
 
 LEAST_GAP_CM = 0.03
 OPENED = 0.2  # of a slit's length: how far up and down what is around it is pressed
-FACING = [
-    (contours.rows(upper), contours.rows(lower))  # each from corner to corner, the corners shared
+OPENINGS = [
+    (contours.landmark_rows(upper), contours.landmark_rows(lower))  # each from corner to corner, the corners shared
     for upper, lower in (
         (contours.UPPER_INNER_LIP, contours.LOWER_INNER_LIP),
         (contours.UPPER_LID_R, contours.LOWER_LID_R),
@@ -20,7 +20,7 @@ FACING = [
 
 
 @dataclass(frozen=True)
-class Slit:
+class Opening:
     """The line between two lips or lids, seen along it: `along` and `up` are its axes, heights are from its line."""
 
     origin: NDArray[np.float64]
@@ -31,7 +31,7 @@ class Slit:
     lower: NDArray[np.float64]
 
     @classmethod
-    def between(cls, upper: NDArray[np.float64], lower: NDArray[np.float64]) -> "Slit":
+    def between(cls, upper: NDArray[np.float64], lower: NDArray[np.float64]) -> "Opening":
         """See the slit between two lines (k, 2) that share their ends."""
         origin, corner = upper[0], upper[-1]
         length = max(float(np.linalg.norm(corner - origin)), 1e-9)
@@ -58,15 +58,15 @@ class Slit:
         return at, height - (height_of(self.upper, at) + height_of(self.lower, at)) / 2
 
 
-def part_lips_and_lids(places: NDArray[np.float64], centimetre: float, /) -> NDArray[np.float64]:
+def enforce_min_gap(places: NDArray[np.float64], centimetre: float, /) -> NDArray[np.float64]:
     """Return the shape's points (D, 2) with lips and lids at least LEAST_GAP_CM apart all along.
 
     places : (D, 2) picture heights, x right, y up, as contours.ALL
     centimetre : its length in the picture
     """
     parted = places.copy()
-    for upper, lower in FACING:
-        slit = Slit.between(places[upper], places[lower])
+    for upper, lower in OPENINGS:
+        slit = Opening.between(places[upper], places[lower])
         for side, sense in ((upper[1:-1], 1.0), (lower[1:-1], -1.0)):
             _, height = slit.heights(places[side])
             lack = np.maximum(0.0, LEAST_GAP_CM * centimetre / 2 - sense * height)
@@ -74,7 +74,7 @@ def part_lips_and_lids(places: NDArray[np.float64], centimetre: float, /) -> NDA
     return parted
 
 
-def open_lips_and_lids(
+def widen_openings(
     places: NDArray[np.float64], points: NDArray[np.float64], centimetre: float, /
 ) -> NDArray[np.float64]:
     """Return places (V, 2) with mouth and eyes opened wider, what is around them pressed together, nothing folded.
@@ -82,8 +82,8 @@ def open_lips_and_lids(
     points : (D, 2) the shape's points, as contours.ALL; no unit but that of places
     """
     opened = places.copy()
-    for upper, lower in FACING:
-        slit = Slit.between(points[upper], points[lower])
+    for upper, lower in OPENINGS:
+        slit = Opening.between(points[upper], points[lower])
         at, height = slit.heights(places)
         share = at / slit.length
         bulge = np.sqrt(np.clip(4 * share * (1 - share), 0, 1))
@@ -94,11 +94,11 @@ def open_lips_and_lids(
     return opened
 
 
-def between_lines(places: NDArray[np.float64], points: NDArray[np.float64], margin: float, /) -> NDArray[np.bool_]:
+def inside_openings(places: NDArray[np.float64], points: NDArray[np.float64], margin: float, /) -> NDArray[np.bool_]:
     """Tell the places (k, 2) between lips or lids, or nearer to them than the margin. points : (D, 2) as ALL."""
     between = np.zeros(len(places), dtype=bool)
-    for upper, lower in FACING:
-        slit = Slit.between(points[upper], points[lower])
+    for upper, lower in OPENINGS:
+        slit = Opening.between(points[upper], points[lower])
         at, height = slit.heights(places)
         half_gap = (height_of(slit.upper, at) - height_of(slit.lower, at)) / 2
         between |= (at > -margin) & (at < slit.length + margin) & (np.abs(height) < half_gap + margin)

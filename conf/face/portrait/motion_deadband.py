@@ -9,13 +9,15 @@ face that is as photographed lies none but for what a feature does by itself.
 import numpy as np
 from numpy.typing import NDArray
 
-STILL_CM = 0.15  # root mean square over the face: so far from the photograph, a third is taken off what it moved
+VERTEX_DEADBAND_CM = (
+    0.15  # root mean square over the face: so far from the photograph, a third is taken off what it moved
+)
 POINT_CM = 0.05  # a control point this far from where it was photographed moves a third less
-OWN_CM = 0.35  # what moved this far by itself is not noise
+MOTION_THRESHOLD_CM = 0.35  # what moved this far by itself is not noise
 OWN_STEPS = 9.0  # the same in the keys of a feature: about as much as a patch is worth sending for
 
 
-def settle(
+def dampen_vertices(
     places: NDArray[np.float64], photo: NDArray[np.float64], face: NDArray[np.bool_], centimetre: float, /
 ) -> NDArray[np.float64]:
     """Return places (V, 2) drawn towards the photograph's, (V, 2), as far as the face, (V,), is near to them.
@@ -24,11 +26,11 @@ def settle(
     """
     moved = places - photo
     far = np.linalg.norm(moved, axis=1) / centimetre
-    still = stillness(places, photo, face, centimetre)
-    return np.asarray(places - moved * (still * np.exp(-((far / OWN_CM) ** 2)))[:, None])
+    still = stillness_weight(places, photo, face, centimetre)
+    return np.asarray(places - moved * (still * np.exp(-((far / MOTION_THRESHOLD_CM) ** 2)))[:, None])
 
 
-def stillness(
+def stillness_weight(
     places: NDArray[np.float64], photo: NDArray[np.float64], face: NDArray[np.bool_], centimetre: float, /
 ) -> float:
     """Return how near the face, (V,), is to where it was photographed: 1 there, 0 far away.
@@ -36,10 +38,10 @@ def stillness(
     places, photo : (V, 2); centimetre : its length in their units
     """
     far = np.linalg.norm((places - photo)[face], axis=1) / centimetre
-    return float(np.exp(-np.mean(np.minimum(far, OWN_CM) ** 2) / STILL_CM**2))
+    return float(np.exp(-np.mean(np.minimum(far, MOTION_THRESHOLD_CM) ** 2) / VERTEX_DEADBAND_CM**2))
 
 
-def settle_keys(keys: NDArray[np.float64], photo: NDArray[np.float64], still: float, /) -> NDArray[np.float64]:
+def dampen_descriptor(keys: NDArray[np.float64], photo: NDArray[np.float64], still: float, /) -> NDArray[np.float64]:
     """Return what a feature does, (k,) steps of its keys, drawn towards what it did in the photograph, (k,).
 
     still : of the face, as `stillness`
@@ -48,7 +50,7 @@ def settle_keys(keys: NDArray[np.float64], photo: NDArray[np.float64], still: fl
     return np.asarray(keys - (keys - photo) * still * np.exp(-far * far))
 
 
-def settle_points(moved: NDArray[np.float64], /) -> NDArray[np.float64]:
+def dampen_points(moved: NDArray[np.float64], /) -> NDArray[np.float64]:
     """Return what control points moved since the photograph, (n, 3) cm, without their noise."""
     far = np.linalg.norm(moved, axis=1, keepdims=True) / POINT_CM
     return np.asarray(moved * (1 - np.exp(-far * far)))

@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from conf.face.control_points import INDEX, indices
+from conf.face.control_points import CONTROL_POINT_INDEX, control_point_indices
 from conf.face.portrait import contours
 
 Displacements = NDArray[np.floating]
-KEY_STEP = 16.0  # FAPU units in one step of a key
+DESCRIPTOR_STEP = 16.0  # FAPU units in one step of a key
 
 
 @dataclass(frozen=True)
-class Feature:
+class PatchRegion:
     """A part of the face.
 
     points : control points that carry its patches
@@ -29,29 +29,29 @@ class Feature:
 
     name: str
     points: tuple[int, ...]
-    core: tuple[int, ...]
-    reach: tuple[float, float]
-    keys: Callable[[Displacements], list[float]]
+    centre_landmarks: tuple[int, ...]
+    falloff_cm: tuple[float, float]
+    descriptor: Callable[[Displacements], list[float]]
 
     def weights(self, flat: NDArray[np.float64], /) -> NDArray[np.float64]:
         """Return (V,) how much of a patch each vertex shows.
 
         flat : (V, 2) cm, picture axes; the first D are contours.ALL
         """
-        return self.share(np.asarray(cKDTree(flat[contours.rows(self.core)]).query(flat)[0]))
+        return self.falloff(np.asarray(cKDTree(flat[contours.landmark_rows(self.centre_landmarks)]).query(flat)[0]))
 
-    def share(self, distance: NDArray[np.float64], /) -> NDArray[np.float64]:
+    def falloff(self, distance: NDArray[np.float64], /) -> NDArray[np.float64]:
         """Return how much of a patch is shown at a distance, cm, from the core."""
-        t = np.clip((self.reach[1] - distance) / (self.reach[1] - self.reach[0]), 0, 1)
+        t = np.clip((self.falloff_cm[1] - distance) / (self.falloff_cm[1] - self.falloff_cm[0]), 0, 1)
         return np.asarray(t * t * (3 - 2 * t))
 
-    def near(self, flat: NDArray[np.float64], reach: float, /) -> NDArray[np.bool_]:
+    def near(self, flat: NDArray[np.float64], falloff_cm: float, /) -> NDArray[np.bool_]:
         """Return (V,) whether each vertex lies within `reach` cm of the core."""
-        return np.asarray(cKDTree(flat[contours.rows(self.core)]).query(flat)[0] <= reach)
+        return np.asarray(cKDTree(flat[contours.landmark_rows(self.centre_landmarks)]).query(flat)[0] <= falloff_cm)
 
-    def key(self, displacements: Displacements, /) -> NDArray[np.int8]:
+    def quantised_descriptor(self, displacements: Displacements, /) -> NDArray[np.int8]:
         """Return the keys as they travel, (k,) int8."""
-        return np.clip(np.rint(np.array(self.keys(displacements)) / KEY_STEP), -127, 127).astype(np.int8)
+        return np.clip(np.rint(np.array(self.descriptor(displacements)) / DESCRIPTOR_STEP), -127, 127).astype(np.int8)
 
 
 def _mouth(d: Displacements) -> list[float]:
@@ -81,19 +81,19 @@ def _eyes(d: Displacements) -> list[float]:
 
 
 def _at(d: Displacements) -> Callable[[str, int], float]:
-    return lambda name, axis: float(d[INDEX[name], axis])
+    return lambda name, axis: float(d[CONTROL_POINT_INDEX[name], axis])
 
 
-MOUTH = Feature(
+MOUTH = PatchRegion(
     "mouth",
-    tuple(indices("inner_lip", "outer_lip", "cupids_bow", "chin_boss", "nose_bottom")),
+    tuple(control_point_indices("inner_lip", "outer_lip", "cupids_bow", "chin_boss", "nose_bottom")),
     contours.UPPER_OUTER_LIP + contours.LOWER_OUTER_LIP + contours.UPPER_INNER_LIP + contours.LOWER_INNER_LIP,
     (0.4, 1.5),
     _mouth,
 )
-EYES = Feature(
+EYES = PatchRegion(
     "eyes",
-    tuple(indices("eyelid", "pupil", "eye_", "brow")),
+    tuple(control_point_indices("eyelid", "pupil", "eye_", "brow")),
     contours.UPPER_LID_R + contours.LOWER_LID_R + contours.UPPER_LID_L + contours.LOWER_LID_L,
     (0.5, 1.4),
     _eyes,

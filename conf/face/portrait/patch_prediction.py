@@ -15,24 +15,24 @@ from scipy.ndimage import map_coordinates, zoom
 
 from conf.face.deformation.kernels import KERNELS
 from conf.face.deformation.rbf import build_operator
-from conf.face.portrait.patch_features import Feature
+from conf.face.portrait.patch_features import PatchRegion
 from conf.face.portrait.warp import PortraitWarp
 
 BLOCK = 8
-TINT = 1.5  # steps of tint for one of brightness
+CHROMA_STEP = 1.5  # steps of tint for one of brightness
 _SMOOTHING = 1e-3
 # Brightness and two tints of blue, green and red; and back. Source: ITU-R BT.601.
 _TO_PLANES = np.array([[0.114, 0.587, 0.299], [0.5, -0.33126, -0.16874], [-0.08131, -0.41869, 0.5]])
 _FROM_PLANES = np.linalg.inv(_TO_PLANES)
 # A block's coefficients as they are told: the lowest row + column first, of those the lowest row.
-_RISING = np.array(sorted(range(BLOCK * BLOCK), key=lambda i: (i // BLOCK + i % BLOCK, i // BLOCK)))
+_ZIGZAG = np.array(sorted(range(BLOCK * BLOCK), key=lambda i: (i // BLOCK + i % BLOCK, i // BLOCK)))
 
 Picture = NDArray[np.float64]
 
 
-def foretell(
+def predict_patch(
     photo: NDArray[np.uint8],
-    photo_points: NDArray[np.float64],
+    region_points_in_photo: NDArray[np.float64],
     points: NDArray[np.float64],
     size: tuple[int, int],
     /,
@@ -48,43 +48,43 @@ def foretell(
     centres = np.column_stack([points * size, np.zeros(len(points))])
     kernel = KERNELS["thin-plate"]
     operator = build_operator(places, centres, kernel=kernel, epsilon=1 / max(size), smoothing=_SMOOTHING)
-    at = operator.matrix.astype(np.float64) @ (photo_points * photo.shape[1::-1]) - 0.5
+    at = operator.matrix.astype(np.float64) @ (region_points_in_photo * photo.shape[1::-1]) - 0.5
     channels = np.moveaxis(photo.astype(np.float64), -1, 0)
     seen = [map_coordinates(channel, at.T[::-1], order=1, mode="nearest") for channel in channels]
     return np.stack(seen, axis=-1).reshape(height, width, 3)
 
 
-def photo_points(warp: PortraitWarp, feature: Feature, /) -> NDArray[np.float64]:
+def region_points_in_photo(warp: PortraitWarp, feature: PatchRegion, /) -> NDArray[np.float64]:
     """Return where a feature's control points are in the photograph, (m, 2) 0 to 1 from its upper left corner."""
-    return np.asarray(warp.mesh.places[list(feature.points)] / (warp.shape.aspect, -1.0) + 0.5)
+    return np.asarray(warp.mesh.positions[list(feature.points)] / (warp.shape.aspect, -1.0) + 0.5)
 
 
-def to_planes(difference: Picture, /) -> list[NDArray[np.float64]]:
+def forward_dct(difference: Picture, /) -> list[NDArray[np.float64]]:
     """Return the coefficients (rows, columns, 64) of a difference (h, w, 3) BGR: of brightness, then of two tints."""
-    brightness, *tints = np.moveaxis(difference @ _TO_PLANES.T, -1, 0)
-    return [_blocks(brightness), *(_blocks(_halve(tint)) / TINT for tint in tints)]
+    luma, *chroma = np.moveaxis(difference @ _TO_PLANES.T, -1, 0)
+    return [_blocks(luma), *(_blocks(_halve(tint)) / CHROMA_STEP for tint in chroma)]
 
 
-def from_planes(planes: Sequence[NDArray[np.floating]], size: tuple[int, int], /) -> Picture:
+def inverse_dct(planes: Sequence[NDArray[np.floating]], size: tuple[int, int], /) -> Picture:
     """Return the difference (h, w, 3) of coefficients; size : its width and height."""
     width, height = size
     half = (-(-height // 2), -(-width // 2))
-    brightness = _pixels(planes[0], (height, width))
-    tints = [_double(_pixels(plane * TINT, half))[:height, :width] for plane in planes[1:]]
-    return np.asarray(np.stack([brightness, *tints], axis=-1) @ _FROM_PLANES.T)
+    luma = _pixels(planes[0], (height, width))
+    chroma = [_double(_pixels(plane * CHROMA_STEP, half))[:height, :width] for plane in planes[1:]]
+    return np.asarray(np.stack([luma, *chroma], axis=-1) @ _FROM_PLANES.T)
 
 
 def _blocks(plane: Picture) -> NDArray[np.float64]:
     rows, columns = (-(-side // BLOCK) for side in plane.shape)
     padded = np.pad(plane, [(0, -side % BLOCK) for side in plane.shape], "edge")
     blocks = padded.reshape(rows, BLOCK, columns, BLOCK).swapaxes(1, 2)
-    return np.asarray(dctn(blocks, axes=(2, 3), norm="ortho").reshape(rows, columns, -1)[..., _RISING])
+    return np.asarray(dctn(blocks, axes=(2, 3), norm="ortho").reshape(rows, columns, -1)[..., _ZIGZAG])
 
 
 def _pixels(plane: NDArray[np.floating], shape: tuple[int, int]) -> Picture:
     rows, columns, _ = plane.shape
     blocks = np.zeros(plane.shape)
-    blocks[..., _RISING] = plane
+    blocks[..., _ZIGZAG] = plane
     pixels = idctn(blocks.reshape(rows, columns, BLOCK, BLOCK), axes=(2, 3), norm="ortho")
     return np.asarray(pixels.swapaxes(1, 2).reshape(rows * BLOCK, columns * BLOCK)[: shape[0], : shape[1]])
 

@@ -4,17 +4,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 BORDER = 0.97  # of the way from the picture's middle to its border: what reaches it is cut off by it
-OVERLAP = 0.25  # picture heights that the person goes on beyond the border: hair cut off there goes on a little
+BORDER_EXTENSION = (
+    0.25  # picture heights that the person goes on beyond the border: hair cut off there goes on a little
+)
 OUTLINE_MARGIN_CM = 0.8  # beyond the outline, over which the person's edge fades
 
 
-def go_on(outline: NDArray[np.float64], aspect: float) -> NDArray[np.float64]:
+def extend_outline(outline: NDArray[np.float64], aspect: float) -> NDArray[np.float64]:
     """Return the outline (K, 2) with what touches the picture's border drawn out beyond it."""
     half = np.array([aspect / 2, 0.5])
-    return np.asarray(np.where(np.abs(outline) > BORDER * half, np.sign(outline) * (half + OVERLAP), outline))
+    return np.asarray(np.where(np.abs(outline) > BORDER * half, np.sign(outline) * (half + BORDER_EXTENSION), outline))
 
 
-def show_person(
+def triangles_on_person(
     places: NDArray[np.float64], triangles: NDArray[np.int32], outline: NDArray[np.float64], margin: float
 ) -> NDArray[np.bool_]:
     """Tell the triangles that show some of the person: what is only background need not move, and cannot fold."""

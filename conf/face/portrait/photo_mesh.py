@@ -13,17 +13,17 @@ from scipy import sparse
 from scipy.spatial import Delaunay, cKDTree
 
 from conf.face.portrait import contours
-from conf.face.portrait.eyelid_closure import Eyeball, part_eyeballs
-from conf.face.portrait.lip_lid_gaps import FACING, between_lines, open_lips_and_lids, part_lips_and_lids
-from conf.face.portrait.person_outline import OUTLINE_MARGIN_CM, OVERLAP, go_on, show_person
-from conf.face.portrait.photographed_face import FaceShape, project
+from conf.face.portrait.eyelid_closure import EyeOpening, split_eye_openings
+from conf.face.portrait.lip_lid_gaps import OPENINGS, enforce_min_gap, inside_openings, widen_openings
+from conf.face.portrait.person_outline import BORDER_EXTENSION, OUTLINE_MARGIN_CM, extend_outline, triangles_on_person
+from conf.face.portrait.photographed_face import PhotographedFace, project
 
 SPACING_CM = {"feature": 0.5, "face": 0.9, "rest": 2.2}  # between the grid's points
-BESIDE = 0.55  # of the spacing: nearer than this to another vertex a grid point is left out
+MIN_SPACING = 0.55  # of the spacing: nearer than this to another vertex a grid point is left out
 LINE_MARGIN_CM = 0.15  # from inner lips and lids: between them and this near the grid has no vertices
 FACE_REACH = 1.25  # of the oval's radius: where the face's spacing ends
 
-_FEATURES = contours.rows(
+_FEATURES = contours.landmark_rows(
     contours.UPPER_OUTER_LIP
     + contours.LOWER_OUTER_LIP
     + contours.UPPER_LID_R
@@ -31,7 +31,7 @@ _FEATURES = contours.rows(
     + contours.UPPER_LID_L
     + contours.LOWER_LID_L
 )
-_OVAL = contours.rows(contours.OVAL)
+_OVAL = contours.landmark_rows(contours.OVAL)
 
 
 @dataclass(frozen=True)
@@ -45,30 +45,30 @@ class PhotoMesh:
     eyeballs : what lies between the lids; its triangles are the first
     """
 
-    places: NDArray[np.float64]
+    positions: NDArray[np.float64]
     triangles: NDArray[np.int32]
     in_mouth: NDArray[np.bool_]
-    around: sparse.csr_array
-    eyeballs: tuple[Eyeball, ...]
+    neighbour_mean: sparse.csr_array
+    eyeballs: tuple[EyeOpening, ...]
 
 
-def build_mesh(shape: FaceShape, /) -> PhotoMesh:
+def build_mesh(shape: PhotographedFace, /) -> PhotoMesh:
     """Lay a mesh over the photograph of a face."""
     centimetre = float(np.exp(shape.pose.log_scale))
-    points = part_lips_and_lids(project(shape.points, shape.pose), centimetre)
+    points = enforce_min_gap(project(shape.points, shape.pose), centimetre)
     places = np.concatenate([points, _grid(points, centimetre, shape.aspect)])
-    triangles = _keep_lines(places, _triangulate(places, open_lips_and_lids(places, points, centimetre)))
-    outline = go_on(shape.outline, shape.aspect)
-    triangles = triangles[show_person(places, triangles, outline, OUTLINE_MARGIN_CM * centimetre)]
-    places, triangles, eyeballs = part_eyeballs(places, triangles)
+    triangles = _restore_constraint_edges(places, _triangulate(places, widen_openings(places, points, centimetre)))
+    outline = extend_outline(shape.outline, shape.aspect)
+    triangles = triangles[triangles_on_person(places, triangles, outline, OUTLINE_MARGIN_CM * centimetre)]
+    places, triangles, eyeballs = split_eye_openings(places, triangles)
     ring = np.zeros(len(places), dtype=bool)
-    ring[contours.rows(contours.UPPER_INNER_LIP + contours.LOWER_INNER_LIP)] = True
+    ring[contours.landmark_rows(contours.UPPER_INNER_LIP + contours.LOWER_INNER_LIP)] = True
     return PhotoMesh(places, triangles, _in_mouth(places, triangles, ring), _around(len(places), triangles), eyeballs)
 
 
-def signed_areas(places: NDArray[np.float64], triangles: NDArray[np.int32], /) -> NDArray[np.float64]:
+def signed_areas(positions: NDArray[np.float64], triangles: NDArray[np.int32], /) -> NDArray[np.float64]:
     """Return (F,) twice the area of each triangle, negative where it is turned over."""
-    a, b, c = places[triangles[:, 0]], places[triangles[:, 1]], places[triangles[:, 2]]
+    a, b, c = positions[triangles[:, 0]], positions[triangles[:, 1]], positions[triangles[:, 2]]
     first, second = b - a, c - a
     return np.asarray(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
 
@@ -78,17 +78,17 @@ def _grid(points: NDArray[np.float64], centimetre: float, aspect: float) -> NDAr
     features, oval = cKDTree(points[_FEATURES]), points[_OVAL]
     middle = oval.mean(axis=0)
     radius = np.linalg.norm(oval - middle, axis=1).max()
-    half = np.array([aspect / 2 + OVERLAP, 0.5 + OVERLAP])
+    half = np.array([aspect / 2 + BORDER_EXTENSION, 0.5 + BORDER_EXTENSION])
     step = {name: spacing * centimetre for name, spacing in SPACING_CM.items()}
-    kept = np.concatenate([points, _border(half, step["rest"]), _border(half - OVERLAP, step["rest"])])
+    kept = np.concatenate([points, _border(half, step["rest"]), _border(half - BORDER_EXTENSION, step["rest"])])
     for name, reach in (("feature", 2 * step["feature"]), ("face", FACE_REACH * radius), ("rest", np.inf)):
         candidates = _hexagons(half, max(step[name], 0.01))
         if name == "feature":
             candidates = candidates[features.query(candidates)[0] < reach]
         elif name == "face":
             candidates = candidates[np.linalg.norm(candidates - middle, axis=1) < reach]
-        candidates = candidates[~between_lines(candidates, points, LINE_MARGIN_CM * centimetre)]
-        kept = np.concatenate([kept, candidates[cKDTree(kept).query(candidates)[0] > BESIDE * step[name]]])
+        candidates = candidates[~inside_openings(candidates, points, LINE_MARGIN_CM * centimetre)]
+        kept = np.concatenate([kept, candidates[cKDTree(kept).query(candidates)[0] > MIN_SPACING * step[name]]])
     return kept[len(points) :]
 
 
@@ -110,21 +110,21 @@ def _hexagons(half: NDArray[np.float64], step: float) -> NDArray[np.float64]:
     return np.asarray(grid[np.abs(grid[:, 0]) < half[0] - step / 4])
 
 
-def _triangulate(places: NDArray[np.float64], opened: NDArray[np.float64]) -> NDArray[np.int32]:
+def _triangulate(positions: NDArray[np.float64], opened: NDArray[np.float64]) -> NDArray[np.int32]:
     """Return triangles over places (V, 2) that do not cross the lips: Delaunay's over the opened mouth, if they fit."""
     triangles = _counter_clockwise(opened, Delaunay(opened).simplices.astype(np.int32))
-    if signed_areas(places, triangles).min() > 0:
+    if signed_areas(positions, triangles).min() > 0:
         return triangles
-    return _counter_clockwise(places, Delaunay(places).simplices.astype(np.int32))
+    return _counter_clockwise(positions, Delaunay(positions).simplices.astype(np.int32))
 
 
-def _keep_lines(places: NDArray[np.float64], triangles: NDArray[np.int32]) -> NDArray[np.int32]:
+def _restore_constraint_edges(positions: NDArray[np.float64], triangles: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return triangles whose sides include those of lips and lids: one across a lip would hold the mouth together.
 
     Two triangles whose common side crosses a line are exchanged for the two that share the line's.
     """
     kept = triangles.copy()
-    for line in (line for pair in FACING for line in pair):
+    for line in (line for pair in OPENINGS for line in pair):
         for a, b in pairwise(line):
             with_a, with_b = (np.flatnonzero((kept == end).any(axis=1)) for end in (a, b))
             if np.intersect1d(with_a, with_b).size:
@@ -132,14 +132,14 @@ def _keep_lines(places: NDArray[np.float64], triangles: NDArray[np.int32]) -> ND
             for i, j in ((i, j) for i in with_a for j in with_b):
                 common = np.intersect1d(kept[i], kept[j])
                 exchanged = np.array([[a, b, c] for c in common], np.int32)
-                if len(common) == 2 and signed_areas(places, exchanged).prod() < 0:
-                    kept[[i, j]] = _counter_clockwise(places, exchanged)
+                if len(common) == 2 and signed_areas(positions, exchanged).prod() < 0:
+                    kept[[i, j]] = _counter_clockwise(positions, exchanged)
                     break
     return kept
 
 
-def _counter_clockwise(places: NDArray[np.float64], triangles: NDArray[np.int32]) -> NDArray[np.int32]:
-    areas = signed_areas(places, triangles)
+def _counter_clockwise(positions: NDArray[np.float64], triangles: NDArray[np.int32]) -> NDArray[np.int32]:
+    areas = signed_areas(positions, triangles)
     turned = np.where((areas < 0)[:, None], triangles[:, ::-1], triangles)
     return np.ascontiguousarray(turned[np.abs(areas) > 1e-12])
 
@@ -153,10 +153,12 @@ def _around(count: int, triangles: NDArray[np.int32]) -> sparse.csr_array:
     return sparse.csr_array(sparse.diags_array(1 / counts) @ linked)
 
 
-def _in_mouth(places: NDArray[np.float64], triangles: NDArray[np.int32], ring: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _in_mouth(
+    positions: NDArray[np.float64], triangles: NDArray[np.int32], ring: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
     """Tell the triangles whose corners all lie on the inner lips and whose middle lies between them."""
-    upper, lower = (places[contours.rows(c)] for c in (contours.UPPER_INNER_LIP, contours.LOWER_INNER_LIP))
-    middle = places[triangles].mean(axis=1)
+    upper, lower = (positions[contours.landmark_rows(c)] for c in (contours.UPPER_INNER_LIP, contours.LOWER_INNER_LIP))
+    middle = positions[triangles].mean(axis=1)
     right_to_left = np.argsort(upper[:, 0]), np.argsort(lower[:, 0])
     top = np.interp(middle[:, 0], upper[right_to_left[0], 0], upper[right_to_left[0], 1])
     bottom = np.interp(middle[:, 0], lower[right_to_left[1], 0], lower[right_to_left[1], 1])

@@ -11,7 +11,7 @@ from conf.face.head_pose import HeadPose
 
 
 @dataclass(frozen=True)
-class FaceShape:
+class PhotographedFace:
     """The photographed face, and the neutral pose that motion is told against.
 
     aspect : width of the picture over its height
@@ -26,11 +26,11 @@ class FaceShape:
     pose: HeadPose
     points: NDArray[np.float64]
     neutral: NDArray[np.float64]
-    unit: NDArray[np.float64]
+    fapu_lengths: NDArray[np.float64]
     outline: NDArray[np.float64]
 
     @classmethod
-    def of_photograph(
+    def from_photo(
         cls,
         size: tuple[int, int],
         pose: NDArray[np.float64],

@@ -13,30 +13,30 @@ from conf.face.portrait.photo_mesh import PhotoMesh, signed_areas
 
 LEAST_SHARE = 0.02  # of its own area that a triangle keeps
 AIM = 0.05  # of its own area that a triangle is brought back to, so that few rounds do
-PUSHES = 16  # rounds of pushing corners apart, before motion is evened out around what is still folded
-ROUNDS = 4  # of that, each wider and smoother than the one before; then motion is held back everywhere
+AREA_ITERATIONS = 16  # rounds of pushing corners apart, before motion is evened out around what is still folded
+SMOOTHING_ROUNDS = 4  # of that, each wider and smoother than the one before; then motion is held back everywhere
 
 
-def unfold(target: NDArray[np.float64], mesh: PhotoMesh, /) -> NDArray[np.float64]:
+def untangle(target: NDArray[np.float64], mesh: PhotoMesh, /) -> NDArray[np.float64]:
     """Return places (V, 2) near the target in which every triangle keeps its sense.
 
     target : (V, 2) where the vertices should go
     """
     places = target
-    for width in range(1, ROUNDS + 1):
-        for _ in range(PUSHES):
+    for width in range(1, SMOOTHING_ROUNDS + 1):
+        for _ in range(AREA_ITERATIONS):
             folded = _folded(places, mesh)
             if not folded.any():
                 return places
-            places = places + _push(places, mesh, folded)
-        places = _even_out(places, mesh, 2 * width)
-    return _on_the_way(_similar(target, mesh.places), places, mesh)
+            places = places + _area_correction(places, mesh, folded)
+        places = _smooth_around_folds(places, mesh, 2 * width)
+    return _on_the_way(_similar(target, mesh.positions), places, mesh)
 
 
-def _push(places: NDArray[np.float64], mesh: PhotoMesh, folded: NDArray[np.bool_]) -> NDArray[np.float64]:
+def _area_correction(places: NDArray[np.float64], mesh: PhotoMesh, folded: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Return how far to move vertices (V, 2) so that the folded triangles get their least area, each by itself."""
     triangles = mesh.triangles[folded]
-    lack = AIM * signed_areas(mesh.places, triangles) - signed_areas(places, triangles)
+    lack = AIM * signed_areas(mesh.positions, triangles) - signed_areas(places, triangles)
     corners = places[triangles]
     sides = np.roll(corners, -2, axis=1) - np.roll(corners, -1, axis=1)  # the side that faces each corner
     heights = np.stack([-sides[..., 1], sides[..., 0]], axis=2)  # the way that adds most area
@@ -47,21 +47,21 @@ def _push(places: NDArray[np.float64], mesh: PhotoMesh, folded: NDArray[np.bool_
     return np.asarray(moves / np.maximum(counts, 1))
 
 
-def _even_out(places: NDArray[np.float64], mesh: PhotoMesh, width: int) -> NDArray[np.float64]:
+def _smooth_around_folds(places: NDArray[np.float64], mesh: PhotoMesh, width: int) -> NDArray[np.float64]:
     """Return places (V, 2) whose motion is smooth for `width` vertices around each fold."""
-    whole = _similar(places, mesh.places)
+    whole = _similar(places, mesh.positions)
     beside = places - whole
     rough = np.zeros(len(places), dtype=bool)
     rough[mesh.triangles[_folded(places, mesh)]] = True
     for _ in range(width):
-        rough = mesh.around @ rough > 0
+        rough = mesh.neighbour_mean @ rough > 0
     for _ in range(width):
-        beside[rough] = (mesh.around @ beside)[rough]
+        beside[rough] = (mesh.neighbour_mean @ beside)[rough]
     return np.asarray(whole + beside)
 
 
 def _folded(places: NDArray[np.float64], mesh: PhotoMesh) -> NDArray[np.bool_]:
-    return signed_areas(places, mesh.triangles) < LEAST_SHARE * signed_areas(mesh.places, mesh.triangles)
+    return signed_areas(places, mesh.triangles) < LEAST_SHARE * signed_areas(mesh.positions, mesh.triangles)
 
 
 def _on_the_way(

@@ -11,24 +11,24 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from conf.face.control_points import CONTROL_POINT_COUNT, INDEX, PUPILS, indices
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, PUPILS, control_point_indices
 from conf.face.deformation.kernels import KERNELS
 from conf.face.deformation.rbf import build_operator
 from conf.face.deformation.regions import Regions
 from conf.face.fapu import UNITS_PER_DISTANCE
 from conf.face.head_pose import HeadPose
 from conf.face.portrait import contours
-from conf.face.portrait.border_fade import presence
-from conf.face.portrait.head_weights import head_share
-from conf.face.portrait.lip_lid_gaps import part_lips_and_lids
-from conf.face.portrait.motion_deadband import settle, settle_points, stillness
+from conf.face.portrait.border_fade import border_alpha
+from conf.face.portrait.head_weights import head_weights
+from conf.face.portrait.lip_lid_gaps import enforce_min_gap
+from conf.face.portrait.motion_deadband import dampen_points, dampen_vertices, stillness_weight
 from conf.face.portrait.photo_mesh import PhotoMesh, build_mesh
-from conf.face.portrait.photo_regions import split_fields
-from conf.face.portrait.photographed_face import FaceShape
-from conf.face.portrait.untangle import unfold
+from conf.face.portrait.photo_regions import split_photo_regions
+from conf.face.portrait.photographed_face import PhotographedFace
+from conf.face.portrait.untangle import untangle
 
 MAX_TURN = np.radians(32)  # out of the picture's plane, against the photograph
-KNEE = 0.7  # the share of a limit that is reached unchanged
+SOFT_KNEE = 0.7  # the share of a limit that is reached unchanged
 DEPTH_SLOPE = 0.5  # how fast the head falls away beyond its oval
 DEPTH_ROUNDS = 3  # of smoothing: the steep sides of nose and face would fold at small turns
 DEEPEST_CM = 5.0  # behind the oval
@@ -36,10 +36,10 @@ LEAST_FACE_CM = 4.0  # any side of a face's oval
 ANCHOR_RINGS = (1.45, 1.8)  # of the oval: where no expression reaches
 _NEAREST = 8  # outline points that a vertex's depth is taken from
 
-_UPPER = np.array([INDEX["eyelid_upper_l"], INDEX["eyelid_upper_r"]])
-_LOWER = np.array([INDEX["eyelid_lower_l"], INDEX["eyelid_lower_r"]])
-_CORNERS = [[INDEX[f"eye_inner_corner_{s}"], INDEX[f"eye_outer_corner_{s}"]] for s in "lr"]
-_OVAL = contours.rows(contours.OVAL)
+_UPPER = np.array([CONTROL_POINT_INDEX["eyelid_upper_l"], CONTROL_POINT_INDEX["eyelid_upper_r"]])
+_LOWER = np.array([CONTROL_POINT_INDEX["eyelid_lower_l"], CONTROL_POINT_INDEX["eyelid_lower_r"]])
+_CORNERS = [[CONTROL_POINT_INDEX[f"eye_inner_corner_{s}"], CONTROL_POINT_INDEX[f"eye_outer_corner_{s}"]] for s in "lr"]
+_OVAL = contours.landmark_rows(contours.OVAL)
 
 
 def _limits() -> NDArray[np.float64]:
@@ -47,7 +47,7 @@ def _limits() -> NDArray[np.float64]:
     limits = np.full((CONTROL_POINT_COUNT, 1), 1.6)
     for prefixes, reach in ((("inner_lip_lower", "outer_lip_lower", "chin"), 5.0), (("inner_lip_corner",), 2.5),
                             (("inner_lip_upper", "outer_lip_upper", "outer_lip_corner", "cupids"), 2.5)):  # fmt: skip
-        limits[indices(*prefixes)] = reach
+        limits[control_point_indices(*prefixes)] = reach
     return limits
 
 
@@ -57,7 +57,7 @@ _LIMITS = _limits()
 class PortraitWarp:
     """Moves the mesh of one photograph."""
 
-    def __init__(self, shape: FaceShape, /) -> None:
+    def __init__(self, shape: PhotographedFace, /) -> None:
         """Build mesh and operator. Raises ValueError or scipy's QhullError if the points are no face."""
         if np.ptp(shape.points[_OVAL, :2], axis=0).min() < LEAST_FACE_CM:
             raise ValueError("points must be those of a face")
@@ -65,19 +65,19 @@ class PortraitWarp:
         self.mesh: PhotoMesh = build_mesh(shape)
         self._scale = float(np.exp(shape.pose.log_scale))
         self._turn = shape.pose.matrix()
-        self.flat = flat = (self.mesh.places - shape.pose.position) / self._scale  # (V, 2) cm, picture axes
+        self.positions_cm = flat = (self.mesh.positions - shape.pose.position) / self._scale  # (V, 2) cm, picture axes
         depth = _depths(flat, shape.points @ self._turn.T)
         for _ in range(DEPTH_ROUNDS):
-            depth[CONTROL_POINT_COUNT:] = (self.mesh.around @ depth)[CONTROL_POINT_COUNT:]
+            depth[CONTROL_POINT_COUNT:] = (self.mesh.neighbour_mean @ depth)[CONTROL_POINT_COUNT:]
         self._solid = np.column_stack([flat, depth]) @ self._turn  # (V, 3) cm, face axes
-        self._share = head_share(flat, self.mesh.places, shape)[:, None]
-        self.presence = presence(flat, self.mesh.places, shape)  # (V,) of the person, 0 to 1
-        self.fields = split_fields(flat)
+        self._share = head_weights(flat, self.mesh.positions, shape)[:, None]
+        self.border_alpha = border_alpha(flat, self.mesh.positions, shape)  # (V,) of the person, 0 to 1
+        self.fields = split_photo_regions(flat)
         self.on_face = _within(flat, flat[_OVAL])  # (V,) bool
         self._operator = _operator(flat, self.fields)
-        self._neutral, self._unit = shape.neutral, shape.unit
+        self._neutral, self._unit = shape.neutral, shape.fapu_lengths
 
-    def follow_neutral(self, neutral: NDArray[np.float64], unit: NDArray[np.float64], /) -> None:
+    def set_neutral(self, neutral: NDArray[np.float64], unit: NDArray[np.float64], /) -> None:
         """Take a better estimate of the neutral pose, (n, 3) cm, and of the FAPU: the photograph stays what it is."""
         self._neutral, self._unit = neutral, unit
 
@@ -94,7 +94,7 @@ class PortraitWarp:
             points[pupil, 2] = self.shape.points[pupil, 2]
         return np.asarray(points)
 
-    def photographed(self) -> NDArray[np.float64]:
+    def photo_displacements(self) -> NDArray[np.float64]:
         """Return the displacements (n, 3), FAPU units, of the photograph itself."""
         moved = self.shape.points[:CONTROL_POINT_COUNT] - self._neutral
         for pupil, corners in zip(PUPILS, _CORNERS, strict=True):
@@ -102,37 +102,37 @@ class PortraitWarp:
             moved[pupil, 2] = 0.0
         return np.asarray(moved / self._unit)
 
-    def place(self, displacements: NDArray[np.floating], pose: HeadPose, /) -> NDArray[np.float64]:
+    def deform(self, displacements: NDArray[np.floating], pose: HeadPose, /) -> NDArray[np.float64]:
         """Return where the vertices go: (V, 2) picture heights, x right, y up. No triangle is turned over.
 
         displacements : (n, 3) FAPU units
         """
-        moved = settle_points(self.control_points(displacements) - self.shape.points[:CONTROL_POINT_COUNT])
-        moved = _ease(moved, _LIMITS)
-        eased = ease_turn(pose, self.shape.pose)
+        moved = dampen_points(self.control_points(displacements) - self.shape.points[:CONTROL_POINT_COUNT])
+        moved = _soft_limit(moved, _LIMITS)
+        eased = limit_rotation(pose, self.shape.pose)
         target = self._show(self._solid + self._operator @ moved.astype(np.float32), eased)
-        outlines = len(contours.ALL)
-        target[:outlines] = part_lips_and_lids(target[:outlines], float(np.exp(eased.log_scale)))
+        outlines = len(contours.PORTRAIT_LANDMARKS)
+        target[:outlines] = enforce_min_gap(target[:outlines], float(np.exp(eased.log_scale)))
         for eyeball in self.mesh.eyeballs:
-            eyeball.follow(target)
-        return unfold(settle(target, self.mesh.places, self.on_face, self._scale), self.mesh)
+            eyeball.apply(target)
+        return untangle(dampen_vertices(target, self.mesh.positions, self.on_face, self._scale), self.mesh)
 
     def stillness(self, places: NDArray[np.float64], /) -> float:
         """Return how near the face in places (V, 2) is to where it was photographed: 1 there, 0 far away."""
-        return stillness(places, self.mesh.places, self.on_face, self._scale)
+        return stillness_weight(places, self.mesh.positions, self.on_face, self._scale)
 
     def _show(self, solid: NDArray[np.float64], pose: HeadPose) -> NDArray[np.float64]:
         flat = solid @ pose.matrix()[:2].T * np.exp(pose.log_scale) + pose.position
-        return np.asarray(self.mesh.places + self._share * (flat - self.mesh.places))
+        return np.asarray(self.mesh.positions + self._share * (flat - self.mesh.positions))
 
 
-def ease_turn(pose: HeadPose, photographed: HeadPose, /) -> HeadPose:
+def limit_rotation(pose: HeadPose, photo_displacements: HeadPose, /) -> HeadPose:
     """Return the pose with its turn out of the picture's plane kept within what the photograph can show.
 
     The turn since the photograph is taken apart into one within the picture's plane, which may be any, and the shortest
     one that then brings the line of sight to where it is.
     """
-    first = Rotation.from_rotvec(photographed.rotation)
+    first = Rotation.from_rotvec(photo_displacements.rotation)
     turn = Rotation.from_rotvec(pose.rotation) * first.inv()
     sight = turn.apply([0.0, 0.0, 1.0])
     axis = np.array([-sight[1], sight[0], 0.0])
@@ -140,58 +140,58 @@ def ease_turn(pose: HeadPose, photographed: HeadPose, /) -> HeadPose:
     axis = axis / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
     angle = float(np.arctan2(length, sight[2]))
     within = Rotation.from_rotvec(-angle * axis) * turn
-    eased = float(_ease(np.array([[angle]]), MAX_TURN)[0, 0])
+    eased = float(_soft_limit(np.array([[angle]]), MAX_TURN)[0, 0])
     rotation = Rotation.from_rotvec(eased * axis) * within * first
     return HeadPose(rotation.as_rotvec(), pose.position, pose.log_scale)
 
 
-def _ease(vectors: NDArray[np.float64], limits: NDArray[np.float64] | float) -> NDArray[np.float64]:
+def _soft_limit(vectors: NDArray[np.float64], limits: NDArray[np.float64] | float) -> NDArray[np.float64]:
     """Return vectors (k, m) shortened to below their limits (k, 1): unchanged up to the knee, then ever less."""
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    knee = KNEE * np.asarray(limits)
+    knee = SOFT_KNEE * np.asarray(limits)
     room = np.asarray(limits) - knee
     beyond = np.maximum(0.0, lengths - knee)
     eased = np.minimum(lengths, knee) + room * beyond / (room + beyond)
     return np.asarray(vectors * (eased / np.maximum(lengths, 1e-9)))
 
 
-def _depths(flat: NDArray[np.float64], known: NDArray[np.float64]) -> NDArray[np.float64]:
+def _depths(positions_cm: NDArray[np.float64], known: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (V,) cm towards the viewer: between the outlines' own depths, and falling away beyond them."""
     tree = cKDTree(known[:, :2])
-    distance, nearest = tree.query(flat, k=_NEAREST)
+    distance, nearest = tree.query(positions_cm, k=_NEAREST)
     weights = 1 / np.maximum(distance, 1e-6) ** 2
     depth = np.sum(weights * known[nearest, 2], axis=1) / weights.sum(axis=1)
     oval = known[_OVAL]
     middle = oval[:, :2].mean(axis=0)
-    radius = np.linalg.norm(flat - middle, axis=1)
-    rim = np.linalg.norm(oval[cKDTree(oval[:, :2]).query(flat)[1], :2] - middle, axis=1)
+    radius = np.linalg.norm(positions_cm - middle, axis=1)
+    rim = np.linalg.norm(oval[cKDTree(oval[:, :2]).query(positions_cm)[1], :2] - middle, axis=1)
     fall = np.minimum(DEPTH_SLOPE * np.maximum(0.0, radius - rim), DEEPEST_CM)
     return np.asarray(depth - fall)
 
 
-def _within(flat: NDArray[np.float64], oval: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _within(positions_cm: NDArray[np.float64], oval: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Tell the vertices (V, 2) well within the face's oval (36, 2)."""
     middle = oval.mean(axis=0)
-    rim = np.linalg.norm(oval[cKDTree(oval).query(flat)[1]] - middle, axis=1)
-    return np.asarray(np.linalg.norm(flat - middle, axis=1) < 0.92 * rim)
+    rim = np.linalg.norm(oval[cKDTree(oval).query(positions_cm)[1]] - middle, axis=1)
+    return np.asarray(np.linalg.norm(positions_cm - middle, axis=1) < 0.92 * rim)
 
 
-def _operator(flat: NDArray[np.float64], fields: Regions) -> NDArray[np.float32]:
+def _operator(positions_cm: NDArray[np.float64], fields: Regions) -> NDArray[np.float32]:
     """Return the (V, n) matrix from displacements of the control points to offsets of the vertices."""
-    oval = flat[_OVAL]
+    oval = positions_cm[_OVAL]
     middle = oval.mean(axis=0)
     anchors = np.concatenate([middle + ring * (oval[::2] - middle) for ring in ANCHOR_RINGS])
     regions = Regions(fields.fields, _in_space(anchors))
-    vertices = _in_space(flat)
+    vertices = _in_space(positions_cm)
     kernel = KERNELS["thin-plate"]
     operator = build_operator(
         vertices, vertices[:CONTROL_POINT_COUNT], kernel=kernel, epsilon=kernel.epsilon, regions=regions
     )
-    beyond = np.linalg.norm(flat - middle, axis=1) / np.linalg.norm(oval - middle, axis=1).max()
+    beyond = np.linalg.norm(positions_cm - middle, axis=1) / np.linalg.norm(oval - middle, axis=1).max()
     matrix = operator.matrix * np.clip((ANCHOR_RINGS[-1] - beyond) / 0.3, 0, 1)[:, None]
     matrix[:CONTROL_POINT_COUNT] = np.eye(CONTROL_POINT_COUNT)
     return np.asarray(matrix, dtype=np.float32)
 
 
-def _in_space(flat: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.column_stack([flat, np.zeros(len(flat))])
+def _in_space(positions_cm: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.column_stack([positions_cm, np.zeros(len(positions_cm))])

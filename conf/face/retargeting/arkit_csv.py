@@ -16,9 +16,9 @@ from scipy.optimize import lsq_linear, nnls
 
 from conf.face.animation.gaze import gaze_angles
 from conf.face.deformation.face_model import load_face
-from conf.face.formats.dpc import Motion
+from conf.face.formats.dpc import MotionClip
 from conf.face.head_pose import HeadPose
-from conf.face.retargeting.arkit_shapes import load_sculpted
+from conf.face.retargeting.arkit_shapes import load_arkit_shapes
 
 SHAPES = tuple(
     """
@@ -39,7 +39,7 @@ HEADER = ("Timecode", "BlendShapeCount", *(name[0].upper() + name[1:] for name i
 REGULARISATION = 3e-3
 
 
-def shape_weights(displacements: NDArray[np.floating], /) -> NDArray[np.float32]:
+def solve_arkit_weights(displacements: NDArray[np.floating], /) -> NDArray[np.float32]:
     """Return the (N, 52) weights, 0 to 1, in the order of SHAPES, that come nearest to a motion.
 
     displacements : (N, n, 3) FAPU units
@@ -53,11 +53,11 @@ def shape_weights(displacements: NDArray[np.floating], /) -> NDArray[np.float32]
 def _sculpted_basis() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the (52, 3 n) shapes at the control points in centimetres, and the (n, 3) lengths of FAPU units."""
     lengths = load_face().fapu.lengths()
-    return np.stack([(load_sculpted()[name] * lengths).ravel() for name in SHAPES]), lengths
+    return np.stack([(load_arkit_shapes()[name] * lengths).ravel() for name in SHAPES]), lengths
 
 
 def bounded_least_squares(
-    basis: NDArray[np.float64], wanted: NDArray[np.float64], /, *, regularisation: float = REGULARISATION
+    basis: NDArray[np.float64], targets: NDArray[np.float64], /, *, regularisation: float = REGULARISATION
 ) -> NDArray[np.float64]:
     """Return the (N, S) weights in 0..1 that minimise |weights basis - wanted|^2 + regularisation |weights|^2.
 
@@ -66,8 +66,8 @@ def bounded_least_squares(
     # Both sides multiplied by the basis: S equations for each frame instead of m.
     gram = basis @ basis.T + regularisation * np.eye(len(basis))
     root = np.asarray(np.linalg.cholesky(gram), np.float64)
-    targets = np.asarray(solve_triangular(root, basis @ wanted.T, lower=True), np.float64).T
-    return np.array([_bounded(root.T, target) for target in targets]).reshape(len(wanted), len(basis))
+    targets = np.asarray(solve_triangular(root, basis @ targets.T, lower=True), np.float64).T
+    return np.array([_bounded(root.T, target) for target in targets]).reshape(len(targets), len(basis))
 
 
 def _bounded(matrix: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -78,14 +78,14 @@ def _bounded(matrix: NDArray[np.float64], target: NDArray[np.float64]) -> NDArra
     return np.clip(weights, 0.0, 1.0)
 
 
-def write_blendshape_csv(path: Path | str, motion: Motion, /) -> None:
+def write_blendshape_csv(path: Path | str, motion: MotionClip, /) -> None:
     """Write a motion, in FAPU units, as a table of one line a frame: time code, 52 weights, 9 rotations in radians.
 
     Raises ValueError if the motion is in mesh units.
     """
     if motion.units != "fapu":
         raise ValueError(f"motion must be in FAPU units, got {motion.units}")
-    rows = np.hstack([shape_weights(motion.displacements), _rotations(motion)]).tolist()
+    rows = np.hstack([solve_arkit_weights(motion.displacements), _rotations(motion)]).tolist()
     with Path(path).open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(HEADER)
@@ -101,7 +101,7 @@ def timecode(frame: int, fps: float, /) -> str:
     return f"{seconds // 3600:02d}:{seconds // 60 % 60:02d}:{seconds % 60:02d}:{ticks // 1000:02d}.{ticks % 1000:03d}"
 
 
-def _rotations(motion: Motion) -> NDArray[np.float64]:
+def _rotations(motion: MotionClip) -> NDArray[np.float64]:
     """Return (N, 9): yaw to the subject's left, pitch up and roll to the right of head, left eye and right eye.
 
     The signs are those of programs that feed Live Link from MediaPipe (MeFaMo) and from ARKit, whose axes are ours:

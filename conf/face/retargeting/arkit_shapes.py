@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from conf.face.animation.gaze import EYE_RADIUS
-from conf.face.control_points import INDEX
+from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.blendshapes import load_shapes
 from conf.face.deformation.face_model import DEFAULT_HEAD, load_face
 
@@ -19,7 +19,7 @@ FULL_GAZE = {"Up": (0, 1, 22.0), "Down": (0, -1, 28.0), "In": (-1, 0, 30.0), "Ou
 
 
 @cache
-def load_sculpted() -> dict[str, NDArray[np.float32]]:
+def load_arkit_shapes() -> dict[str, NDArray[np.float32]]:
     """Return the (n, 3) displacements, FAPU units, of each shape by its ARKit name, at full strength.
 
     Raises FileFormatError if an asset is missing or damaged.
@@ -27,7 +27,7 @@ def load_sculpted() -> dict[str, NDArray[np.float32]]:
     face = load_face()
     shapes = load_shapes(DEFAULT_HEAD.with_name("shapes.npz"), len(face.mesh.vertices))
     nearest = np.asarray(KDTree(face.mesh.vertices).query(face.control_points)[1])
-    displacements = (shapes.at(nearest) / face.fapu.lengths()).astype(np.float32)
+    displacements = (shapes.offsets_at(nearest) / face.fapu.lengths()).astype(np.float32)
     for name, displacement in zip(shapes.names, displacements, strict=True):
         _turn_pupil(name, displacement)
     return dict(zip(shapes.names, displacements, strict=True))
@@ -39,4 +39,4 @@ def _turn_pupil(name: str, displacement: NDArray[np.float32]) -> None:
         for side, mirror in (("Left", 1), ("Right", -1)):
             if name == f"eyeLook{direction}{side}":
                 travel = EYE_RADIUS * np.sin(np.radians(degrees))
-                displacement[INDEX[f"pupil_{side[0].lower()}"]] = [x * mirror * travel, y * travel, 0.0]
+                displacement[CONTROL_POINT_INDEX[f"pupil_{side[0].lower()}"]] = [x * mirror * travel, y * travel, 0.0]

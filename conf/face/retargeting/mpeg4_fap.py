@@ -18,7 +18,7 @@ from conf.errors import FileFormatError
 from conf.face.animation.gaze import gaze_angles
 from conf.face.control_points import CONTROL_POINTS
 from conf.face.fapu import UNITS_PER_DISTANCE, Fapu
-from conf.face.formats.dpc import MAX_FRAMES, Motion
+from conf.face.formats.dpc import MAX_FRAMES, MotionClip
 from conf.face.formats.text import parse_floats, read_lines
 from conf.face.head_pose import HeadPose
 
@@ -59,7 +59,7 @@ class FapMotion:
     name: str = DEFAULT_NAME
 
 
-def to_faps(motion: Motion, fapu: Fapu, /) -> FapMotion:
+def to_faps(motion: MotionClip, fapu: Fapu, /) -> FapMotion:
     """Return a motion's parameters.
 
     motion : of the fifty control points, in FAPU units

@@ -10,12 +10,12 @@ Reading order: profiles, transform, range_coder, symbols, syntax, bundle, predic
 
 from conf.protocol.codec.decoder import DecodedFrame, Decoder
 from conf.protocol.codec.encoder import Encoder
-from conf.protocol.codec.profiles import LIVE, NARROW, PROFILES, RICH, Profile
+from conf.protocol.codec.profiles import LIVE, NARROWBAND, PROFILES, RICH, Profile
 from conf.protocol.codec.reference_frames import MissingReferenceError
 
 __all__ = [
     "LIVE",
-    "NARROW",
+    "NARROWBAND",
     "PROFILES",
     "RICH",
     "DecodedFrame",

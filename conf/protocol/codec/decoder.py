@@ -7,17 +7,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import ProtocolError
-from conf.protocol.codec.model import Model, load_models
-from conf.protocol.codec.payload_header import BundleHeader, code_header
+from conf.protocol.codec.model import CodecModel, load_models
+from conf.protocol.codec.payload_header import PayloadHeader, code_header
 from conf.protocol.codec.prediction import first_context, next_context
 from conf.protocol.codec.profiles import LIVE
 from conf.protocol.codec.quantised_frame import QuantisedFrame
-from conf.protocol.codec.reference_frames import History
-from conf.protocol.codec.symbol_coder import Reader
+from conf.protocol.codec.reference_frames import ReferenceFrames
+from conf.protocol.codec.symbol_coder import SymbolReader
 from conf.protocol.codec.syntax import FrameCoder, code_corrections
 
 MAX_PAYLOAD = 1100
-_ANY_HEADER = BundleHeader(LIVE.name, count=1, stride=1, age=0, companion=False)
+_ANY_HEADER = PayloadHeader(LIVE.name, count=1, stride=1, age=0, second_reference=False)
 
 
 @dataclass(frozen=True)
@@ -37,9 +37,9 @@ class DecodedFrame:
 class Decoder:
     """Decode payloads in whatever order they arrive: a loss costs the frames that were lost and no others."""
 
-    def __init__(self, models: Mapping[str, Model] | None = None) -> None:
+    def __init__(self, models: Mapping[str, CodecModel] | None = None) -> None:
         self._models = load_models() if models is None else models
-        self._histories = {name: History() for name in self._models}  # each profile counts its own ticks
+        self._histories = {name: ReferenceFrames() for name in self._models}  # each profile counts its own ticks
 
     def decode(self, payload: bytes, number: int) -> list[DecodedFrame]:
         """Return the frames of a payload, oldest first.
@@ -56,20 +56,20 @@ class Decoder:
         decoded = []
         for position, frame in enumerate(frames):
             at = number + position * header.stride
-            history.remember(at, frame)
-            before = history.find(at - header.stride)
-            decoded.append(DecodedFrame(at, *transform.synthesise(frame, before)))
+            history.add(at, frame)
+            before = history.get(at - header.stride)
+            decoded.append(DecodedFrame(at, *transform.inverse(frame, before)))
         return decoded
 
-    def _read(self, payload: bytes, number: int) -> tuple[BundleHeader, list[QuantisedFrame]]:
-        reader = Reader(payload)
+    def _read(self, payload: bytes, number: int) -> tuple[PayloadHeader, list[QuantisedFrame]]:
+        reader = SymbolReader(payload)
         header = code_header(reader, _ANY_HEADER)
         model = self._models[header.profile]
-        context = first_context(model, header, number, self._histories[header.profile].recall)
+        context = first_context(model, header, number, self._histories[header.profile].require)
         frames: list[QuantisedFrame] = []
         for _ in range(header.count):
             frame = FrameCoder(reader, model, context)
-            frame.code(model.standing.values)
+            frame.code(model.default_reference.values)
             corrections = code_corrections(reader, model, context.reference.corrections, {})
             frames.append(QuantisedFrame(tuple(frame.values), context.reference.staggered, corrections))
             context = next_context(model, header, frames)

@@ -6,31 +6,36 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from conf.protocol.codec.decoder import DecodedFrame
-from conf.protocol.codec.model import MAX_AGE, Model, load_models
-from conf.protocol.codec.payload_header import MAX_FRAMES, MAX_STRIDE, BundleHeader, code_header
-from conf.protocol.codec.point_residuals import WORTH_KEEPING, WORTH_SENDING, choose_corrections
+from conf.protocol.codec.model import MAX_AGE, CodecModel, load_models
+from conf.protocol.codec.payload_header import MAX_FRAMES, MAX_STRIDE, PayloadHeader, code_header
+from conf.protocol.codec.point_residuals import MIN_RESIDUAL, MIN_RESIDUAL_INTRA, choose_point_residuals
 from conf.protocol.codec.prediction import first_context, next_context
 from conf.protocol.codec.profiles import LIVE, Profile
 from conf.protocol.codec.quantised_frame import LOG_SCALE, POSE_VALUES, QuantisedFrame
-from conf.protocol.codec.reference_frames import History
-from conf.protocol.codec.symbol_coder import LIMIT, Coder, Writer
+from conf.protocol.codec.reference_frames import ReferenceFrames
+from conf.protocol.codec.symbol_coder import LIMIT, SymbolCoder, SymbolWriter
 from conf.protocol.codec.syntax import Context, FrameCoder, code_corrections
 from conf.protocol.messages import MotionFrame
 
-THRIFT = (0.5, 1.5)  # times the profile's trade: a payload ends on a whole byte, so either may be the better bargain
-WITH_REFERENCE = 0.5  # times the profile's trade: beside its headers such a payload is small, so bits are cheap
-STAY = 0.7  # steps: log scale keeps the reference's value while it is this near, because the middle is measured in it
-NOTICED = 1.0  # steps: a face that has moved less than this in every direction need not be sent
-FARTHEST = 50.0  # radians, picture heights or e-folds: no pose is
+LAMBDA_FACTORS = (
+    0.5,
+    1.5,
+)  # times the profile's trade: a payload ends on a whole byte, so either may be the better bargain
+INTER_LAMBDA_FACTOR = 0.5  # times the profile's trade: beside its headers such a payload is small, so bits are cheap
+LOG_SCALE_HYSTERESIS = (
+    0.7  # steps: log scale keeps the reference's value while it is this near, because the middle is measured in it
+)
+SKIP_THRESHOLD = 1.0  # steps: a face that has moved less than this in every direction need not be sent
+MAX_POSE = 50.0  # radians, picture heights or e-folds: no pose is
 
 
 class Encoder:
     """Encode bundles of frames for one receiver that tells which it has decoded."""
 
-    def __init__(self, profile: Profile = LIVE, models: Mapping[str, Model] | None = None) -> None:
+    def __init__(self, profile: Profile = LIVE, models: Mapping[str, CodecModel] | None = None) -> None:
         self._profile = profile
         self._models = load_models() if models is None else models
-        self._histories = {name: History() for name in self._models}  # each profile counts its own ticks
+        self._histories = {name: ReferenceFrames() for name in self._models}  # each profile counts its own ticks
         self._acknowledged: set[int] = set()
         self._newest: QuantisedFrame | None = None
 
@@ -56,12 +61,12 @@ class Encoder:
         self._check(frames, number, stride)
         model = self._models[self.profile.name]
         header = self._header(len(frames), number, stride)
-        context = first_context(model, header, number, self._history.recall)
-        trade = self.profile.trade * (WITH_REFERENCE if header.age else 1.0)
-        attempts = [_attempt(model, header, context, frames, thrift * trade) for thrift in THRIFT]
+        context = first_context(model, header, number, self._history.require)
+        trade = self.profile.rd_lambda * (INTER_LAMBDA_FACTOR if header.age else 1.0)
+        attempts = [_attempt(model, header, context, frames, thrift * trade) for thrift in LAMBDA_FACTORS]
         best = min(attempts, key=lambda attempt: attempt.error + 8 * trade * len(attempt.payload))
         for position, quantised in enumerate(best.frames):
-            self._history.remember(number + position * stride, quantised)
+            self._history.add(number + position * stride, quantised)
         self._newest = best.frames[-1]
         return best.payload
 
@@ -70,28 +75,30 @@ class Encoder:
         self._acknowledged.update(numbers)
         self._acknowledged.intersection_update(self._history.numbers())
 
-    def forget(self) -> None:
+    def drop_references(self) -> None:
         """Predict from nothing until the next acknowledgement: the receiver misses a reference."""
         self._acknowledged.clear()
 
-    def changed(self, frame: MotionFrame) -> bool:
+    def differs_visibly(self, frame: MotionFrame) -> bool:
         """Tell whether a frame differs visibly from the newest that was encoded; if not, nothing need be sent."""
         if self._newest is None:
             return True
         model, shown = self._models[self.profile.name], self._newest
-        values = model.transform.analyse(frame.displacements, frame.pose, log_scale=shown.values[LOG_SCALE])
+        values = model.transform.forward(frame.displacements, frame.pose, log_scale=shown.values[LOG_SCALE])
         values[LOG_SCALE] = model.transform.log_scale(frame.pose)
-        if (np.abs(values - model.transform.positions(shown)) > NOTICED).any():
+        if (np.abs(values - model.transform.dequantise(shown)) > SKIP_THRESHOLD).any():
             return True
         known = shown.corrections
-        return bool(choose_corrections(model, frame.displacements, known, threshold=WORTH_SENDING, bits_spent=0.0))
+        return bool(
+            choose_point_residuals(model, frame.displacements, known, threshold=MIN_RESIDUAL_INTRA, bits_spent=0.0)
+        )
 
-    def reconstruct(self, number: int, *, stride: int = 1) -> DecodedFrame | None:
+    def decode_own(self, number: int, *, stride: int = 1) -> DecodedFrame | None:
         """Return frame `number` as a receiver shows it that has missed nothing, while it is remembered."""
-        frame, before = self._history.find(number), self._history.find(number - stride)
+        frame, before = self._history.get(number), self._history.get(number - stride)
         if frame is None:
             return None
-        return DecodedFrame(number, *self._models[self.profile.name].transform.synthesise(frame, before))
+        return DecodedFrame(number, *self._models[self.profile.name].transform.inverse(frame, before))
 
     def _check(self, frames: Sequence[MotionFrame], number: int, stride: int) -> None:
         if number <= self._history.newest:
@@ -101,20 +108,20 @@ class Encoder:
         if not 1 <= stride <= MAX_STRIDE:
             raise ValueError(f"stride must be 1 to {MAX_STRIDE}, not {stride}")
         for frame in frames:
-            if not (np.isfinite(frame.displacements).all() and (np.abs(frame.pose) < FARTHEST).all()):
+            if not (np.isfinite(frame.displacements).all() and (np.abs(frame.pose) < MAX_POSE).all()):
                 raise ValueError("a frame is not finite, or its pose is absurd")
 
     @property
-    def _history(self) -> History:
+    def _history(self) -> ReferenceFrames:
         return self._histories[self.profile.name]
 
     def _usable(self, number: int) -> bool:
-        return number in self._acknowledged and self._history.find(number) is not None
+        return number in self._acknowledged and self._history.get(number) is not None
 
-    def _header(self, count: int, number: int, stride: int) -> BundleHeader:
+    def _header(self, count: int, number: int, stride: int) -> PayloadHeader:
         age = next((age for age in range(1, MAX_AGE + 1) if self._usable(number - age)), 0)
         companion = age > 0 and self._usable(number - age - stride)
-        return BundleHeader(self.profile.name, count, stride, age, companion)
+        return PayloadHeader(self.profile.name, count, stride, age, companion)
 
 
 @dataclass(frozen=True)
@@ -127,9 +134,9 @@ class _Attempt:
 
 
 def _attempt(
-    model: Model, header: BundleHeader, context: Context, frames: Sequence[MotionFrame], trade: float
+    model: CodecModel, header: PayloadHeader, context: Context, frames: Sequence[MotionFrame], trade: float
 ) -> _Attempt:
-    writer = Writer(trade=trade)
+    writer = SymbolWriter(rd_lambda=trade)
     code_header(writer, header)
     coded: list[QuantisedFrame] = []
     total = 0.0
@@ -137,33 +144,35 @@ def _attempt(
         plain, error = code_motion(writer, model, context, frame)
         total += error
         known = context.reference.corrections
-        threshold = WORTH_KEEPING if header.age or position else WORTH_SENDING
-        spent = writer.bits - position * model.profile.budget_bits
-        chosen = choose_corrections(model, frame.displacements, known, threshold=threshold, bits_spent=spent)
+        threshold = MIN_RESIDUAL if header.age or position else MIN_RESIDUAL_INTRA
+        spent = writer.bits - position * model.profile.target_bits
+        chosen = choose_point_residuals(model, frame.displacements, known, threshold=threshold, bits_spent=spent)
         coded.append(replace(plain, corrections=code_corrections(writer, model, known, chosen)))
         context = next_context(model, header, coded)
     return _Attempt(writer.finish(), coded, total)
 
 
-def code_motion(coder: Coder, model: Model, context: Context, frame: MotionFrame) -> tuple[QuantisedFrame, float]:
+def code_motion(
+    coder: SymbolCoder, model: CodecModel, context: Context, frame: MotionFrame
+) -> tuple[QuantisedFrame, float]:
     """Code a frame, changes of corrections apart; return it and the sum of their squared errors, in steps."""
     transform = model.transform
     log_scale = _choose_log_scale(model, context, frame)
-    wanted = transform.analyse(frame.displacements, frame.pose, log_scale=log_scale)
+    wanted = transform.forward(frame.displacements, frame.pose, log_scale=log_scale)
     if context.reference.staggered:
         wanted -= transform.stagger
     pose = np.clip(wanted[:POSE_VALUES], -LIMIT, LIMIT)
     coded = FrameCoder(coder, model, context)
     coded.code(pose.tolist())
     pose_error = pose - coded.values
-    expression = np.clip(wanted[POSE_VALUES:] + transform.absorb(pose_error), -LIMIT, LIMIT)
+    expression = np.clip(wanted[POSE_VALUES:] + transform.compensate_pose_error(pose_error), -LIMIT, LIMIT)
     coded.code(expression.tolist())
     error = expression - coded.values[POSE_VALUES:]
     quantised = replace(context.reference, values=tuple(coded.values))
     return quantised, float(pose_error @ pose_error + error @ error)
 
 
-def _choose_log_scale(model: Model, context: Context, frame: MotionFrame) -> int:
+def _choose_log_scale(model: CodecModel, context: Context, frame: MotionFrame) -> int:
     wanted = model.transform.log_scale(frame.pose)
     reference = context.reference.values[LOG_SCALE]
-    return reference if abs(wanted - reference) < STAY else max(-LIMIT, min(LIMIT, round(wanted)))
+    return reference if abs(wanted - reference) < LOG_SCALE_HYSTERESIS else max(-LIMIT, min(LIMIT, round(wanted)))

@@ -20,11 +20,11 @@ from conf.protocol.codec.transform import MotionTransform
 FILE = "codec.npz"
 WEIGHT_ONE = 256  # a context weight of 1
 MAX_AGE = 63  # ticks between a frame and its reference
-OCTAVES_ABOVE = 8  # scales beyond the last table: low bits sent as they are
+RAW_OCTAVES = 8  # scales beyond the last table: low bits sent as they are
 
 
 @dataclass(frozen=True)
-class Model:
+class CodecModel:
     """What coding one profile needs.
 
     standing : the frame that stands in for a reference when there is none
@@ -37,44 +37,44 @@ class Model:
     profile: Profile
     transform: MotionTransform
     tables: Tables
-    standing: QuantisedFrame
+    default_reference: QuantisedFrame
     rows: tuple[int, ...]
     companion_rows: tuple[int, ...]
     weights: list[list[list[int]]]
-    growth: int
+    scale_coupling: int
     points: int
 
     def scale(self, row: int, index: int, features: tuple[int, ...]) -> int:
         """Return how far from its prediction value `index` will lie: an index on the scale grid."""
         scale: int = sum(map(mul, self.weights[row][index], features)) // WEIGHT_ONE
-        return max(0, min(self.tables.last + OCTAVES_ABOVE * SCALES_AN_OCTAVE, scale))
+        return max(0, min(self.tables.last + RAW_OCTAVES * SCALES_AN_OCTAVE, scale))
 
 
 @cache
-def load_models() -> dict[str, Model]:
+def load_models() -> dict[str, CodecModel]:
     """Return the shipped model of each profile, by name."""
     with resources.files("conf.assets").joinpath(FILE).open("rb") as file, np.load(file) as arrays:
         return build_models({name: arrays[name] for name in arrays.files})
 
 
-def build_models(arrays: Mapping[str, np.ndarray[Any, Any]]) -> dict[str, Model]:
+def build_models(arrays: Mapping[str, np.ndarray[Any, Any]]) -> dict[str, CodecModel]:
     """Build the models from the file's arrays: tools/train/codec.py says what each is."""
     return {name: _build_model(profile, arrays) for name, profile in PROFILES.items()}
 
 
-def _build_model(profile: Profile, arrays: Mapping[str, np.ndarray[Any, Any]]) -> Model:
+def _build_model(profile: Profile, arrays: Mapping[str, np.ndarray[Any, Any]]) -> CodecModel:
     transform = build_transform(profile, arrays)
     ages = arrays["ages"].tolist()
     rows = tuple(_row(age, ages) for age in range(MAX_AGE + 1))
-    return Model(
+    return CodecModel(
         profile=profile,
         transform=transform,
         tables=Tables.from_frequencies(arrays[f"{profile.name}_frequencies"].tolist()),
-        standing=QuantisedFrame(tuple(arrays[f"{profile.name}_standing"].tolist())),
+        default_reference=QuantisedFrame(tuple(arrays[f"{profile.name}_standing"].tolist())),
         rows=rows,
         companion_rows=tuple(row and row + len(ages) for row in rows),
         weights=arrays[f"{profile.name}_weights"].tolist(),
-        growth=int(arrays[f"{profile.name}_growth"]),
+        scale_coupling=int(arrays[f"{profile.name}_growth"]),
         points=len(arrays["correction"]),
     )
 
@@ -85,15 +85,15 @@ def build_transform(profile: Profile, arrays: Mapping[str, np.ndarray[Any, Any]]
     basis = arrays["basis"].astype(np.float64)  # (3 n, K) orthonormal
     weight = arrays["weight"].astype(np.float64).reshape(-1)  # (3 n,) eye distances for one FAPU unit, over sqrt(n)
     return MotionTransform(
-        forward=weight[:, None] * basis / step,
-        backward=step * basis.T / weight,
+        forward_matrix=weight[:, None] * basis / step,
+        inverse_matrix=step * basis.T / weight,
         pose_steps=step * arrays["pose_unit"].astype(np.float64),
-        middle=arrays["middle"].astype(np.float64),
+        face_centre=arrays["middle"].astype(np.float64),
         usual_log_scale=float(arrays["usual_log_scale"]),
         correction_steps=arrays["correction"].astype(np.float64),
         coupling=arrays["coupling"].astype(np.float64),
         stagger=arrays["stagger"].astype(np.float64),
-        lean=arrays[f"{profile.name}_lean"].astype(np.float64),
+        reconstruction_shift=arrays[f"{profile.name}_lean"].astype(np.float64),
     )
 
 

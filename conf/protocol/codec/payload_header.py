@@ -7,24 +7,24 @@ from dataclasses import dataclass
 
 from conf.protocol.codec.model import MAX_AGE
 from conf.protocol.codec.profiles import PROFILES, Profile
-from conf.protocol.codec.symbol_coder import Coder, Reader, weighted
+from conf.protocol.codec.symbol_coder import SymbolCoder, SymbolReader, weighted_table
 
 MAX_FRAMES = 8
 MAX_STRIDE = 4
 
 _NAMES = tuple(PROFILES)
-_PROFILE = weighted([30, 2, 2])
+_PROFILE = weighted_table([30, 2, 2])
 _COUNT = {
-    name: weighted([300 if count == profile.bundle else 1 for count in range(1, MAX_FRAMES + 1)])
+    name: weighted_table([300 if count == profile.frames_per_datagram else 1 for count in range(1, MAX_FRAMES + 1)])
     for name, profile in PROFILES.items()
 }
-_STRIDE = weighted([300, 3, 1, 1])
-_AGE = weighted([60, 15, 32, *(19 / age for age in range(3, MAX_AGE + 1))])
-_COMPANION = weighted([1, 40])
+_STRIDE = weighted_table([300, 3, 1, 1])
+_AGE = weighted_table([60, 15, 32, *(19 / age for age in range(3, MAX_AGE + 1))])
+_COMPANION = weighted_table([1, 40])
 
 
 @dataclass(frozen=True)
-class BundleHeader:
+class PayloadHeader:
     """What the first symbols say.
 
     count : frames in the payload
@@ -37,23 +37,23 @@ class BundleHeader:
     count: int
     stride: int
     age: int
-    companion: bool
+    second_reference: bool
 
-    def staggers(self, number: int) -> bool:
+    def is_staggered(self, number: int) -> bool:
         """Tell whether the payload whose first frame is `number` is staggered if it is predicted from nothing."""
         return number // (self.count * self.stride) % 2 == 1
 
 
-def code_header(coder: Coder, wanted: BundleHeader) -> BundleHeader:
+def code_header(coder: SymbolCoder, wanted: PayloadHeader) -> PayloadHeader:
     """Code the head of a payload."""
     profile = _NAMES[coder.symbol(_PROFILE, _NAMES.index(wanted.profile))]
     count = 1 + coder.symbol(_COUNT[profile], wanted.count - 1)
     stride = 1 + coder.symbol(_STRIDE, wanted.stride - 1)
     age = coder.symbol(_AGE, wanted.age)
-    companion = bool(age and coder.symbol(_COMPANION, int(wanted.companion)))
-    return BundleHeader(profile, count, stride, age, companion)
+    companion = bool(age and coder.symbol(_COMPANION, int(wanted.second_reference)))
+    return PayloadHeader(profile, count, stride, age, companion)
 
 
 def profile_of(payload: bytes) -> Profile:
     """Return the profile of a payload, which says how fast its frame clock ticks. Raises ProtocolError."""
-    return PROFILES[_NAMES[Reader(payload).symbol(_PROFILE, 0)]]
+    return PROFILES[_NAMES[SymbolReader(payload).symbol(_PROFILE, 0)]]

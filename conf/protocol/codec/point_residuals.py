@@ -10,20 +10,20 @@ a reference sends only what is far off: it will not be kept.
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.protocol.codec.model import Model
-from conf.protocol.codec.quantised_frame import Correction
+from conf.protocol.codec.model import CodecModel
+from conf.protocol.codec.quantised_frame import PointResidual
 from conf.protocol.codec.symbol_coder import LIMIT
 from conf.protocol.codec.syntax import MAX_CORRECTIONS
 
-Corrections = dict[int, Correction]
+Corrections = dict[int, PointResidual]
 
-WORTH_KEEPING = 2.5  # steps: a point that is off by less is never corrected
-WORTH_SENDING = 4.0  # the same where there is no reference
+MIN_RESIDUAL = 2.5  # steps: a point that is off by less is never corrected
+MIN_RESIDUAL_INTRA = 4.0  # the same where there is no reference
 BITS_EACH = 18  # what one costs, about
 
 
-def choose_corrections(
-    model: Model, displacements: NDArray[np.float32], known: Corrections, *, threshold: float, bits_spent: float
+def choose_point_residuals(
+    model: CodecModel, displacements: NDArray[np.float32], known: Corrections, *, threshold: float, bits_spent: float
 ) -> Corrections:
     """Return the corrections that improve a frame most, the worst point first; most frames need none.
 
@@ -47,6 +47,6 @@ def choose_corrections(
     return chosen
 
 
-def _room(model: Model, bits_spent: float) -> int:
-    room = int(model.profile.budget_bits - bits_spent) // BITS_EACH
+def _room(model: CodecModel, bits_spent: float) -> int:
+    room = int(model.profile.target_bits - bits_spent) // BITS_EACH
     return max(1, min(MAX_CORRECTIONS, room))

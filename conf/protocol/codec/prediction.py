@@ -6,25 +6,25 @@ Within a payload prediction is free of risk: its frames arrive together or not a
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from conf.protocol.codec.model import Model
-from conf.protocol.codec.payload_header import BundleHeader
+from conf.protocol.codec.model import CodecModel
+from conf.protocol.codec.payload_header import PayloadHeader
 from conf.protocol.codec.quantised_frame import QuantisedFrame
 from conf.protocol.codec.syntax import Context
 
 Recall = Callable[[int], QuantisedFrame]
 
 
-def first_context(model: Model, header: BundleHeader, number: int, recall: Recall) -> Context:
+def first_context(model: CodecModel, header: PayloadHeader, number: int, recall: Recall) -> Context:
     """Return what frame `number`, the first of its bundle, is predicted from. `recall` gives remembered frames."""
     if not header.age:
-        return Context(model.rows[0], replace(model.standing, staggered=header.staggers(number)))
+        return Context(model.rows[0], replace(model.default_reference, staggered=header.is_staggered(number)))
     at = number - header.age
-    if header.companion:
+    if header.second_reference:
         return Context(model.companion_rows[header.age], recall(at), recall(at - header.stride))
     return Context(model.rows[header.age], recall(at))
 
 
-def next_context(model: Model, header: BundleHeader, before: Sequence[QuantisedFrame]) -> Context:
+def next_context(model: CodecModel, header: PayloadHeader, before: Sequence[QuantisedFrame]) -> Context:
     """Return what the frame after those `before` it in the bundle is predicted from."""
     if len(before) > 1:
         return Context(model.companion_rows[header.stride], before[-1], before[-2])

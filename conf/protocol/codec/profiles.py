@@ -16,21 +16,21 @@ class Profile:
 
     name: str
     fps: int
-    bundle: int
+    frames_per_datagram: int
     step: float
-    trade: float
-    budget_bits: int
+    rd_lambda: float
+    target_bits: int
 
     @property
     def delay(self) -> float:
         """Return the delay in seconds that bundling adds."""
-        return (self.bundle - 1) / self.fps
+        return (self.frames_per_datagram - 1) / self.fps
 
 
 # live: one frame a datagram, at 15 a second. narrow: 2,400 bit/s have room for five datagrams a second of three frames.
 # rich: two frames a datagram cost half the headers, and a thirtieth of a second.
-LIVE = Profile("live", fps=15, bundle=1, step=0.0074, trade=0.05, budget_bits=64)
-RICH = Profile("rich", fps=30, bundle=2, step=0.0044, trade=0.05, budget_bits=64)
-NARROW = Profile("narrow", fps=15, bundle=3, step=0.0082, trade=0.05, budget_bits=40)
+LIVE = Profile("live", fps=15, frames_per_datagram=1, step=0.0074, rd_lambda=0.05, target_bits=64)
+RICH = Profile("rich", fps=30, frames_per_datagram=2, step=0.0044, rd_lambda=0.05, target_bits=64)
+NARROWBAND = Profile("narrow", fps=15, frames_per_datagram=3, step=0.0082, rd_lambda=0.05, target_bits=40)
 
-PROFILES = {profile.name: profile for profile in (LIVE, RICH, NARROW)}
+PROFILES = {profile.name: profile for profile in (LIVE, RICH, NARROWBAND)}

@@ -3,9 +3,9 @@
 from dataclasses import dataclass, field
 
 POSE_VALUES = 6
-LOG_SCALE, ROTATION, MIDDLE = 0, slice(1, 4), slice(4, 6)
+LOG_SCALE, ROTATION, FACE_CENTRE = 0, slice(1, 4), slice(4, 6)
 
-Correction = tuple[int, int, int]
+PointResidual = tuple[int, int, int]
 
 
 @dataclass(frozen=True)
@@ -19,4 +19,4 @@ class QuantisedFrame:
 
     values: tuple[int, ...]
     staggered: bool = False
-    corrections: dict[int, Correction] = field(default_factory=dict)
+    corrections: dict[int, PointResidual] = field(default_factory=dict)

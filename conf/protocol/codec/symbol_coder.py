@@ -17,8 +17,8 @@ from typing import Protocol
 from conf.errors import ProtocolError
 from conf.protocol.codec.range_coder import PRECISION, TOTAL, RangeDecoder, RangeEncoder
 
-REACH = 20  # the largest magnitude with a frequency of its own
-ESCAPE = 2 * REACH + 1  # the symbol for everything larger
+MAX_TABLE_MAGNITUDE = 20  # the largest magnitude with a frequency of its own
+ESCAPE = 2 * MAX_TABLE_MAGNITUDE + 1  # the symbol for everything larger
 SCALES_AN_OCTAVE = 4
 MAX_BITS = 13  # of any magnitude: beyond it a payload is garbage
 LIMIT = (1 << MAX_BITS) - 1
@@ -59,12 +59,12 @@ def _accumulate(row: Sequence[int]) -> list[int]:
 
 
 @cache
-def flat(count: int) -> list[int]:
+def uniform_table(count: int) -> list[int]:
     """Return the table of `count` symbols that are equally likely, as nearly as whole numbers can say it."""
     return [TOTAL * i // count for i in range(count + 1)]
 
 
-def weighted(weights: Sequence[float]) -> list[int]:
+def weighted_table(weights: Sequence[float]) -> list[int]:
     """Return the table of symbols with these weights."""
     spare = TOTAL - len(weights)
     total, frequencies = sum(weights), []
@@ -74,40 +74,40 @@ def weighted(weights: Sequence[float]) -> list[int]:
     return _accumulate(frequencies)
 
 
-_BITS = [flat(1 << count) for count in range(9)]
+_BITS = [uniform_table(1 << count) for count in range(9)]
 
 
-class Coder(Protocol):
+class SymbolCoder(Protocol):
     """What the syntax needs: a Writer gives back what it wrote, a Reader ignores what is wanted."""
 
-    def symbol(self, cumulative: Cumulative, wanted: int) -> int:
+    def symbol(self, cumulative: Cumulative, value: int) -> int:
         """Code one symbol of a table."""
         ...
 
-    def number(self, tables: Tables, scale: int, wanted: float) -> int:
+    def number(self, tables: Tables, scale: int, target: float) -> int:
         """Code a whole number near `wanted`, in steps, whose usual distance from zero is `scale`."""
         ...
 
 
-class Writer:
+class SymbolWriter:
     """Turn symbols into bytes."""
 
-    def __init__(self, *, trade: float) -> None:
-        self._trade = trade
+    def __init__(self, *, rd_lambda: float) -> None:
+        self._trade = rd_lambda
         self._range = RangeEncoder()
         self.bits = 0.0  # spent so far, by the tables
 
-    def symbol(self, cumulative: Cumulative, wanted: int) -> int:
+    def symbol(self, cumulative: Cumulative, value: int) -> int:
         """Write one symbol."""
-        self.bits += PRECISION - log2(cumulative[wanted + 1] - cumulative[wanted])
-        self._range.write(cumulative, wanted)
-        return wanted
+        self.bits += PRECISION - log2(cumulative[value + 1] - cumulative[value])
+        self._range.write(cumulative, value)
+        return value
 
-    def number(self, tables: Tables, scale: int, wanted: float) -> int:
+    def number(self, tables: Tables, scale: int, target: float) -> int:
         """Write the number near `wanted` that is the best bargain of precision and bits."""
-        value = max(-LIMIT, min(LIMIT, round(wanted)))
-        if value and scale <= tables.last and -REACH <= value <= REACH:
-            value = self._bargain(tables.cost[scale], wanted, value)
+        value = max(-LIMIT, min(LIMIT, round(target)))
+        if value and scale <= tables.last and -MAX_TABLE_MAGNITUDE <= value <= MAX_TABLE_MAGNITUDE:
+            value = self._rate_distortion_choice(tables.cost[scale], target, value)
         self._write(tables, scale, value)
         return value
 
@@ -115,23 +115,23 @@ class Writer:
         """Return the payload."""
         return self._range.finish()
 
-    def _bargain(self, cost: list[float], wanted: float, near: int) -> int:
+    def _rate_distortion_choice(self, cost: list[float], target: float, near: int) -> int:
         less = near - 1 if near > 0 else near + 1
-        extra_error = (wanted - less) ** 2 - (wanted - near) ** 2
-        saved_bits = cost[near + REACH] - cost[less + REACH]
+        extra_error = (target - less) ** 2 - (target - near) ** 2
+        saved_bits = cost[near + MAX_TABLE_MAGNITUDE] - cost[less + MAX_TABLE_MAGNITUDE]
         return less if extra_error < self._trade * saved_bits else near
 
     def _write(self, tables: Tables, scale: int, value: int) -> None:
         if scale > tables.last:
             self._large(tables, scale, value)
-        elif -REACH <= value <= REACH:
-            self.bits += tables.cost[scale][value + REACH]
-            self._range.write(tables.cumulative[scale], value + REACH)
+        elif -MAX_TABLE_MAGNITUDE <= value <= MAX_TABLE_MAGNITUDE:
+            self.bits += tables.cost[scale][value + MAX_TABLE_MAGNITUDE]
+            self._range.write(tables.cumulative[scale], value + MAX_TABLE_MAGNITUDE)
         else:
             self._escape(tables.cumulative[scale], value)
 
     def _escape(self, cumulative: Cumulative, value: int) -> None:
-        beyond = abs(value) - REACH  # 1 or more
+        beyond = abs(value) - MAX_TABLE_MAGNITUDE  # 1 or more
         length = beyond.bit_length()
         self.symbol(cumulative, ESCAPE)
         self.symbol(_BITS[4], length)
@@ -145,22 +145,22 @@ class Writer:
         _code_bits(self, shift, shifted)
 
 
-class Reader:
+class SymbolReader:
     """Turn bytes back into symbols. Every method may raise ProtocolError."""
 
     def __init__(self, data: bytes) -> None:
         self._range = RangeDecoder(data)
 
-    def symbol(self, cumulative: Cumulative, wanted: int = 0) -> int:
+    def symbol(self, cumulative: Cumulative, value: int = 0) -> int:
         """Read one symbol."""
         return self._range.read(cumulative)
 
-    def number(self, tables: Tables, scale: int, wanted: float = 0.0) -> int:
+    def number(self, tables: Tables, scale: int, target: float = 0.0) -> int:
         """Read a number."""
         last = tables.last
         if scale <= last:
             symbol = self._range.read(tables.cumulative[scale])
-            return symbol - REACH if symbol != ESCAPE else self._escape()
+            return symbol - MAX_TABLE_MAGNITUDE if symbol != ESCAPE else self._escape()
         scale, shift = _split(scale, last)
         high = self.number(tables, scale)
         return (high << shift | _code_bits(self, shift, 0)) - (1 << shift >> 1)
@@ -175,10 +175,10 @@ class Reader:
             raise ProtocolError("escape of an impossible length")
         negative = self.symbol(_BITS[1])
         beyond = 1 << length - 1 | _code_bits(self, length - 1, 0)
-        return -(REACH + beyond) if negative else REACH + beyond
+        return -(MAX_TABLE_MAGNITUDE + beyond) if negative else MAX_TABLE_MAGNITUDE + beyond
 
 
-def _code_bits(coder: Coder, count: int, value: int) -> int:
+def _code_bits(coder: SymbolCoder, count: int, value: int) -> int:
     """Code the lowest `count` bits of `value` as they are, a byte at a time."""
     read = 0
     while count:

@@ -14,12 +14,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from conf.errors import ProtocolError
-from conf.protocol.codec.model import Model
-from conf.protocol.codec.quantised_frame import LOG_SCALE, MIDDLE, POSE_VALUES, Correction, QuantisedFrame
-from conf.protocol.codec.symbol_coder import LIMIT, Coder, flat, weighted
+from conf.protocol.codec.model import CodecModel
+from conf.protocol.codec.quantised_frame import FACE_CENTRE, LOG_SCALE, POSE_VALUES, PointResidual, QuantisedFrame
+from conf.protocol.codec.symbol_coder import LIMIT, SymbolCoder, uniform_table, weighted_table
 
 LOG_ONE = 16  # a feature's logarithm to base two counts in sixteenths
-FEATURES = 8
+FEATURE_COUNT = 8
 _LOG_REACH = 1023
 _LOG: list[int] = [
     ((1 + x) ** LOG_ONE).bit_length() - 1 for x in range(_LOG_REACH + 1)
@@ -27,7 +27,7 @@ _LOG: list[int] = [
 
 CORRECTION_SCALE = 24
 MAX_CORRECTIONS = 12
-_CORRECTION_COUNT = weighted([3000, 12, 10, 8, 6, 4, 4, 3, 2, 2, 2, 1, 1])
+_CORRECTION_COUNT = weighted_table([3000, 12, 10, 8, 6, 4, 4, 3, 2, 2, 2, 1, 1])
 
 
 @dataclass(frozen=True)
@@ -42,44 +42,46 @@ class Context:
 class FrameCoder:
     """Codes the values of one frame in order; `values` holds those that have been coded."""
 
-    def __init__(self, coder: Coder, model: Model, context: Context) -> None:
+    def __init__(self, coder: SymbolCoder, model: CodecModel, context: Context) -> None:
         self.values: list[int] = []
         self._coder = coder
         self._model = model
         self._row = context.row
         self._predicted = context.reference.values
-        self._still = _still_features(context)
+        self._still = _frame_features(context)
         self._own = _own_motion(context)
         self._moved = [0, 0]  # sum of the differences so far, of pose and of expression
 
     def code(self, wanted: Sequence[float]) -> None:
         """Code the next len(wanted) values. Raises ProtocolError, when reading, if one is out of range."""
         coder, model, values, moved = self._coder, self._model, self.values, self._moved
-        for aim in wanted:
+        for target in wanted:
             index = len(values)
             size = values[LOG_SCALE] if values else 0
             features = (LOG_ONE, size, _log(moved[0]), _log(moved[1]), self._own[index], *self._still)
             scale = model.scale(self._row, index, features)
             guess = self._guess(index)
-            difference = coder.number(model.tables, scale, aim - guess)
+            difference = coder.number(model.tables, scale, target - guess)
             moved[index >= POSE_VALUES] += abs(difference)
             values.append(_checked(guess + difference))
 
     def _guess(self, index: int) -> int:
         guess = self._predicted[index]
-        if MIDDLE.start <= index < MIDDLE.stop:  # in a face that has grown the same place is fewer face sizes away
-            guess -= guess * (self.values[LOG_SCALE] - self._predicted[LOG_SCALE]) * self._model.growth >> 16
+        if (
+            FACE_CENTRE.start <= index < FACE_CENTRE.stop
+        ):  # in a face that has grown the same place is fewer face sizes away
+            guess -= guess * (self.values[LOG_SCALE] - self._predicted[LOG_SCALE]) * self._model.scale_coupling >> 16
         return max(-LIMIT, min(LIMIT, guess))
 
 
 def code_corrections(
-    coder: Coder, model: Model, reference: dict[int, Correction], wanted: dict[int, Correction]
-) -> dict[int, Correction]:
+    coder: SymbolCoder, model: CodecModel, reference: dict[int, PointResidual], wanted: dict[int, PointResidual]
+) -> dict[int, PointResidual]:
     """Code the corrections that change; the reference's others stay. Raises ProtocolError as above."""
     corrections = dict(reference)
     changed = list(wanted)
     for position in range(coder.symbol(_CORRECTION_COUNT, len(changed))):
-        point = coder.symbol(flat(model.points), changed[position] if changed else 0)
+        point = coder.symbol(uniform_table(model.points), changed[position] if changed else 0)
         before = reference.get(point, (0, 0, 0))
         after = wanted.get(point, (0, 0, 0))
         x, y, z = (
@@ -92,7 +94,7 @@ def code_corrections(
     return corrections
 
 
-def _still_features(context: Context) -> tuple[int, int, int]:
+def _frame_features(context: Context) -> tuple[int, int, int]:
     expression = _log(sum(map(abs, context.reference.values[POSE_VALUES:])))
     if context.companion is None:
         return expression, 0, 0

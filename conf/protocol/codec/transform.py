@@ -21,15 +21,15 @@ from math import cos, exp, hypot, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.protocol.codec.quantised_frame import LOG_SCALE, MIDDLE, POSE_VALUES, ROTATION, QuantisedFrame
+from conf.protocol.codec.quantised_frame import FACE_CENTRE, LOG_SCALE, POSE_VALUES, ROTATION, QuantisedFrame
 
 
 @dataclass(frozen=True)
 class MotionTransform:
     """The trained linear maps, for one step.
 
-    forward : (3 n, K) float64, displacements to components, in steps
-    backward : (K, 3 n) float64, and back
+    forward_matrix : (3 n, K) float64, displacements to components, in steps
+    inverse_matrix : (K, 3 n) float64, and back
     pose_steps : (6,) float64, one step of log scale, rotation (3) and middle (2, in model centimetres)
     middle : (3,) float64, the middle of the points of a typical neutral face, model centimetres
     usual_log_scale : log scale of a typical frame
@@ -39,21 +39,21 @@ class MotionTransform:
     lean : (6 + K,) float64, how much of the way to the frame before a value goes that is at most a step away
     """
 
-    forward: NDArray[np.float64]
-    backward: NDArray[np.float64]
+    forward_matrix: NDArray[np.float64]
+    inverse_matrix: NDArray[np.float64]
     pose_steps: NDArray[np.float64]
-    middle: NDArray[np.float64]
+    face_centre: NDArray[np.float64]
     usual_log_scale: float
     correction_steps: NDArray[np.float64]
     coupling: NDArray[np.float64]
     stagger: NDArray[np.float64]
-    lean: NDArray[np.float64]
+    reconstruction_shift: NDArray[np.float64]
 
     def log_scale(self, pose: NDArray[np.float64], /) -> float:
         """Return a pose's log scale in steps from the usual."""
         return float((pose[5] - self.usual_log_scale) / self.pose_steps[LOG_SCALE])
 
-    def analyse(
+    def forward(
         self, displacements: NDArray[np.float32], pose: NDArray[np.float64], /, *, log_scale: int
     ) -> NDArray[np.float64]:
         """Return the values (6 + K,) of a frame in steps, not yet rounded, given the log scale that will be sent.
@@ -66,58 +66,60 @@ class MotionTransform:
             [
                 [log_scale],
                 pose[:3] / self.pose_steps[ROTATION],
-                middle / size / self.pose_steps[MIDDLE],
-                displacements.reshape(-1) @ self.forward,
+                middle / size / self.pose_steps[FACE_CENTRE],
+                displacements.reshape(-1) @ self.forward_matrix,
             ]
         )
 
     def residual(self, displacements: NDArray[np.float32], /) -> NDArray[np.float64]:
         """Return what the components cannot carry of displacements (n, 3), in steps of a correction."""
         flat = displacements.reshape(-1)
-        left = flat - flat @ self.forward @ self.backward
+        left = flat - flat @ self.forward_matrix @ self.inverse_matrix
         return np.asarray(left.reshape(-1, 3) / self.correction_steps)
 
-    def absorb(self, pose_error: NDArray[np.float64], /) -> NDArray[np.float64]:
+    def compensate_pose_error(self, pose_error: NDArray[np.float64], /) -> NDArray[np.float64]:
         """Return what to add to the components (K,) so that they make up for a pose that is off by some steps (6,)."""
         return np.asarray(pose_error @ self.coupling)
 
-    def positions(self, frame: QuantisedFrame, /) -> NDArray[np.float64]:
+    def dequantise(self, frame: QuantisedFrame, /) -> NDArray[np.float64]:
         """Return the values (6 + K,) of a frame in steps."""
         values = np.array(frame.values, dtype=np.float64)
         return values + self.stagger if frame.staggered else values
 
-    def synthesise(
+    def inverse(
         self, frame: QuantisedFrame, before: QuantisedFrame | None = None, /
     ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
         """Return displacements (n, 3) in FAPU units and pose (6,).
 
         before : the frame one tick earlier, if it is known
         """
-        numbers = self.positions(frame)
+        numbers = self.dequantise(frame)
         if before is not None:
-            numbers += self._lean(self.positions(before) - numbers)
-        displacements = (numbers[POSE_VALUES:] @ self.backward).reshape(-1, 3)
+            numbers += self._lean(self.dequantise(before) - numbers)
+        displacements = (numbers[POSE_VALUES:] @ self.inverse_matrix).reshape(-1, 3)
         for point, steps in frame.corrections.items():
             displacements[point] += self.correction_steps[point] * steps
         scaled = numbers[:POSE_VALUES] * self.pose_steps
         log_scale = scaled[LOG_SCALE] + self.usual_log_scale
         rotation = scaled[ROTATION]
-        position = exp(log_scale) * (scaled[MIDDLE] - self._turned_middle(rotation))
+        position = exp(log_scale) * (scaled[FACE_CENTRE] - self._turned_middle(rotation))
         return displacements.astype(np.float32), np.array([*rotation, *position, log_scale])
 
     def _lean(self, way: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return how far (6 + K,) to move towards the frame before, which lies `way` steps off."""
-        lean = np.where(np.abs(way) <= 1, self.lean * way, 0.0)
-        lean[POSE_VALUES:] -= self.absorb(lean[:POSE_VALUES])  # the components made up for a pose that did not lean
+        lean = np.where(np.abs(way) <= 1, self.reconstruction_shift * way, 0.0)
+        lean[POSE_VALUES:] -= self.compensate_pose_error(
+            lean[:POSE_VALUES]
+        )  # the components made up for a pose that did not lean
         return lean
 
     def _turned_middle(self, rotation: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return x and y (2,) of the middle turned by a rotation vector. Source: Rodrigues' formula."""
         x, y, z = rotation.tolist()
-        a, b, c = self.middle.tolist()
+        a, b, c = self.face_centre.tolist()
         angle = hypot(x, y, z)
         if angle < 1e-9:
-            return self.middle[:2]
+            return self.face_centre[:2]
         sine, versine = sin(angle) / angle, (1 - cos(angle)) / angle**2
         along = (x * a + y * b + z * c) * versine
         return np.array(

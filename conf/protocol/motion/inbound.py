@@ -5,22 +5,22 @@ from collections import deque
 from conf.errors import ProtocolError
 from conf.protocol.codec import Decoder, MissingReferenceError
 from conf.protocol.codec.payload_header import profile_of
-from conf.protocol.feedback import Reception
+from conf.protocol.feedback import ReceptionStats
 from conf.protocol.messages import KeepAlive, MotionFrame, Presence, StreamParameters
-from conf.protocol.motion.jitter_buffer import JitterBuffer, Playout
-from conf.protocol.portrait import PortraitInbox
+from conf.protocol.motion.jitter_buffer import JitterBuffer, PlayoutFrame
+from conf.protocol.portrait import ObjectReceiver
 from conf.protocol.sequence import unwrap
-from conf.protocol.statistics import RateWindow, TrafficSnapshot, raw_bytes
+from conf.protocol.statistics import RateWindow, TrafficSnapshot, raw_frame_bytes
 from conf.protocol.wire import (
     NUMBER_BITS,
     Body,
+    Bye,
     Feedback,
-    Goodbye,
-    Motion,
-    PortraitAnswer,
-    PortraitPiece,
-    RoundTripNotice,
-    Together,
+    MotionPayload,
+    MotionWithChunk,
+    PortraitAck,
+    PortraitChunk,
+    RoundTripMessage,
     decode_body,
     encode_body,
 )
@@ -29,26 +29,26 @@ SILENCE_S = 3.0
 MAX_OBJECTS = 64  # parts of a picture that nobody has taken yet
 
 
-class Inbound:
+class InboundMotion:
     """Take the bodies of one sender and play its motion at its time."""
 
-    def __init__(self, token: int = 0) -> None:
+    def __init__(self, receiver_id: int = 0) -> None:
         """token : 16 bits that tell the sender whether this is still the receiver that it sent its picture to"""
         self.parameters: StreamParameters | None = None
         self.presence = Presence.FACE
         self.round_trip_ms: float | None = None
         self.ended = False
-        self.portrait: deque[bytes] = deque(maxlen=MAX_OBJECTS)  # what has come whole of the sender's picture
+        self.received_objects: deque[bytes] = deque(maxlen=MAX_OBJECTS)  # what has come whole of the sender's picture
         self.rejected = 0
         self.missed_references = 0
         self.frames = RateWindow()
         self.traffic = RateWindow()
-        self._portrait_inbox = PortraitInbox(token)
+        self._portrait_inbox = ObjectReceiver(receiver_id)
         self._decoder = Decoder()
         self._buffer = JitterBuffer()
-        self._reception = Reception()
+        self._reception = ReceptionStats()
         self._clock: tuple[float, float] | None = None  # the sender's stream time, and ours when we learned of it
-        self._heard_at: float | None = None
+        self._last_received: float | None = None
         self._refresh = False
         self._motion_datagrams = 0
         self._reported_at = float("-inf")
@@ -59,7 +59,7 @@ class Inbound:
         counter : of its datagram; wire_bytes : the datagram's size on the wire, headers counted
         """
         self.traffic.add(wire_bytes, now)
-        self._heard_at = now
+        self._last_received = now
         timestamp, understood = None, False
         try:
             timestamp = self._take(decode_body(data), now)
@@ -69,25 +69,25 @@ class Inbound:
             self.missed_references += 1
         except ProtocolError:
             self.rejected += 1
-        self._reception.add(counter, now, timestamp=timestamp, understood=understood)
+        self._reception.add(counter, now, timestamp=timestamp, decodable=understood)
 
-    def play(self, now: float) -> Playout | None:
+    def frame_at(self, now: float) -> PlayoutFrame | None:
         """Return the motion to draw at `now`, or None before there is any."""
         return self._buffer.play(now)
 
-    def silent(self, now: float) -> bool:
+    def is_silent(self, now: float) -> bool:
         """Say whether the sender has not been heard for a while, or never."""
-        return self._heard_at is None or now - self._heard_at > SILENCE_S
+        return self._last_received is None or now - self._last_received > SILENCE_S
 
     def bodies_to_send(self, now: float) -> list[bytes]:
         """Return what is to be sealed and sent back: a report, and what has come of the picture, each when due."""
-        answer = self._portrait_inbox.next_answer(now)
-        bodies = [self.feedback(now), encode_body(PortraitAnswer(answer)) if answer else None]
+        answer = self._portrait_inbox.next_ack(now)
+        bodies = [self.feedback(now), encode_body(PortraitAck(answer)) if answer else None]
         return [body for body in bodies if body]
 
     def feedback(self, now: float) -> bytes | None:
         """Return a report when one is due and there is something to report."""
-        if self._heard_at is None or self._heard_at <= self._reported_at:
+        if self._last_received is None or self._last_received <= self._reported_at:
             return None
         report = self._reception.report(now)
         if report is None:
@@ -99,7 +99,7 @@ class Inbound:
         """Return the figures of the meter."""
         bytes_a_second, _ = self.traffic.rates(now)
         _, fps = self.frames.rates(now)
-        raw = raw_bytes(self.parameters.width, self.parameters.height) if self.parameters else 0
+        raw = raw_frame_bytes(self.parameters.width, self.parameters.height) if self.parameters else 0
         frames = max(self.frames.count, 1)
         return TrafficSnapshot(
             frames_received=self.frames.count,
@@ -127,28 +127,28 @@ class Inbound:
                 self.presence = presence
                 self._clock = (timestamp, now)
                 if presence is Presence.FACE:
-                    self._buffer.extend(timestamp, now)
-            case Motion():
+                    self._buffer.repeat_until(timestamp, now)
+            case MotionPayload():
                 return self._take_motion(body, now)
-            case RoundTripNotice(milliseconds=milliseconds):
+            case RoundTripMessage(milliseconds=milliseconds):
                 self.round_trip_ms = float(milliseconds)
-            case PortraitPiece(data=data):
+            case PortraitChunk(data=data):
                 self._take_piece(data)
-            case Together(motion=motion, piece=piece):
+            case MotionWithChunk(motion=motion, piece=piece):
                 self._take_piece(piece.data)
                 return self._take_motion(motion, now)
-            case Goodbye():
+            case Bye():
                 self.ended = True
             case _:
                 raise ProtocolError("a report came to the receiver")
         return None
 
     def _take_piece(self, data: bytes) -> None:
-        whole = self._portrait_inbox.receive_piece(data)
+        whole = self._portrait_inbox.receive_chunk(data)
         if whole:
-            self.portrait.append(whole)
+            self.received_objects.append(whole)
 
-    def _take_motion(self, body: Motion, now: float) -> float:
+    def _take_motion(self, body: MotionPayload, now: float) -> float:
         profile = profile_of(body.payload)
         number = self._number(body.number, profile.fps, now)
         decoded = self._decoder.decode(body.payload, number)
@@ -166,7 +166,7 @@ class Inbound:
         if self._clock is None:
             return low_bits
         stream_time = self._clock[0] + now - self._clock[1]
-        number = unwrap(low_bits, bits=NUMBER_BITS, near=round(stream_time * fps))
+        number = unwrap(low_bits, bits=NUMBER_BITS, expected=round(stream_time * fps))
         if number < 0:
             raise ProtocolError("a frame from before the stream")
         return number

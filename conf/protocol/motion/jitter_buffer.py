@@ -32,7 +32,7 @@ NEW_CLOCK_S = 30.0  # a capture time this far off its place means that the sende
 
 
 @dataclass(frozen=True)
-class Playout:
+class PlayoutFrame:
     """What to draw now.
 
     frame : the interpolated motion, its timestamp the playhead on the sender's clock
@@ -41,8 +41,8 @@ class Playout:
     """
 
     frame: MotionFrame
-    stale_s: float
-    neutral: float
+    age_s: float
+    neutral_blend: float
 
 
 class JitterBuffer:
@@ -70,12 +70,12 @@ class JitterBuffer:
         self._frames.insert(at, frame)
         del self._frames[:-MAX_FRAMES]
 
-    def extend(self, timestamp: float, now: float) -> None:
+    def repeat_until(self, timestamp: float, now: float) -> None:
         """Note that the face has not moved up to `timestamp`: the newest frame is shown on."""
         if self._frames and timestamp > self._frames[-1].timestamp:
             self.add(replace(self._frames[-1], timestamp=timestamp), now)
 
-    def play(self, now: float) -> Playout | None:
+    def play(self, now: float) -> PlayoutFrame | None:
         """Return what to draw at `now`, or None before the first frame is due."""
         if not self._frames:
             return None
@@ -86,7 +86,7 @@ class JitterBuffer:
         if at == 0:
             return None
         if at < len(self._frames):
-            return Playout(_between(self._frames[at - 1], self._frames[at], self._playhead), 0.0, 0.0)
+            return PlayoutFrame(_between(self._frames[at - 1], self._frames[at], self._playhead), 0.0, 0.0)
         stale = self._playhead - self._frames[-1].timestamp
         return _after(self._frames[-1], stale)
 
@@ -122,7 +122,7 @@ def _between(a: MotionFrame, b: MotionFrame, timestamp: float) -> MotionFrame:
     )
 
 
-def _after(newest: MotionFrame, stale: float) -> Playout:
+def _after(newest: MotionFrame, stale: float) -> PlayoutFrame:
     neutral = float(np.clip((stale - HOLD_S) / EASE_S, 0.0, 1.0))
     eased = neutral * neutral * (3 - 2 * neutral)
     shown = replace(
@@ -130,4 +130,4 @@ def _after(newest: MotionFrame, stale: float) -> Playout:
         timestamp=newest.timestamp + stale,
         displacements=newest.displacements * np.float32(1 - eased),
     )
-    return Playout(shown, stale, eased)
+    return PlayoutFrame(shown, stale, eased)

@@ -12,15 +12,15 @@ from dataclasses import dataclass, replace
 from conf.protocol.codec import LIVE, Encoder, Profile
 from conf.protocol.codec.payload_header import MAX_FRAMES, MAX_STRIDE
 from conf.protocol.messages import KeepAlive, MotionFrame, Presence, StreamParameters
-from conf.protocol.wire import Motion, encode_body
+from conf.protocol.wire import MotionPayload, encode_body
 
 REPEAT_S = 1.0  # parameters that are not acknowledged, and keep-alives
 FAPU_TOLERANCE = 0.02  # a neutral face that settles by less than this is not told again
-REMEMBERED = 256  # datagrams on their way
+MAX_IN_FLIGHT = 256  # datagrams on their way
 
 
 @dataclass(frozen=True)
-class Outgoing:
+class OutgoingBody:
     """A body to seal and send, and what its arrival would mean.
 
     numbers : of the frames it carries; motion : the same as the codec wrote them
@@ -29,21 +29,21 @@ class Outgoing:
 
     body: bytes
     numbers: tuple[int, ...] = ()
-    motion: Motion | None = None
+    motion: MotionPayload | None = None
     parameters: StreamParameters | None = None
 
 
-class Outbound:
+class OutboundMotion:
     """Turn the motion of one sender into bodies."""
 
     def __init__(self, parameters: StreamParameters, *, profile: Profile = LIVE) -> None:
         self.parameters = parameters
         self.frames_sent = 0
         self._encoder = Encoder(profile)
-        self._bundle = profile.bundle
+        self._bundle = profile.frames_per_datagram
         self._pending: list[tuple[int, MotionFrame]] = []
-        self._queue: list[Outgoing] = []
-        self._flying: OrderedDict[int, Outgoing] = OrderedDict()
+        self._queue: list[OutgoingBody] = []
+        self._in_flight: OrderedDict[int, OutgoingBody] = OrderedDict()
         self._origin: float | None = None  # the session's first timestamp: the stream's clock starts there
         self._newest = -1
         self._newest_arrived = False
@@ -55,13 +55,13 @@ class Outbound:
         """The profile frames are coded for."""
         return self._encoder.profile
 
-    def use(self, profile: Profile, *, bundling: int = 1) -> None:
+    def set_profile(self, profile: Profile, *, bundling: int = 1) -> None:
         """Go on with another profile; bundling : how many times its usual number of frames share a datagram."""
         if profile != self._encoder.profile:
             self._flush()
             self._newest = self._number(self._newest / self._encoder.profile.fps, profile)
             self._encoder.profile = profile
-        self._bundle = min(profile.bundle * bundling, MAX_FRAMES)
+        self._bundle = min(profile.frames_per_datagram * bundling, MAX_FRAMES)
 
     def send_frame(self, frame: MotionFrame, now: float) -> None:
         """Take one frame's motion."""
@@ -70,7 +70,7 @@ class Outbound:
         if number <= self._newest:
             return
         self._queue_parameters(stamp, now)
-        if not self._pending and not self._encoder.changed(frame):
+        if not self._pending and not self._encoder.differs_visibly(frame):
             if now < self._keep_alive_due:
                 return
             if self._newest_arrived:
@@ -92,40 +92,40 @@ class Outbound:
         if now >= self._keep_alive_due:
             self._queue_keep_alive(stamp, Presence.NO_FACE, now)
 
-    def probe(self, timestamp: float) -> Outgoing:
+    def probe(self, timestamp: float) -> OutgoingBody:
         """Return a keep-alive that asks whether anybody is there."""
-        return Outgoing(encode_body(KeepAlive(self._stream_time(timestamp), Presence.FACE)))
+        return OutgoingBody(encode_body(KeepAlive(self._stream_time(timestamp), Presence.FACE)))
 
-    def take(self) -> list[Outgoing]:
+    def drain(self) -> list[OutgoingBody]:
         """Take what is to be sent."""
         queue, self._queue = self._queue, []
         return queue
 
-    def sent(self, counter: int, outgoing: Outgoing) -> None:
+    def on_sent(self, counter: int, outgoing: OutgoingBody) -> None:
         """Note under which counter a body has left."""
-        self._flying[counter] = outgoing
-        if len(self._flying) > REMEMBERED:
-            self._flying.popitem(last=False)
+        self._in_flight[counter] = outgoing
+        if len(self._in_flight) > MAX_IN_FLIGHT:
+            self._in_flight.popitem(last=False)
 
-    def arrived(self, counters: Iterable[int]) -> None:
+    def on_acknowledged(self, counters: Iterable[int]) -> None:
         """Note the counters that the receiver has and understood: frames may be predicted from theirs."""
         for counter in counters:
-            outgoing = self._flying.pop(counter, None)
+            outgoing = self._in_flight.pop(counter, None)
             if outgoing is None:
                 continue
             self._encoder.acknowledge(outgoing.numbers)
             self._newest_arrived |= self._newest in outgoing.numbers
             self._arrived = outgoing.parameters or self._arrived
 
-    def forget(self) -> None:
+    def drop_references(self) -> None:
         """Predict from nothing: the receiver misses what it was thought to have."""
-        self._encoder.forget()
-        self._flying.clear()
+        self._encoder.drop_references()
+        self._in_flight.clear()
 
     def restart(self) -> None:
         """Begin a new session with a receiver that knows nothing: the stream's clock and its numbers start again."""
         self._encoder = Encoder(self.profile)
-        self._flying.clear()
+        self._in_flight.clear()
         self._queue.clear()
         self._pending.clear()
         self._origin = None
@@ -154,8 +154,8 @@ class Outbound:
         numbers = tuple(number for number, _ in self._pending)
         stride = numbers[1] - numbers[0] if len(numbers) > 1 else 1
         payload = self._encoder.encode([frame for _, frame in self._pending], numbers[0], stride=stride)
-        motion = Motion(numbers[0], payload)
-        self._queue.append(Outgoing(encode_body(motion), numbers, motion))
+        motion = MotionPayload(numbers[0], payload)
+        self._queue.append(OutgoingBody(encode_body(motion), numbers, motion))
         self.frames_sent += len(self._pending)
         self._pending.clear()
 
@@ -164,11 +164,11 @@ class Outbound:
             return
         self._parameters_due = now + REPEAT_S
         told = replace(self.parameters, fps=float(self.profile.fps), clock=stamp)
-        self._queue.append(Outgoing(encode_body(told), parameters=self.parameters))
+        self._queue.append(OutgoingBody(encode_body(told), parameters=self.parameters))
 
     def _queue_keep_alive(self, stamp: float, presence: Presence, now: float) -> None:
         self._keep_alive_due = now + REPEAT_S
-        self._queue.append(Outgoing(encode_body(KeepAlive(stamp, presence))))
+        self._queue.append(OutgoingBody(encode_body(KeepAlive(stamp, presence))))
 
 
 def _alike(a: StreamParameters, b: StreamParameters) -> bool:

@@ -7,20 +7,20 @@ sent again. A newer object in a slot replaces the older one, so both sides hold 
 Reading order: pieces, outbox, inbox, photograph, patch.
 """
 
-from conf.protocol.portrait.object_receiver import PortraitInbox
-from conf.protocol.portrait.object_sender import PortraitOutbox
-from conf.protocol.portrait.objects import decode_thing, encode_thing
+from conf.protocol.portrait.object_receiver import ObjectReceiver
+from conf.protocol.portrait.object_sender import ObjectSender
+from conf.protocol.portrait.objects import decode_object, encode_object
 from conf.protocol.portrait.patch import Patch, decode_patch, encode_patch
-from conf.protocol.portrait.photo import NeutralUpdate, Photograph
+from conf.protocol.portrait.photo import NeutralPoseUpdate, Photo
 
 __all__ = [
-    "NeutralUpdate",
+    "NeutralPoseUpdate",
+    "ObjectReceiver",
+    "ObjectSender",
     "Patch",
-    "Photograph",
-    "PortraitInbox",
-    "PortraitOutbox",
+    "Photo",
+    "decode_object",
     "decode_patch",
-    "decode_thing",
+    "encode_object",
     "encode_patch",
-    "encode_thing",
 ]

@@ -13,7 +13,7 @@ from conf.errors import ProtocolError
 
 MAX_OBJECT = 12_288
 MAX_PIECES = 255
-GRAIN = 4
+CHUNK_SIZE_UNIT = 4
 MAX_FINISHED = 32
 MAX_UNFINISHED = 4
 _PIECE = struct.Struct(">HBBH")
@@ -23,7 +23,7 @@ PIECE_HEADER = _PIECE.size
 
 
 @dataclass(frozen=True)
-class Piece:
+class Chunk:
     """One part of an object.
 
     number : of the object, modulo 65536
@@ -35,12 +35,12 @@ class Piece:
     number: int
     size: int
     index: int
-    total: int
+    object_size: int
     data: bytes
 
 
 @dataclass(frozen=True)
-class Answer:
+class Ack:
     """What a receiver has.
 
     token : differs when the receiver has begun anew and has nothing
@@ -49,26 +49,26 @@ class Answer:
     """
 
     token: int
-    finished: tuple[int, ...]
-    unfinished: tuple[tuple[int, frozenset[int]], ...]
+    complete: tuple[int, ...]
+    partial: tuple[tuple[int, frozenset[int]], ...]
 
 
-def piece_count(total: int, size: int) -> int:
+def piece_count(object_size: int, size: int) -> int:
     """Return into how many pieces of a size an object is cut."""
-    return -(-total // size)
+    return -(-object_size // size)
 
 
-def encode_piece(piece: Piece) -> bytes:
+def encode_piece(piece: Chunk) -> bytes:
     """Return the bytes of a piece."""
-    return _PIECE.pack(piece.number, piece.size // GRAIN, piece.index, piece.total) + piece.data
+    return _PIECE.pack(piece.number, piece.size // CHUNK_SIZE_UNIT, piece.index, piece.object_size) + piece.data
 
 
-def decode_piece(data: bytes) -> Piece:
+def decode_piece(data: bytes) -> Chunk:
     """Return a piece whose numbers fit each other. Raises ProtocolError."""
     if len(data) <= _PIECE.size:
         raise ProtocolError("a piece without data")
     number, grain, index, total = _PIECE.unpack_from(data)
-    size = grain * GRAIN
+    size = grain * CHUNK_SIZE_UNIT
     if not size or not 0 < total <= MAX_OBJECT:
         raise ProtocolError("a piece of nothing, or of too much")
     count = piece_count(total, size)
@@ -77,21 +77,21 @@ def decode_piece(data: bytes) -> Piece:
     expected = size if index < count - 1 else total - size * (count - 1)
     if len(data) - _PIECE.size != expected:
         raise ProtocolError("a piece of the wrong length")
-    return Piece(number, size, index, total, data[_PIECE.size :])
+    return Chunk(number, size, index, total, data[_PIECE.size :])
 
 
-def encode_answer(answer: Answer) -> bytes:
+def encode_answer(answer: Ack) -> bytes:
     """Return the bytes of an answer."""
-    finished = struct.pack(f">{len(answer.finished)}H", *answer.finished)
-    parts = [_START.pack(answer.token, len(answer.finished)), finished]
-    for number, indices in answer.unfinished:
+    finished = struct.pack(f">{len(answer.complete)}H", *answer.complete)
+    parts = [_START.pack(answer.token, len(answer.complete)), finished]
+    for number, indices in answer.partial:
         count = max(indices, default=0) + 1
         bits = sum(1 << index for index in indices)
         parts.append(_UNFINISHED.pack(number, count) + bits.to_bytes((count + 7) // 8, "little"))
     return b"".join(parts)
 
 
-def decode_answer(data: bytes) -> Answer:
+def decode_answer(data: bytes) -> Ack:
     """Return an answer. Raises ProtocolError."""
     if len(data) < _START.size:
         raise ProtocolError("an answer cut off")
@@ -111,4 +111,4 @@ def decode_answer(data: bytes) -> Answer:
         bits = int.from_bytes(data[at + _UNFINISHED.size : end], "little")
         unfinished.append((number, frozenset(i for i in range(pieces) if bits >> i & 1)))
         at = end
-    return Answer(token, finished, tuple(unfinished))
+    return Ack(token, finished, tuple(unfinished))

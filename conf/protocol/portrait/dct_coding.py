@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.protocol.codec.symbol_coder import Coder
-from conf.protocol.portrait.probability_model import BlockModel, portrait_tables
+from conf.protocol.codec.symbol_coder import SymbolCoder
+from conf.protocol.portrait.probability_model import BlockModel, difference_tables
 
 BLOCK = 8  # px
 Planes = Sequence[NDArray[Any]]
-_DEAD = 0.6  # steps: a coefficient below that is no reason to tell a block, or to go on in one
+_DEADZONE = 0.6  # steps: a coefficient below that is no reason to tell a block, or to go on in one
 
 
 def plane_shapes(width: int, height: int, /) -> list[tuple[int, int, int]]:
@@ -24,7 +24,7 @@ def plane_shapes(width: int, height: int, /) -> list[tuple[int, int, int]]:
     return [(-(-rows // BLOCK), -(-columns // BLOCK), BLOCK * BLOCK) for rows, columns in sides]
 
 
-def code_planes(coder: Coder, model: BlockModel, wanted: Planes, /) -> list[NDArray[np.int64]]:
+def code_coefficient_planes(coder: SymbolCoder, model: BlockModel, wanted: Planes, /) -> list[NDArray[np.int64]]:
     """Code three planes of blocks (rows, columns, 64), in steps. May raise ProtocolError."""
     coded, last, spread = model.tables()
     kinds = (0, 1, 1)
@@ -32,14 +32,14 @@ def code_planes(coder: Coder, model: BlockModel, wanted: Planes, /) -> list[NDAr
 
 
 def _code_plane(
-    coder: Coder,
+    coder: SymbolCoder,
     model: tuple[list[list[int]], list[int], list[int]],
     wanted: NDArray[Any],
 ) -> NDArray[np.int64]:
     coded, last, spread = model
-    tables = portrait_tables()
+    tables = difference_tables()
     rows, columns, size = wanted.shape
-    ends = np.where(np.abs(wanted) >= _DEAD, np.arange(1, size + 1), 0).max(axis=2).tolist()
+    ends = np.where(np.abs(wanted) >= _DEADZONE, np.arange(1, size + 1), 0).max(axis=2).tolist()
     result = np.zeros(wanted.shape, np.int64)
     full = [[0] * (columns + 1) for _ in range(rows + 1)]  # one beyond, so that index -1 is empty too
     for y in range(rows):

@@ -5,30 +5,30 @@ from collections.abc import Callable
 from conf.errors import ProtocolError
 from conf.protocol.portrait.patch import Patch, decode_patch, encode_patch
 from conf.protocol.portrait.photo import (
-    NeutralUpdate,
-    Photograph,
+    NeutralPoseUpdate,
+    Photo,
     decode_neutral,
     decode_photograph,
     encode_neutral,
     encode_photograph,
 )
 
-Thing = Photograph | NeutralUpdate | Patch
+PortraitObject = Photo | NeutralPoseUpdate | Patch
 PHOTOGRAPH, NEUTRAL, PATCH = 0, 1, 2
 
 
-def encode_thing(thing: Thing, /) -> bytes:
+def encode_object(thing: PortraitObject, /) -> bytes:
     """Return the bytes of an object."""
     match thing:
-        case Photograph():
+        case Photo():
             return bytes((PHOTOGRAPH,)) + encode_photograph(thing)
-        case NeutralUpdate():
+        case NeutralPoseUpdate():
             return bytes((NEUTRAL,)) + encode_neutral(thing)
         case Patch():
             return bytes((PATCH,)) + encode_patch(thing)
 
 
-def decode_thing(data: bytes, /) -> Thing:
+def decode_object(data: bytes, /) -> PortraitObject:
     """Return the object. Raises ProtocolError, whatever the bytes."""
     decoder = _DECODERS.get(data[0]) if data else None
     if decoder is None:
@@ -36,7 +36,7 @@ def decode_thing(data: bytes, /) -> Thing:
     return decoder(data[1:])
 
 
-_DECODERS: dict[int, Callable[[bytes], Thing]] = {
+_DECODERS: dict[int, Callable[[bytes], PortraitObject]] = {
     PHOTOGRAPH: decode_photograph,
     NEUTRAL: decode_neutral,
     PATCH: decode_patch,

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import ProtocolError
-from conf.protocol.codec.symbol_coder import Coder, Reader, Writer, flat
-from conf.protocol.portrait.dct_coding import Planes, code_planes, plane_shapes
+from conf.protocol.codec.symbol_coder import SymbolCoder, SymbolReader, SymbolWriter, uniform_table
+from conf.protocol.portrait.dct_coding import Planes, code_coefficient_planes, plane_shapes
 from conf.protocol.portrait.probability_model import PortraitModel, Steps, code_numbers, load_portrait_model
 
 MAX_SLOTS = 16  # of each region
@@ -18,10 +18,10 @@ MAX_SIDE = 96  # px
 POINT_STEPS = 127.5  # from one border of the patch to the other
 STEP_COUNT = 48
 STEPS_AN_OCTAVE = 8  # of the quantiser's step
-FINEST = 3.0  # levels of brightness, in an orthonormal transform
-TRADE = 0.12  # squared error, in steps, for a bit
+MIN_STEP = 3.0  # levels of brightness, in an orthonormal transform
+RD_LAMBDA = 0.12  # squared error, in steps, for a bit
 _HEAD = 3  # bytes
-_SIDES, _STEPS = flat(MAX_SIDE), flat(STEP_COUNT)
+_SIDES, _STEPS = uniform_table(MAX_SIDE), uniform_table(STEP_COUNT)
 
 
 @dataclass(frozen=True)
@@ -41,16 +41,16 @@ class Patch:
     photograph: int
     region: int
     slot: int
-    keys: NDArray[np.int8]
+    descriptor: NDArray[np.int8]
     points: NDArray[np.float64]
     size: tuple[int, int]
     step: int
-    planes: Planes
+    coefficients: Planes
 
 
 def step_size(step: int, /) -> float:
     """Return how large a step is, levels of brightness."""
-    return float(FINEST * 2 ** (step / STEPS_AN_OCTAVE))
+    return float(MIN_STEP * 2 ** (step / STEPS_AN_OCTAVE))
 
 
 def encode_patch(patch: Patch, /, *, model: PortraitModel | None = None) -> bytes:
@@ -59,8 +59,12 @@ def encode_patch(patch: Patch, /, *, model: PortraitModel | None = None) -> byte
     if not 0 <= patch.region < len(model.regions) or not 0 <= patch.slot < MAX_SLOTS:
         raise ValueError(f"there is no region {patch.region} with a slot {patch.slot}")
     points = np.rint(patch.points * POINT_STEPS).astype(np.int64)
-    writer = Writer(trade=TRADE)
-    _code(writer, model, (patch.region, patch.keys.astype(np.int64), points, patch.size, patch.step, patch.planes))
+    writer = SymbolWriter(rd_lambda=RD_LAMBDA)
+    _code(
+        writer,
+        model,
+        (patch.region, patch.descriptor.astype(np.int64), points, patch.size, patch.step, patch.coefficients),
+    )
     return bytes((patch.photograph, patch.region, patch.slot)) + writer.finish()
 
 
@@ -73,7 +77,7 @@ def decode_patch(data: bytes, /) -> Patch:
     if region >= len(model.regions) or slot >= MAX_SLOTS:
         raise ProtocolError("a patch for no region or slot")
     known = model.regions[region]
-    reader = Reader(data[_HEAD:])
+    reader = SymbolReader(data[_HEAD:])
     nothing = (region, np.zeros_like(known.key_spread), np.zeros_like(known.points.mean), (0, 0), 0, None)
     keys, points, size, step, planes = _code(reader, model, nothing)
     reader.finish()
@@ -85,7 +89,9 @@ def decode_patch(data: bytes, /) -> Patch:
 _Wanted = tuple[int, Steps, Steps, tuple[int, int], int, Planes | None]
 
 
-def _code(coder: Coder, model: PortraitModel, wanted: _Wanted) -> tuple[Steps, Steps, tuple[int, int], int, Planes]:
+def _code(
+    coder: SymbolCoder, model: PortraitModel, wanted: _Wanted
+) -> tuple[Steps, Steps, tuple[int, int], int, Planes]:
     region, keys, points, (width, height), step, planes = wanted
     known = model.regions[region]
     keys = code_numbers(coder, known.key_spread, keys)
@@ -94,4 +100,4 @@ def _code(coder: Coder, model: PortraitModel, wanted: _Wanted) -> tuple[Steps, S
     step = coder.symbol(_STEPS, step)
     if planes is None:
         planes = [np.zeros(shape, np.int64) for shape in plane_shapes(width, height)]
-    return keys, points, (width, height), step, code_planes(coder, model.blocks, planes)
+    return keys, points, (width, height), step, code_coefficient_planes(coder, model.blocks, planes)

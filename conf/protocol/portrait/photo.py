@@ -23,11 +23,11 @@ POSE_STEPS = np.array([5e-4, 5e-4, 5e-4, 5e-4, 5e-4, 5e-4])  # radians, picture 
 FAPU_STEP = 1e-3  # cm
 MAX_OUTLINE = 64
 MAX_CM = 60.0
-LEAST_LOG_SCALE = -4.6  # a hundredth of the picture for a centimetre: a mesh fine enough for a smaller face is huge
+MIN_LOG_SCALE = -4.6  # a hundredth of the picture for a centimetre: a mesh fine enough for a smaller face is huge
 
 
 @dataclass(frozen=True)
-class Photograph:
+class Photo:
     """A picture of the person.
 
     number : which photograph this is, modulo 256: patches belong to one
@@ -51,7 +51,7 @@ class Photograph:
 
 
 @dataclass(frozen=True)
-class NeutralUpdate:
+class NeutralPoseUpdate:
     """A better estimate of the neutral pose, for a photograph that is already there.
 
     photograph : its number
@@ -63,7 +63,7 @@ class NeutralUpdate:
     fapu: tuple[float, ...]
 
 
-def encode_photograph(photo: Photograph, /) -> bytes:
+def encode_photograph(photo: Photo, /) -> bytes:
     """Return the bytes of a photograph."""
     numbers = [photo.number, *photo.size, len(photo.outline)]
     numbers += [round(value) for value in photo.pose / POSE_STEPS] + _fapu_steps(photo.fapu)
@@ -72,7 +72,7 @@ def encode_photograph(photo: Photograph, /) -> bytes:
     return _pack([numbers, shape, photo.frame])
 
 
-def decode_photograph(data: bytes, /) -> Photograph:
+def decode_photograph(data: bytes, /) -> Photo:
     """Return the photograph. Raises ProtocolError."""
     numbers, shape, frame = _unpack(data, 3)
     values = check_numbers(numbers, 15)
@@ -85,7 +85,7 @@ def decode_photograph(data: bytes, /) -> Photograph:
     points, neutral, outline = decode_shape(shape, corners, load_portrait_model())
     if outline.size and not 0 <= outline.min() <= outline.max() <= OUTLINE_STEPS:
         raise ProtocolError("an outline outside the picture")
-    return Photograph(
+    return Photo(
         number,
         (width, height),
         check_pose(np.array(values[4:10]) * POSE_STEPS),
@@ -97,25 +97,25 @@ def decode_photograph(data: bytes, /) -> Photograph:
     )
 
 
-def encode_neutral(update: NeutralUpdate, /) -> bytes:
+def encode_neutral(update: NeutralPoseUpdate, /) -> bytes:
     """Return the bytes of a neutral pose."""
     shape = encode_neutral_shape(_point_steps(update.neutral), load_portrait_model())
     return _pack([[update.photograph, *_fapu_steps(update.fapu)], shape])
 
 
-def decode_neutral(data: bytes, /) -> NeutralUpdate:
+def decode_neutral(data: bytes, /) -> NeutralPoseUpdate:
     """Return the neutral pose. Raises ProtocolError."""
     numbers, shape = _unpack(data, 2)
     photograph, *fapu = check_numbers(numbers, 6)
     if not 0 <= photograph < 256:
         raise ProtocolError("a neutral pose of no photograph")
     neutral = decode_neutral_shape(shape, load_portrait_model())
-    return NeutralUpdate(photograph, _within(neutral * POINT_STEP), _fapu(fapu))
+    return NeutralPoseUpdate(photograph, _within(neutral * POINT_STEP), _fapu(fapu))
 
 
 def check_pose(pose: NDArray[np.float64], /) -> NDArray[np.float64]:
     """Return a pose (6,) that can be drawn. Raises ProtocolError."""
-    if np.abs(pose[:3]).max() > 7 or np.abs(pose[3:5]).max() > 4 or not LEAST_LOG_SCALE <= pose[5] < 1:
+    if np.abs(pose[:3]).max() > 7 or np.abs(pose[3:5]).max() > 4 or not MIN_LOG_SCALE <= pose[5] < 1:
         raise ProtocolError("a pose that no head has")
     return pose
 

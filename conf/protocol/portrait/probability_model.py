@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 from conf.protocol.codec import LIVE
 from conf.protocol.codec.model import load_models
-from conf.protocol.codec.symbol_coder import Coder, Tables
+from conf.protocol.codec.symbol_coder import SymbolCoder, Tables
 
 MODEL_FILE = Path(str(files("conf"))) / "assets" / "portrait.npz"
 REGIONS = ("mouth", "eyes")  # that patches show, in the order of their numbers
-TREE = ("mean", "order", "parents", "spread")
+TREE = {"mean": "mean", "order": "order", "parents": "parents", "spread": "scale"}  # array of the file -> field
 BLOCKS = ("coded", "last", "level_spread")
 
 Steps = NDArray[np.int64]
@@ -43,15 +43,15 @@ class PointTree:
     mean: Steps
     order: Steps
     parents: Steps
-    spread: Steps
+    scale: Steps
 
-    def code(self, coder: Coder, wanted: Steps) -> Steps:
+    def code(self, coder: SymbolCoder, values: Steps) -> Steps:
         """Code the points (c, d), all of them or the first c, if those are told before the others."""
-        tables, count = portrait_tables(), len(wanted)
-        wanted_off = (wanted - self.mean[:count]).tolist()
+        tables, count = difference_tables(), len(values)
+        wanted_off = (values - self.mean[:count]).tolist()
         nothing = [0] * self.mean.shape[1]
         off: list[list[int]] = []  # in the order they are told
-        steps = zip(self.order[:count].tolist(), self.parents.tolist(), self.spread.tolist(), strict=False)
+        steps = zip(self.order[:count].tolist(), self.parents.tolist(), self.scale.tolist(), strict=False)
         for point, parent, spread in steps:
             base = off[parent] if parent >= 0 else nothing
             wants = zip(base, spread, wanted_off[point], strict=True)
@@ -107,9 +107,9 @@ class PortraitModel:
     def save(self, path: Path) -> None:
         """Write the file."""
         arrays: Arrays = {"stir_spread": self.stir_spread}
-        arrays |= {f"face_{name}": getattr(self.face, name) for name in TREE}
+        arrays |= {f"face_{key}": getattr(self.face, field) for key, field in TREE.items()}
         for name, region in zip(REGIONS, self.regions, strict=True):
-            arrays |= {f"{name}_{part}": getattr(region.points, part) for part in TREE}
+            arrays |= {f"{name}_{key}": getattr(region.points, field) for key, field in TREE.items()}
             arrays[f"{name}_key_spread"] = region.key_spread
         arrays |= {name: getattr(self.blocks, name) for name in BLOCKS}
         small: dict[str, Any] = {name: array.astype(np.int16) for name, array in arrays.items()}
@@ -120,12 +120,12 @@ class PortraitModel:
         """Read the file."""
         with np.load(path) as file:
             arrays = {name: file[name].astype(np.int64) for name in file.files}
-        regions = [RegionModel(_tree(arrays, name), arrays[f"{name}_key_spread"]) for name in REGIONS]
+        regions = [RegionModel(_point_tree(arrays, name), arrays[f"{name}_key_spread"]) for name in REGIONS]
         blocks = BlockModel(*(arrays[name] for name in BLOCKS))
-        return cls(_tree(arrays, "face"), arrays["stir_spread"], regions, blocks)
+        return cls(_point_tree(arrays, "face"), arrays["stir_spread"], regions, blocks)
 
 
-def _tree(arrays: Arrays, name: str) -> PointTree:
+def _point_tree(arrays: Arrays, name: str) -> PointTree:
     return PointTree(*(arrays[f"{name}_{part}"] for part in TREE))
 
 
@@ -135,13 +135,13 @@ def load_portrait_model() -> PortraitModel:
     return PortraitModel.load(MODEL_FILE)
 
 
-def portrait_tables() -> Tables:
+def difference_tables() -> Tables:
     """Return the tables of differences: those of live motion."""
     return load_models()[LIVE.name].tables
 
 
-def code_numbers(coder: Coder, spread: Steps, wanted: Steps) -> Steps:
+def code_numbers(coder: SymbolCoder, scale: Steps, values: Steps) -> Steps:
     """Code numbers, each at its scale; both of the same shape."""
-    tables = portrait_tables()
-    pairs = zip(spread.ravel().tolist(), wanted.ravel().tolist(), strict=True)
-    return np.array([coder.number(tables, scale, want) for scale, want in pairs], np.int64).reshape(wanted.shape)
+    tables = difference_tables()
+    pairs = zip(scale.ravel().tolist(), values.ravel().tolist(), strict=True)
+    return np.array([coder.number(tables, scale, want) for scale, want in pairs], np.int64).reshape(values.shape)

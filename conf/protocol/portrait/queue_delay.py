@@ -1,7 +1,7 @@
 """How long motion waits because of what is sent beside it."""
 
 
-class Hindrance:
+class QueueDelayModel:
     """Follows what waits before a link of `rate` bytes a second, twice: with all that was sent, and with motion alone.
 
     The difference is what the rest costs the motion, however much motion there is. Source: Lindley 1952 (the wait in a
@@ -13,7 +13,7 @@ class Hindrance:
         self._all = self._motion = 0.0  # bytes that wait
         self._at: float | None = None
 
-    def of(self, size: int, now: float) -> float:
+    def added_delay(self, size: int, now: float) -> float:
         """Return the seconds that motion sent now would wait for the rest if `size` bytes of it were added."""
         self._drain(now)
         return (self._all - self._motion + size) / self._rate

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from conf.protocol.codec.symbol_coder import Coder, Reader, Writer
+from conf.protocol.codec.symbol_coder import SymbolCoder, SymbolReader, SymbolWriter
 from conf.protocol.portrait.probability_model import PortraitModel, Steps, code_numbers
 
 POINT_STEP = 0.02  # cm: a fifth of a per cent of the eye distance
@@ -15,15 +15,15 @@ def encode_shape(points: Steps, neutral: Steps, outline: Steps, model: PortraitM
 
     points (D, 3), neutral (n, 3) : steps of POINT_STEP; outline (K, 2) : steps of 1 / OUTLINE_STEPS
     """
-    writer = Writer(trade=0)
+    writer = SymbolWriter(rd_lambda=0)
     _code_shape(writer, model, (points, neutral, outline))
     return writer.finish()
 
 
-def decode_shape(data: bytes, corners: int, model: PortraitModel, /) -> tuple[Steps, Steps, Steps]:
+def decode_shape(data: bytes, outline_points: int, model: PortraitModel, /) -> tuple[Steps, Steps, Steps]:
     """Return points, neutral pose and outline of `corners` corners. Raises ProtocolError."""
-    reader = Reader(data)
-    nothing = np.zeros_like(model.face.mean), np.zeros_like(model.stir_spread), np.zeros((corners, 2), np.int64)
+    reader = SymbolReader(data)
+    nothing = np.zeros_like(model.face.mean), np.zeros_like(model.stir_spread), np.zeros((outline_points, 2), np.int64)
     found = _code_shape(reader, model, nothing)
     reader.finish()
     return found
@@ -31,20 +31,22 @@ def decode_shape(data: bytes, corners: int, model: PortraitModel, /) -> tuple[St
 
 def encode_neutral_shape(neutral: Steps, model: PortraitModel, /) -> bytes:
     """Return the bytes of a neutral pose (n, 3), steps of POINT_STEP."""
-    writer = Writer(trade=0)
+    writer = SymbolWriter(rd_lambda=0)
     model.face.code(writer, neutral)
     return writer.finish()
 
 
 def decode_neutral_shape(data: bytes, model: PortraitModel, /) -> Steps:
     """Return the neutral pose (n, 3). Raises ProtocolError."""
-    reader = Reader(data)
+    reader = SymbolReader(data)
     neutral = model.face.code(reader, np.zeros_like(model.stir_spread))
     reader.finish()
     return neutral
 
 
-def _code_shape(coder: Coder, model: PortraitModel, wanted: tuple[Steps, Steps, Steps]) -> tuple[Steps, Steps, Steps]:
+def _code_shape(
+    coder: SymbolCoder, model: PortraitModel, wanted: tuple[Steps, Steps, Steps]
+) -> tuple[Steps, Steps, Steps]:
     points, neutral, outline = wanted
     told = model.face.code(coder, points)
     controls = told[: len(neutral)]

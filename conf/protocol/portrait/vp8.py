@@ -13,7 +13,7 @@ MAX_SIDE = 1024
 MAX_PIXELS = 640 * 640
 
 
-def strip(webp: bytes, /) -> bytes:
+def strip_riff(webp: bytes, /) -> bytes:
     """Return the VP8 frame of a simple lossy WebP file. Raises ValueError if it is another kind."""
     if len(webp) < _RIFF.size:
         raise ValueError("webp must be a WebP file")
@@ -23,7 +23,7 @@ def strip(webp: bytes, /) -> bytes:
     return webp[_RIFF.size : _RIFF.size + size]
 
 
-def wrap(frame: bytes, /) -> bytes:
+def wrap_riff(frame: bytes, /) -> bytes:
     """Return the WebP file of a VP8 frame."""
     padded = frame + b"\0" * (len(frame) % 2)
     return _RIFF.pack(b"RIFF", len(padded) + _RIFF.size - 8, b"WEBP", b"VP8 ", len(frame)) + padded

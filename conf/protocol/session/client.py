@@ -8,40 +8,40 @@ speaks again meanwhile the handshake is dropped; if the handshake succeeds it ta
 from collections import Counter, deque
 from dataclasses import dataclass
 
-from conf.protocol.session.drop_reasons import DatagramError, Reason
+from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.events import (
     BodyReceived,
     Connected,
     Event,
     LossReason,
-    Lost,
     NoAnswer,
     Refused,
-    Sealed,
+    SealedDatagram,
+    SessionEnded,
     WrongCode,
 )
 from conf.protocol.session.flood_protection import Address
-from conf.protocol.session.handshake import Random, Refusal
-from conf.protocol.session.initiator import Established, Initiator, Rejected
-from conf.protocol.session.packet import DataPacket, HandshakePacket, Kind, parse
+from conf.protocol.session.handshake import RandomBytes, Refusal
+from conf.protocol.session.initiator import HandshakeDone, HandshakeRefused, Initiator
+from conf.protocol.session.packet import DataPacket, HandshakePacket, Kind, parse_datagram
 from conf.protocol.session.seal import EPOCH_LENGTH, CounterExhausted, Opener, Sealer
 
 IDLE_S = 30.0
 SILENCE_S = 4.0  # a receiver reports twice a second: eight lost in a row is no longer chance
-HINTED_SILENCE_S = 1.0
+UNKNOWN_SESSION_SILENCE_S = 1.0
 NO_ANSWER_S = 5.0
 MIN_WAIT_S = 1.0
 _TEMPORARY = {Refusal.LOCKED, Refusal.BUSY}
 
 
 @dataclass
-class Link:
+class ActiveSession:
     """The session as the sender has it."""
 
     session: int
     opener: Opener
     sealer: Sealer
-    heard: float
+    last_received: float
 
 
 class SenderSession:
@@ -53,17 +53,17 @@ class SenderSession:
     """
 
     def __init__(
-        self, code: str, remote: Address, random: Random, now: float, *, epoch_length: int = EPOCH_LENGTH
+        self, code: str, remote: Address, random: RandomBytes, now: float, *, epoch_length: int = EPOCH_LENGTH
     ) -> None:
-        self.dropped: Counter[Reason] = Counter()
+        self.dropped: Counter[DropReason] = Counter()
         self._code = code
         self._remote = remote
         self._random = random
         self._epoch_length = epoch_length
-        self._link: Link | None = None
+        self._link: ActiveSession | None = None
         self._initiator: Initiator | None = Initiator(code, random, now)
         self._trying_since = now
-        self._told_no_answer = False
+        self._no_answer_reported = False
         self._stopped = False
         self._events: deque[Event] = deque()
 
@@ -80,7 +80,7 @@ class SenderSession:
     def receive_datagram(self, data: bytes, address: Address, now: float) -> None:
         """Take a datagram, whatever its bytes: at worst it is counted in `dropped`."""
         try:
-            packet = parse(data)
+            packet = parse_datagram(data)
             if type(packet) is DataPacket:
                 self._receive_data(packet, address, now)
             elif type(packet) is HandshakePacket:
@@ -88,13 +88,13 @@ class SenderSession:
         except DatagramError as error:
             self.dropped[error.reason] += 1
 
-    def seal_body(self, body: bytes) -> Sealed | None:
+    def seal_body(self, body: bytes) -> SealedDatagram | None:
         """Return the datagram that carries `body` to the receiver; None while there is no session."""
         if self._link is None:
             return None
         counter = self._link.sealer.counter
         try:
-            return Sealed(self._link.sealer.seal(body), self._remote, counter)
+            return SealedDatagram(self._link.sealer.seal(body), self._remote, counter)
         except CounterExhausted:
             self._lose(LossReason.EXHAUSTED)
             return None
@@ -120,30 +120,30 @@ class SenderSession:
         if self._initiator:
             times.append(min(self._initiator.due, self._initiator.expires))
         if self._link:
-            times.append(self._link.heard + (IDLE_S if self._initiator or self._stopped else SILENCE_S))
-        elif self._initiator and not self._told_no_answer:
+            times.append(self._link.last_received + (IDLE_S if self._initiator or self._stopped else SILENCE_S))
+        elif self._initiator and not self._no_answer_reported:
             times.append(self._trying_since + NO_ANSWER_S)
         return min(times, default=None)
 
     def handle_timer(self, now: float) -> None:
         """Notice silence: say so, shake hands again, give a dead session up."""
-        if self._link and now >= self._link.heard + IDLE_S:
+        if self._link and now >= self._link.last_received + IDLE_S:
             self._lose(LossReason.IDLE)
-        if self._link is None or now >= self._link.heard + SILENCE_S:
+        if self._link is None or now >= self._link.last_received + SILENCE_S:
             self._try_again(now)
         if self._initiator and now >= self._initiator.expires:
             self._initiator = Initiator(self._code, self._random, now)
         waited = now - self._trying_since
-        if self._initiator and not self._link and not self._told_no_answer and waited >= NO_ANSWER_S:
-            self._told_no_answer = True
+        if self._initiator and not self._link and not self._no_answer_reported and waited >= NO_ANSWER_S:
+            self._no_answer_reported = True
             self._events.append(NoAnswer(waited))
 
     def _receive_data(self, packet: DataPacket, address: Address, now: float) -> None:
         link = self._link
         if link is None or packet.session != link.session:
-            raise DatagramError(Reason.UNKNOWN_SESSION)
+            raise DatagramError(DropReason.UNKNOWN_SESSION)
         counter, body = link.opener.open(packet)
-        link.heard = now
+        link.last_received = now
         if self._initiator and self._initiator.secrets is None:
             self._initiator = None
         self._events.append(BodyReceived(link.session, body, address, counter))
@@ -153,30 +153,30 @@ class SenderSession:
             self._receive_hint(packet.fields[0], now)
             return
         if self._initiator is None:
-            raise DatagramError(Reason.UNKNOWN_ATTEMPT)
+            raise DatagramError(DropReason.UNKNOWN_ATTEMPT)
         result = self._initiator.receive(packet, now)
         self._trying_since = now
-        if type(result) is Established:
+        if type(result) is HandshakeDone:
             self._connect(result, now)
-        elif type(result) is Rejected:
+        elif type(result) is HandshakeRefused:
             self._refuse(result, now)
 
     def _receive_hint(self, session: int, now: float) -> None:
         if self._link is None or session != self._link.session:
-            raise DatagramError(Reason.UNKNOWN_SESSION)
-        if now >= self._link.heard + HINTED_SILENCE_S:
+            raise DatagramError(DropReason.UNKNOWN_SESSION)
+        if now >= self._link.last_received + UNKNOWN_SESSION_SILENCE_S:
             self._try_again(now)
 
-    def _connect(self, result: Established, now: float) -> None:
+    def _connect(self, result: HandshakeDone, now: float) -> None:
         if self._link:
             self._lose(LossReason.REPLACED)
         opener = Opener(result.secrets.from_receiver, epoch_length=self._epoch_length)
         sealer = Sealer(result.session, result.secrets.from_sender, epoch_length=self._epoch_length)
-        self._link = Link(result.session, opener, sealer, now)
+        self._link = ActiveSession(result.session, opener, sealer, now)
         self._initiator = None
         self._events.append(Connected(result.session, self._remote))
 
-    def _refuse(self, result: Rejected, now: float) -> None:
+    def _refuse(self, result: HandshakeRefused, now: float) -> None:
         if result.refusal is Refusal.WRONG_CODE:
             self._events.append(WrongCode(result.number, self._remote))
         wait = max(result.number, MIN_WAIT_S) if result.refusal in _TEMPORARY else None
@@ -193,9 +193,9 @@ class SenderSession:
         if self._initiator is None and not self._stopped:
             self._initiator = Initiator(self._code, self._random, now)
             self._trying_since = now
-            self._told_no_answer = False
+            self._no_answer_reported = False
 
     def _lose(self, reason: LossReason) -> None:
         assert self._link
-        self._events.append(Lost(self._link.session, reason))
+        self._events.append(SessionEnded(self._link.session, reason))
         self._link = None

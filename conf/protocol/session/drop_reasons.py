@@ -5,7 +5,7 @@ from enum import StrEnum
 from conf.errors import ProtocolError
 
 
-class Reason(StrEnum):
+class DropReason(StrEnum):
     """The keys of the `dropped` counts on both sides."""
 
     SIZE = "size"  # shorter or longer than any datagram
@@ -26,6 +26,6 @@ class Reason(StrEnum):
 class DatagramError(ProtocolError):
     """A datagram was dropped for `reason`; nothing else has changed."""
 
-    def __init__(self, reason: Reason) -> None:
+    def __init__(self, reason: DropReason) -> None:
         super().__init__(reason)
         self.reason = reason

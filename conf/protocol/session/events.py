@@ -58,7 +58,7 @@ class BodyReceived:
 
 
 @dataclass(frozen=True)
-class Roamed:
+class AddressChanged:
     """At the receiver: the session's sender has a new address."""
 
     session: int
@@ -66,7 +66,7 @@ class Roamed:
 
 
 @dataclass(frozen=True)
-class Lost:
+class SessionEnded:
     """A session has ended; its number may be used again."""
 
     session: int
@@ -74,7 +74,7 @@ class Lost:
 
 
 @dataclass(frozen=True)
-class Sealed:
+class SealedDatagram:
     """A body on its way: the datagram, where to, and its counter, by which it will be acknowledged."""
 
     datagram: bytes
@@ -82,4 +82,4 @@ class Sealed:
     counter: int
 
 
-Event = Connected | WrongCode | Refused | NoAnswer | BodyReceived | Roamed | Lost
+Event = Connected | WrongCode | Refused | NoAnswer | BodyReceived | AddressChanged | SessionEnded

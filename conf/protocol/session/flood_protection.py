@@ -14,7 +14,7 @@ WRONG_CODES_PERIOD_S = 60.0
 Address = tuple[str, int] | tuple[str, int, int, int]
 
 
-class CookieJar:
+class CookieFactory:
     """Cookies prove that a sender receives at the address it names, and cost no memory.
 
     A cookie is a keyed BLAKE2s of the address, what is bound to it and the time slot; it lives 30 to 60 s.
@@ -23,21 +23,21 @@ class CookieJar:
     def __init__(self, random: Callable[[int], bytes]) -> None:
         self._secret = random(32)
 
-    def bake(self, bound: bytes, address: Address, now: float) -> bytes:
+    def make(self, binding: bytes, address: Address, now: float) -> bytes:
         """Return the cookie for `address`, worthless for any other address or other `bound` bytes."""
-        return self._bake(bound, address, int(now // COOKIE_SLOT_S))
+        return self._bake(binding, address, int(now // COOKIE_SLOT_S))
 
-    def check(self, cookie: bytes, bound: bytes, address: Address, now: float) -> bool:
+    def check(self, cookie: bytes, binding: bytes, address: Address, now: float) -> bool:
         """Return whether the cookie was baked for just this in this time slot or the one before."""
         slot = int(now // COOKIE_SLOT_S)
-        return any(hmac.compare_digest(cookie, self._bake(bound, address, s)) for s in (slot, slot - 1))
+        return any(hmac.compare_digest(cookie, self._bake(binding, address, s)) for s in (slot, slot - 1))
 
-    def _bake(self, bound: bytes, address: Address, slot: int) -> bytes:
+    def _bake(self, binding: bytes, address: Address, slot: int) -> bytes:
         text = f"{slot} {address[0]} {address[1]} ".encode()
-        return hashlib.blake2s(text + bound, key=self._secret, digest_size=COOKIE_BYTES).digest()
+        return hashlib.blake2s(text + binding, key=self._secret, digest_size=COOKIE_BYTES).digest()
 
 
-class WrongCodeLimit:
+class AttemptLimit:
     """At most five wrong codes in any minute, over all senders together."""
 
     def __init__(self) -> None:

@@ -25,7 +25,7 @@ from cryptography.hazmat.primitives.kdf.hkdf import HKDF
 from spake2 import SPAKE2_A, SPAKE2_B, SPAKEError
 from spake2.ed25519_basic import NotOnCurve
 
-from conf.protocol.session.drop_reasons import DatagramError, Reason
+from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.packet import VERSION
 from conf.protocol.session.seal import SECRET_BYTES
 
@@ -34,7 +34,7 @@ ATTEMPT_BYTES = 8
 PROOF_BYTES = 16
 NO_COOKIE = bytes(8)
 
-Random = Callable[[int], bytes]
+RandomBytes = Callable[[int], bytes]
 
 
 class Refusal(IntEnum):
@@ -56,22 +56,22 @@ class SessionSecrets:
     receiver_proof: bytes
 
 
-def sender_share(code: str, random: Random) -> tuple[SPAKE2_A, bytes]:
+def sender_share(code: str, random: RandomBytes) -> tuple[SPAKE2_A, bytes]:
     """Return the sender's half of SPAKE2 and its share (32 B)."""
     half = SPAKE2_A(code.encode(), idA=SENDER_ID, idB=RECEIVER_ID, entropy_f=random)
     return half, half.start()[1:]
 
 
-def sender_secrets(half: SPAKE2_A, attempt: bytes, shares: tuple[bytes, bytes]) -> SessionSecrets:
+def sender_secrets(spake: SPAKE2_A, attempt: bytes, shares: tuple[bytes, bytes]) -> SessionSecrets:
     """Return the secrets. shares : the sender's and the receiver's. Raises DatagramError if the latter is no share."""
-    return _secrets(_finish(half, b"B" + shares[1]), attempt, shares)
+    return _secrets(_finish(spake, b"B" + shares[1]), attempt, shares)
 
 
-def receiver_secrets(code: str, attempt: bytes, share: bytes, random: Random) -> tuple[SessionSecrets, bytes]:
+def receiver_secrets(code: str, attempt: bytes, key_share: bytes, random: RandomBytes) -> tuple[SessionSecrets, bytes]:
     """Return the secrets and the receiver's share. Raises DatagramError if `share`, the sender's, is no share."""
     half = SPAKE2_B(code.encode(), idA=SENDER_ID, idB=RECEIVER_ID, entropy_f=random)
     own = half.start()[1:]
-    return _secrets(_finish(half, b"A" + share), attempt, (share, own)), own
+    return _secrets(_finish(half, b"A" + key_share), attempt, (key_share, own)), own
 
 
 def proof(key: bytes, session: int) -> bytes:
@@ -79,11 +79,11 @@ def proof(key: bytes, session: int) -> bytes:
     return hmac.digest(key, bytes((VERSION, session)), "sha256")[:PROOF_BYTES]
 
 
-def _finish(half: SPAKE2_A | SPAKE2_B, message: bytes) -> bytes:
+def _finish(spake: SPAKE2_A | SPAKE2_B, message: bytes) -> bytes:
     try:
-        key: bytes = copy.copy(half).finish(message)  # a half finishes once, and a forged share must not use it up
+        key: bytes = copy.copy(spake).finish(message)  # a half finishes once, and a forged share must not use it up
     except (ValueError, NotOnCurve, SPAKEError):
-        raise DatagramError(Reason.SHARE) from None
+        raise DatagramError(DropReason.SHARE) from None
     return key
 
 

@@ -4,11 +4,11 @@ import hmac
 from dataclasses import dataclass
 from typing import Any
 
-from conf.protocol.session.drop_reasons import DatagramError, Reason
+from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.handshake import (
     ATTEMPT_BYTES,
     NO_COOKIE,
-    Random,
+    RandomBytes,
     Refusal,
     SessionSecrets,
     proof,
@@ -25,7 +25,7 @@ CONFIRM_TIMEOUT_S = 20.0
 
 
 @dataclass(frozen=True)
-class Established:
+class HandshakeDone:
     """The handshake is over: the session's number and secrets."""
 
     session: int
@@ -33,7 +33,7 @@ class Established:
 
 
 @dataclass(frozen=True)
-class Rejected:
+class HandshakeRefused:
     """The receiver refuses. number : see Refusal."""
 
     refusal: Refusal
@@ -43,13 +43,13 @@ class Rejected:
 class Initiator:
     """One attempt at a handshake. `secrets` is None until the receiver has answered the hello."""
 
-    def __init__(self, code: str, random: Random, start: float) -> None:
+    def __init__(self, code: str, random: RandomBytes, start: float) -> None:
         self.secrets: SessionSecrets | None = None
         self.due = start
         self.expires = float("inf")
         self._repeat_s = FIRST_REPEAT_S
         self._attempt = random(ATTEMPT_BYTES)
-        self._half, self._share = sender_share(code, random)
+        self._spake, self._share = sender_share(code, random)
         self._cookie = NO_COOKIE
 
     def datagram(self, now: float) -> bytes | None:
@@ -62,20 +62,20 @@ class Initiator:
             return handshake_datagram(Kind.HELLO, self._attempt, self._cookie, self._share)
         return handshake_datagram(Kind.CONFIRM, self._attempt, 0, proof(self.secrets.sender_proof, 0))
 
-    def receive(self, packet: HandshakePacket, now: float) -> Established | Rejected | None:
+    def receive(self, packet: HandshakePacket, now: float) -> HandshakeDone | HandshakeRefused | None:
         """Take the receiver's answer. Raises DatagramError if it is not one to this attempt, at this moment."""
         handler = _HANDLERS.get(packet.kind)
         if handler is None:
-            raise DatagramError(Reason.DIRECTION)
+            raise DatagramError(DropReason.DIRECTION)
         attempt, *fields = packet.fields
         if attempt != self._attempt:
-            raise DatagramError(Reason.UNKNOWN_ATTEMPT)
+            raise DatagramError(DropReason.UNKNOWN_ATTEMPT)
         return handler(self, fields, now)
 
     def _receive_retry(self, fields: list[Any], now: float) -> None:
         (cookie,) = fields
         if self.secrets is not None or cookie == self._cookie:
-            raise DatagramError(Reason.REPLAYED)
+            raise DatagramError(DropReason.REPLAYED)
         if self._cookie == NO_COOKIE:  # answer at once, but once: two cookies in turn must not make a storm
             self._send_soon(now)
         self._cookie = cookie
@@ -83,25 +83,25 @@ class Initiator:
     def _receive_answer(self, fields: list[Any], now: float) -> None:
         (share,) = fields
         if self.secrets is not None:
-            raise DatagramError(Reason.REPLAYED)
-        self.secrets = sender_secrets(self._half, self._attempt, (self._share, share))
+            raise DatagramError(DropReason.REPLAYED)
+        self.secrets = sender_secrets(self._spake, self._attempt, (self._share, share))
         self.expires = now + CONFIRM_TIMEOUT_S
         self._send_soon(now)
 
-    def _receive_done(self, fields: list[Any], _now: float) -> Established:
+    def _receive_done(self, fields: list[Any], _now: float) -> HandshakeDone:
         session, mac = fields
         if self.secrets is None or not hmac.compare_digest(mac, proof(self.secrets.receiver_proof, session)):
-            raise DatagramError(Reason.SEAL)
+            raise DatagramError(DropReason.SEAL)
         if session > MAX_SESSION:
-            raise DatagramError(Reason.SYNTAX)
-        return Established(session, self.secrets)
+            raise DatagramError(DropReason.SYNTAX)
+        return HandshakeDone(session, self.secrets)
 
-    def _receive_refused(self, fields: list[Any], _now: float) -> Rejected:
+    def _receive_refused(self, fields: list[Any], _now: float) -> HandshakeRefused:
         refusal, number = fields
         try:
-            return Rejected(Refusal(refusal), number)
+            return HandshakeRefused(Refusal(refusal), number)
         except ValueError:
-            raise DatagramError(Reason.SYNTAX) from None
+            raise DatagramError(DropReason.SYNTAX) from None
 
     def _send_soon(self, now: float) -> None:
         self.due = now

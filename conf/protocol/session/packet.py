@@ -17,7 +17,7 @@ from struct import Struct
 from typing import Any
 
 from conf.protocol.sequence import unwrap
-from conf.protocol.session.drop_reasons import DatagramError, Reason
+from conf.protocol.session.drop_reasons import DatagramError, DropReason
 
 VERSION = 2
 MAX_DATAGRAM = 1200
@@ -25,10 +25,10 @@ TAG_BYTES = 8
 MIN_DATAGRAM = 10
 MAX_SESSION = 127
 MAX_COUNTER = 0xFFFFFFFF
-NEAR = 64  # how far behind the peer's newest counter may be for the short form
+SHORT_COUNTER_REACH = 64  # how far behind the peer's newest counter may be for the short form
 LOW_BITS = 0x7F
 
-DATA_MARK, HANDSHAKE_MARK = 0x94, 0x93
+DATA_PREFIX, HANDSHAKE_PREFIX = 0x94, 0x93
 BIN8, BIN16 = 0xC4, 0xC5
 # msgpack's unsigned integers: mark -> (bytes, smallest value that needs them)
 _WIDTHS = {0xCC: (1, 0x80), 0xCD: (2, 0x100), 0xCE: (4, 0x10000)}
@@ -80,49 +80,49 @@ class HandshakePacket:
     fields: tuple[Any, ...]
 
 
-def parse(data: bytes) -> DataPacket | HandshakePacket:
+def parse_datagram(data: bytes) -> DataPacket | HandshakePacket:
     """Return what a datagram says. Raises DatagramError, whatever the bytes, and no other exception."""
     if not MIN_DATAGRAM <= len(data) <= MAX_DATAGRAM:
-        raise DatagramError(Reason.SIZE)
-    if data[0] == DATA_MARK:
+        raise DatagramError(DropReason.SIZE)
+    if data[0] == DATA_PREFIX:
         return _parse_data(data)
-    if data[0] == HANDSHAKE_MARK:
+    if data[0] == HANDSHAKE_PREFIX:
         return _parse_handshake(data)
-    raise DatagramError(Reason.SYNTAX)
+    raise DatagramError(DropReason.SYNTAX)
 
 
 def _parse_data(data: bytes) -> DataPacket:
     if data[1] != VERSION:
-        raise DatagramError(Reason.VERSION)
+        raise DatagramError(DropReason.VERSION)
     session, counter, at = data[2], data[3], 4
     if counter > LOW_BITS:
         width, least = _WIDTHS.get(counter, (0, 0))
         at += width
         counter = int.from_bytes(data[4:at])
         if not width or counter < least:
-            raise DatagramError(Reason.SYNTAX)
+            raise DatagramError(DropReason.SYNTAX)
     start = at + 3 if data[at] == BIN16 else at + 2
     size = len(data) - start
     if session > MAX_SESSION or size < TAG_BYTES or data[at:start] != _bin_header(size):
-        raise DatagramError(Reason.SYNTAX)
+        raise DatagramError(DropReason.SYNTAX)
     return DataPacket(session, counter, data[:start], data[start:])
 
 
 def _parse_handshake(data: bytes) -> HandshakePacket:
     if data[1] != VERSION:
-        raise DatagramError(Reason.VERSION)
+        raise DatagramError(DropReason.VERSION)
     kind, fields, size = _KINDS.get(data[2], (Kind.UNKNOWN, FIELDS[Kind.UNKNOWN], -1))
     if len(data) != 5 + size or data[3] != BIN8 or data[4] != size:
-        raise DatagramError(Reason.SYNTAX)
+        raise DatagramError(DropReason.SYNTAX)
     if zlib.crc32(data[:-4]) != int.from_bytes(data[-4:]):
-        raise DatagramError(Reason.CHECKSUM)
+        raise DatagramError(DropReason.CHECKSUM)
     return HandshakePacket(kind, fields.unpack_from(data, 5))
 
 
 def handshake_datagram(kind: Kind, *fields: bytes | int) -> bytes:
     """Return the bytes of a handshake datagram with the fields of FIELDS[kind]."""
     body = FIELDS[kind].pack(*fields)
-    data = bytes((HANDSHAKE_MARK, VERSION, kind, BIN8, len(body) + 4)) + body
+    data = bytes((HANDSHAKE_PREFIX, VERSION, kind, BIN8, len(body) + 4)) + body
     return data + zlib.crc32(data).to_bytes(4)
 
 
@@ -133,9 +133,9 @@ def data_header(session: int, counter: int, acknowledged: int, body_bytes: int) 
     acknowledged : the newest counter that the peer is known to have received, -1 if none
     Raises ValueError if the whole would exceed 1,200 B.
     """
-    if counter - acknowledged <= NEAR:
+    if counter - acknowledged <= SHORT_COUNTER_REACH:
         counter &= LOW_BITS
-    header = bytes((DATA_MARK, VERSION, session)) + _counter_bytes(counter) + _bin_header(body_bytes + TAG_BYTES)
+    header = bytes((DATA_PREFIX, VERSION, session)) + _counter_bytes(counter) + _bin_header(body_bytes + TAG_BYTES)
     if len(header) + body_bytes + TAG_BYTES > MAX_DATAGRAM:
         raise ValueError(f"a body of {body_bytes} B does not fit a datagram of {MAX_DATAGRAM} B")
     return header
@@ -147,7 +147,7 @@ def restore_counter(on_wire: int, highest: int) -> int:
     on_wire : the counter as parsed; below 128 only its low seven bits
     highest : the highest counter received under a valid seal, -1 if none
     """
-    return on_wire if on_wire > LOW_BITS else unwrap(on_wire, bits=7, near=highest + 1)
+    return on_wire if on_wire > LOW_BITS else unwrap(on_wire, bits=7, expected=highest + 1)
 
 
 def _counter_bytes(counter: int) -> bytes:

@@ -33,7 +33,7 @@ WORDS = tuple(
 )
 
 
-def make_code(random: Callable[[int], bytes]) -> str:
+def generate_code(random: Callable[[int], bytes]) -> str:
     """Return a new code such as "acorn-tulip-river-42".
 
     random : n -> n random bytes, os.urandom outside of tests

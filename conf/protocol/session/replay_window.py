@@ -1,6 +1,6 @@
 """Which counters have been received: a window of the newest 64, as in IPsec (RFC 4303, 3.4.3)."""
 
-from conf.protocol.session.drop_reasons import DatagramError, Reason
+from conf.protocol.session.drop_reasons import DatagramError, DropReason
 
 WINDOW = 64
 _MASK = (1 << WINDOW) - 1
@@ -21,9 +21,9 @@ class ReplayWindow:
         """Raise DatagramError if the counter was accepted before, or is too old to tell. Changes nothing."""
         behind = self.highest - counter
         if behind >= WINDOW:
-            raise DatagramError(Reason.TOO_OLD)
+            raise DatagramError(DropReason.TOO_OLD)
         if behind >= 0 and self.received >> behind & 1:
-            raise DatagramError(Reason.REPLAYED)
+            raise DatagramError(DropReason.REPLAYED)
 
     def accept(self, counter: int) -> None:
         """Note a counter that was checked and whose datagram carried a valid seal."""

@@ -11,9 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from conf.protocol.rate_limit import TokenBucket
-from conf.protocol.session.drop_reasons import DatagramError, Reason
-from conf.protocol.session.flood_protection import Address, CookieJar, WrongCodeLimit
-from conf.protocol.session.handshake import Random, Refusal, SessionSecrets, proof, receiver_secrets
+from conf.protocol.session.drop_reasons import DatagramError, DropReason
+from conf.protocol.session.flood_protection import Address, AttemptLimit, CookieFactory
+from conf.protocol.session.handshake import RandomBytes, Refusal, SessionSecrets, proof, receiver_secrets
 from conf.protocol.session.packet import Kind, handshake_datagram
 
 MAX_ATTEMPTS = 32
@@ -48,14 +48,14 @@ class Responder:
     accept : called with the secrets of a handshake whose proof was good
     """
 
-    def __init__(self, code: str, random: Random, *, has_room: Callable[[Address], bool], accept: Accept) -> None:
-        self.limit = WrongCodeLimit()
+    def __init__(self, code: str, random: RandomBytes, *, has_room: Callable[[Address], bool], accept: Accept) -> None:
+        self.limit = AttemptLimit()
         self.attempts: dict[bytes, Attempt] = {}
         self._code = code
         self._random = random
         self._has_room = has_room
         self._accept = accept
-        self._cookies = CookieJar(random)
+        self._cookies = CookieFactory(random)
         self._retries = TokenBucket(RETRIES_PER_SECOND, RETRIES_PER_SECOND)
         self._shares = TokenBucket(SHARES_PER_SECOND, SHARES_AT_ONCE)
 
@@ -72,10 +72,10 @@ class Responder:
             return known.answer
         if not self._cookies.check(cookie, name + share, address, now):
             if not self._retries.take(1, now):
-                raise DatagramError(Reason.RATE)
-            return handshake_datagram(Kind.RETRY, name, self._cookies.bake(name + share, address, now))
+                raise DatagramError(DropReason.RATE)
+            return handshake_datagram(Kind.RETRY, name, self._cookies.make(name + share, address, now))
         if known is not None:
-            raise DatagramError(Reason.UNKNOWN_ATTEMPT)
+            raise DatagramError(DropReason.UNKNOWN_ATTEMPT)
         return self._refusal(name, address, now) or self._begin(name, share, address, now)
 
     def confirm(self, fields: tuple[bytes, int, bytes], address: Address, now: float) -> tuple[bytes, int | None]:
@@ -86,7 +86,7 @@ class Responder:
         name, _, mac = fields
         attempt = self.attempts.get(name)
         if attempt is None:
-            raise DatagramError(Reason.UNKNOWN_ATTEMPT)
+            raise DatagramError(DropReason.UNKNOWN_ATTEMPT)
         if attempt.outcome is not None:
             return attempt.outcome, None
         if wait := self.limit.wait(now):  # locked: the proof is not even looked at

@@ -15,7 +15,7 @@ from cryptography.hazmat.primitives.ciphers.aead import AESCCM
 from cryptography.hazmat.primitives.hashes import SHA256
 from cryptography.hazmat.primitives.kdf.hkdf import HKDFExpand
 
-from conf.protocol.session.drop_reasons import DatagramError, Reason
+from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.packet import MAX_COUNTER, TAG_BYTES, DataPacket, data_header, restore_counter
 from conf.protocol.session.replay_window import ReplayWindow
 
@@ -49,7 +49,7 @@ class KeyChain:
         self._secret = secret
         self.next_epoch = 0
 
-    def advance(self) -> EpochKey:
+    def next_key(self) -> EpochKey:
         """Return the key of `next_epoch` and step to the one after it."""
         size = KEY_BYTES + SALT_BYTES + SECRET_BYTES
         material = HKDFExpand(SHA256(), size, b"conf epoch").derive(self._secret)
@@ -71,7 +71,7 @@ class Sealer:
         self.acknowledged = -1
         self._epoch_length = epoch_length
         self._chain = KeyChain(secret)
-        self._key = self._chain.advance()
+        self._key = self._chain.next_key()
 
     def seal(self, body: bytes) -> bytes:
         """Return the datagram that carries `body`.
@@ -83,7 +83,7 @@ class Sealer:
             raise CounterExhausted
         header = data_header(self.session, counter, self.acknowledged, len(body))
         if counter // self._epoch_length >= self._chain.next_epoch:
-            self._key = self._chain.advance()
+            self._key = self._chain.next_key()
         self.counter = counter + 1
         return header + self._key.cipher.encrypt(self._key.nonce(counter), body, header)
 
@@ -100,7 +100,7 @@ class Opener:
         self.window = ReplayWindow()
         self._epoch_length = epoch_length
         self._chain = KeyChain(secret)
-        self._keys = {epoch: self._chain.advance() for epoch in range(2)}
+        self._keys = {epoch: self._chain.next_key() for epoch in range(2)}
 
     def open(self, packet: DataPacket) -> tuple[int, bytes]:
         """Return the true counter and the body.
@@ -112,13 +112,13 @@ class Opener:
         epoch = counter // self._epoch_length
         key = self._keys.get(epoch)
         if key is None or counter > MAX_COUNTER:
-            raise DatagramError(Reason.COUNTER)
+            raise DatagramError(DropReason.COUNTER)
         try:
             body = key.cipher.decrypt(key.nonce(counter), packet.sealed, packet.header)
         except InvalidTag:
-            raise DatagramError(Reason.SEAL) from None
+            raise DatagramError(DropReason.SEAL) from None
         self.window.accept(counter)
         if epoch + 1 == self._chain.next_epoch:
-            self._keys[epoch + 1] = self._chain.advance()
+            self._keys[epoch + 1] = self._chain.next_key()
             self._keys.pop(epoch - 2, None)
         return counter, body

@@ -4,11 +4,27 @@ from collections import Counter, deque
 from dataclasses import dataclass
 
 from conf.protocol.rate_limit import TokenBucket
-from conf.protocol.session.drop_reasons import DatagramError, Reason
-from conf.protocol.session.events import BodyReceived, Connected, Event, LossReason, Lost, Roamed, Sealed, WrongCode
+from conf.protocol.session.drop_reasons import DatagramError, DropReason
+from conf.protocol.session.events import (
+    AddressChanged,
+    BodyReceived,
+    Connected,
+    Event,
+    LossReason,
+    SealedDatagram,
+    SessionEnded,
+    WrongCode,
+)
 from conf.protocol.session.flood_protection import Address
-from conf.protocol.session.handshake import Random, SessionSecrets
-from conf.protocol.session.packet import MAX_SESSION, DataPacket, HandshakePacket, Kind, handshake_datagram, parse
+from conf.protocol.session.handshake import RandomBytes, SessionSecrets
+from conf.protocol.session.packet import (
+    MAX_SESSION,
+    DataPacket,
+    HandshakePacket,
+    Kind,
+    handshake_datagram,
+    parse_datagram,
+)
 from conf.protocol.session.responder import Responder
 from conf.protocol.session.seal import EPOCH_LENGTH, CounterExhausted, Opener, Sealer
 
@@ -18,7 +34,7 @@ HINTS_PER_SECOND = 10.0
 
 
 @dataclass
-class Peer:
+class ServerSession:
     """One session: its two directions, where its sender was last, and when."""
 
     opener: Opener
@@ -27,7 +43,7 @@ class Peer:
     heard: float
 
 
-class ReceiverSessions:
+class SessionServer:
     """All sessions of one receiver.
 
     code : as normalise_code returns it; it stays valid for every sender while the receiver runs
@@ -36,24 +52,24 @@ class ReceiverSessions:
     """
 
     def __init__(
-        self, code: str, random: Random, *, max_sessions: int = MAX_SESSIONS, epoch_length: int = EPOCH_LENGTH
+        self, code: str, random: RandomBytes, *, max_sessions: int = MAX_SESSIONS, epoch_length: int = EPOCH_LENGTH
     ) -> None:
         if not 1 <= max_sessions <= MAX_SESSION:
             raise ValueError(f"max_sessions must be from 1 to {MAX_SESSION}")
-        self.dropped: Counter[Reason] = Counter()
-        self.sessions: dict[int, Peer] = {}
+        self.dropped: Counter[DropReason] = Counter()
+        self.sessions: dict[int, ServerSession] = {}
         self._max_sessions = max_sessions
         self._epoch_length = epoch_length
         self._responder = Responder(code, random, has_room=self._has_room, accept=self._accept)
-        self._hints = TokenBucket(HINTS_PER_SECOND, HINTS_PER_SECOND)
+        self._unknown_replies = TokenBucket(HINTS_PER_SECOND, HINTS_PER_SECOND)
         self._next_session = random(1)[0] % (MAX_SESSION + 1)
         self._events: deque[Event] = deque()
-        self._outbox: list[tuple[bytes, Address]] = []
+        self._pending: list[tuple[bytes, Address]] = []
 
     def receive_datagram(self, data: bytes, address: Address, now: float) -> None:
         """Take a datagram, whatever its bytes: at worst it is counted in `dropped`."""
         try:
-            packet = parse(data)
+            packet = parse_datagram(data)
             if type(packet) is DataPacket:
                 self._receive_data(packet, address, now)
             elif type(packet) is HandshakePacket:
@@ -61,14 +77,14 @@ class ReceiverSessions:
         except DatagramError as error:
             self.dropped[error.reason] += 1
 
-    def seal_body(self, session: int, body: bytes) -> Sealed | None:
+    def seal_body(self, session: int, body: bytes) -> SealedDatagram | None:
         """Return the datagram that carries `body` to the sender of `session`; None if it is over."""
         peer = self.sessions.get(session)
         if peer is None:
             return None
         counter = peer.sealer.counter
         try:
-            return Sealed(peer.sealer.seal(body), peer.address, counter)
+            return SealedDatagram(peer.sealer.seal(body), peer.address, counter)
         except CounterExhausted:
             self._drop(session, LossReason.EXHAUSTED)
             return None
@@ -85,7 +101,7 @@ class ReceiverSessions:
 
     def datagrams_to_send(self, _now: float) -> list[tuple[bytes, Address]]:
         """Take what the handshakes want sent."""
-        outbox, self._outbox = self._outbox, []
+        outbox, self._pending = self._pending, []
         return outbox
 
     def next_event(self) -> Event | None:
@@ -107,27 +123,27 @@ class ReceiverSessions:
     def _receive_data(self, packet: DataPacket, address: Address, now: float) -> None:
         peer = self.sessions.get(packet.session)
         if peer is None:
-            if self._hints.take(1, now):
-                self._outbox.append((handshake_datagram(Kind.UNKNOWN, packet.session), address))
-            raise DatagramError(Reason.UNKNOWN_SESSION)
+            if self._unknown_replies.take(1, now):
+                self._pending.append((handshake_datagram(Kind.UNKNOWN, packet.session), address))
+            raise DatagramError(DropReason.UNKNOWN_SESSION)
         newest = peer.opener.window.highest
         counter, body = peer.opener.open(packet)
         peer.heard = now
         if address != peer.address and counter > newest:  # a datagram that comes late does not move the session back
             peer.address = address
-            self._events.append(Roamed(packet.session, address))
+            self._events.append(AddressChanged(packet.session, address))
         self._events.append(BodyReceived(packet.session, body, address, counter))
 
     def _receive_handshake(self, packet: HandshakePacket, address: Address, now: float) -> None:
         if packet.kind is Kind.HELLO:
-            self._outbox.append((self._responder.hello(packet.fields, address, now), address))
+            self._pending.append((self._responder.hello(packet.fields, address, now), address))
         elif packet.kind is Kind.CONFIRM:
             answer, tries_left = self._responder.confirm(packet.fields, address, now)
-            self._outbox.append((answer, address))
+            self._pending.append((answer, address))
             if tries_left is not None:
                 self._events.append(WrongCode(tries_left, address))
         else:
-            raise DatagramError(Reason.DIRECTION)
+            raise DatagramError(DropReason.DIRECTION)
 
     def _has_room(self, address: Address) -> bool:
         others = sum(peer.address != address for peer in self.sessions.values())
@@ -144,10 +160,10 @@ class ReceiverSessions:
         self._next_session = (session + 1) % (MAX_SESSION + 1)
         opener = Opener(secrets.from_sender, epoch_length=self._epoch_length)
         sealer = Sealer(session, secrets.from_receiver, epoch_length=self._epoch_length)
-        self.sessions[session] = Peer(opener, sealer, address, now)
+        self.sessions[session] = ServerSession(opener, sealer, address, now)
         self._events.append(Connected(session, address))
         return session
 
     def _drop(self, session: int, reason: LossReason) -> None:
         del self.sessions[session]
-        self._events.append(Lost(session, reason))
+        self._events.append(SessionEnded(session, reason))

@@ -6,17 +6,17 @@ from numpy.typing import NDArray
 
 from conf.errors import ProtocolError
 from conf.face.portrait.patch_features import FEATURES
-from conf.face.portrait.patch_prediction import foretell, from_planes, photo_points
+from conf.face.portrait.patch_prediction import inverse_dct, predict_patch, region_points_in_photo
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.portrait.patch import Patch, step_size
-from conf.protocol.portrait.vp8 import size_of, wrap
+from conf.protocol.portrait.vp8 import size_of, wrap_riff
 
 
 def decode_picture(frame: bytes, /) -> NDArray[np.uint8]:
     """Return (H, W, 3) uint8 BGR. Raises ProtocolError if the bytes are no picture of the size they say."""
     width, height = size_of(frame)
     try:
-        pixels = cv2.imdecode(np.frombuffer(wrap(frame), np.uint8), cv2.IMREAD_COLOR)
+        pixels = cv2.imdecode(np.frombuffer(wrap_riff(frame), np.uint8), cv2.IMREAD_COLOR)
     except cv2.error as error:
         raise ProtocolError("a picture that cannot be decoded") from error
     if pixels is None or pixels.shape != (height, width, 3):
@@ -24,12 +24,12 @@ def decode_picture(frame: bytes, /) -> NDArray[np.uint8]:
     return np.asarray(pixels, dtype=np.uint8)
 
 
-def paint_patch(patch: Patch, photo: NDArray[np.uint8], warp: PortraitWarp, /) -> NDArray[np.uint8]:
+def reconstruct_patch(patch: Patch, photo: NDArray[np.uint8], warp: PortraitWarp, /) -> NDArray[np.uint8]:
     """Return a patch's picture (h, w, 3) uint8 BGR: the photograph (H, W, 3), moved and corrected.
 
     Raises ValueError if the patch's points tell no place.
     """
-    points = photo_points(warp, FEATURES[patch.region])
-    difference = from_planes([plane * step_size(patch.step) for plane in patch.planes], patch.size)
-    painted = foretell(photo, points, patch.points, patch.size) + difference
+    points = region_points_in_photo(warp, FEATURES[patch.region])
+    difference = inverse_dct([plane * step_size(patch.step) for plane in patch.coefficients], patch.size)
+    painted = predict_patch(photo, points, patch.points, patch.size) + difference
     return np.asarray(np.clip(np.rint(painted), 0, 255), dtype=np.uint8)

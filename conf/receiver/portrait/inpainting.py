@@ -5,10 +5,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 FEATHER = 0.006  # picture heights over which the person's edge fades
-FRINGE = 0.03  # picture heights about the person that may hold some of him: not used for the background
+UNCERTAIN_BAND = 0.03  # picture heights about the person that may hold some of him: not used for the background
 
 
-def person_share(outline: NDArray[np.float64], size: tuple[int, int], /) -> NDArray[np.uint8]:
+def person_mask(outline: NDArray[np.float64], size: tuple[int, int], /) -> NDArray[np.uint8]:
     """Return (H, W) uint8: 255 is person, 0 is background.
 
     outline : (K, 2) 0 to 1 from the upper left corner; fewer than three points: all is person
@@ -23,25 +23,25 @@ def person_share(outline: NDArray[np.float64], size: tuple[int, int], /) -> NDAr
     return np.asarray(cv2.GaussianBlur(share, (0, 0), max(FEATHER * height, 0.5)), dtype=np.uint8)
 
 
-def beyond_fringe(person: NDArray[np.uint8], /) -> NDArray[np.bool_]:
+def sure_background(person: NDArray[np.uint8], /) -> NDArray[np.bool_]:
     """Return (H, W): where there is surely none of the person. person : (H, W) uint8, as `person_share`."""
-    reach = max(1, round(FRINGE * len(person)))
+    reach = max(1, round(UNCERTAIN_BAND * len(person)))
     around = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
     return np.asarray(cv2.dilate((person > 127).astype(np.uint8), around) == 0)
 
 
-def fill_behind(pixels: NDArray[np.uint8], person: NDArray[np.uint8], /) -> NDArray[np.uint8]:
+def inpaint_background(pixels: NDArray[np.uint8], person: NDArray[np.uint8], /) -> NDArray[np.uint8]:
     """Return the picture (H, W, 3) with the person gone: colours flow in from around, softer the farther in.
 
     person : (H, W) uint8, as `person_share`
     """
-    known = beyond_fringe(person)
+    known = sure_background(person)
     if not known.any():
         return pixels
-    return np.asarray(np.clip(flow_in(pixels.astype(np.float32), known), 0, 255), dtype=np.uint8)
+    return np.asarray(np.clip(push_pull_fill(pixels.astype(np.float32), known), 0, 255), dtype=np.uint8)
 
 
-def flow_in(values: NDArray[np.float32], known: NDArray[np.bool_], /) -> NDArray[np.float32]:
+def push_pull_fill(values: NDArray[np.float32], known: NDArray[np.bool_], /) -> NDArray[np.float32]:
     """Return the values (H, W, k) where they are known, (H, W), and a smooth guess from around where they are not.
 
     Source: Gortler et al. 1996 (push and pull).
@@ -55,7 +55,7 @@ def flow_in(values: NDArray[np.float32], known: NDArray[np.bool_], /) -> NDArray
     half = (max(1, width // 2), max(1, height // 2))
     small_weight = cv2.resize(weight, half, interpolation=cv2.INTER_AREA)
     small = _resize(mine, half, cv2.INTER_AREA) / np.maximum(small_weight, 1e-6)[..., None]
-    below = flow_in(np.asarray(small, np.float32), np.asarray(small_weight > 1e-3))
+    below = push_pull_fill(np.asarray(small, np.float32), np.asarray(small_weight > 1e-3))
     guess = _resize(below, (width, height), cv2.INTER_LINEAR)
     return np.asarray(np.where(known[..., None], values, guess), dtype=np.float32)
 

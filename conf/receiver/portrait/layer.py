@@ -19,25 +19,25 @@ def load_texture(
     return texture
 
 
-class Layer:
+class TexturedLayer:
     """A texture with its place on the mesh."""
 
     def __init__(
         self,
         ctx: moderngl.Context,
         program: moderngl.Program,
-        places: moderngl.Buffer,
+        positions: moderngl.Buffer,
         *,
         uvs: NDArray[np.floating],
-        shares: NDArray[np.floating],
+        alphas: NDArray[np.floating],
         triangles: NDArray[np.integer],
         texture: moderngl.Texture,
     ) -> None:
         """places : (V, 2) float32, shared by all layers; uvs : (V, 2); shares : (V,) 0 to 1; triangles : (F, 3)."""
         self._texture = texture
-        self._rows = ctx.buffer(np.column_stack([uvs, shares]).astype("f4").tobytes())
+        self._rows = ctx.buffer(np.column_stack([uvs, alphas]).astype("f4").tobytes())
         self._indices = ctx.buffer(np.ascontiguousarray(triangles, dtype=np.int32).tobytes())
-        content = [(places, "2f4", "in_place"), (self._rows, "2f4 1f4", "in_uv", "in_share")]
+        content = [(positions, "2f4", "in_place"), (self._rows, "2f4 1f4", "in_uv", "in_share")]
         self._array = ctx.vertex_array(program, content, self._indices, skip_errors=True)
 
     def draw(self) -> None:

@@ -14,21 +14,25 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.receiver.portrait.inpainting import FRINGE, beyond_fringe, fill_behind, flow_in
+from conf.receiver.portrait.inpainting import UNCERTAIN_BAND, inpaint_background, push_pull_fill, sure_background
 
-SURELY = 0.02  # picture heights inside the outline, from where on everything is person
+SURE_FOREGROUND = 0.02  # picture heights inside the outline, from where on everything is person
 AROUND = 0.012  # picture heights: the neighbourhood in which the background's unevenness is measured
-TRUST = 300.0  # in the outline, grey levels squared
-UNEVEN = 8.0  # more trust, for each grey level squared of the background's unevenness
-FOREIGN = 4.0  # and for each by which a colour is neither the person's nor the background's, nor between: a window
-TOLD = 0.5  # share from which on the person's own colour is what is left when the background's part is taken out
+PRIOR_WEIGHT = 300.0  # in the outline, grey levels squared
+VARIANCE_WEIGHT = 8.0  # more trust, for each grey level squared of the background's unevenness
+RESIDUAL_WEIGHT = (
+    4.0  # and for each by which a colour is neither the person's nor the background's, nor between: a window
+)
+MIN_RELIABLE_ALPHA = (
+    0.5  # share from which on the person's own colour is what is left when the background's part is taken out
+)
 FADE = 0.4  # of the fringe: over it the person ends in any case
 
 Image = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
-class Cutout:
+class Matte:
     """A person without background, and the background without the person.
 
     colours : (H, W, 3) uint8 BGR of the person; share : (H, W) uint8 of the person in each pixel
@@ -36,35 +40,35 @@ class Cutout:
     """
 
     colours: NDArray[np.uint8]
-    share: NDArray[np.uint8]
+    alpha: NDArray[np.uint8]
     backdrop: NDArray[np.uint8]
 
 
-def cut_out(pixels: NDArray[np.uint8], person: NDArray[np.uint8], /) -> Cutout:
+def estimate_matte(pixels: NDArray[np.uint8], person: NDArray[np.uint8], /) -> Matte:
     """Cut the person out of a picture (H, W, 3) uint8 BGR. person : (H, W) uint8, as `person_share`."""
-    backdrop = fill_behind(pixels, person)
-    outside, inside = beyond_fringe(person), _surely(person)
+    backdrop = inpaint_background(pixels, person)
+    outside, inside = sure_background(person), _surely(person)
     if not outside.any() or not inside.any():
-        return Cutout(pixels, person, backdrop)
+        return Matte(pixels, person, backdrop)
     picture, behind = pixels.astype(np.float32), backdrop.astype(np.float32)
-    own = flow_in(picture, inside)
+    own = push_pull_fill(picture, inside)
     prior = person.astype(np.float32) / np.float32(255)
     share = _share(picture, own, behind, prior=prior, unevenness=_unevenness(picture, outside))
     share = np.asarray(cv2.GaussianBlur(np.where(inside, 1, share), (0, 0), 0.7), np.float32) * _fade(outside)
     layer = share[..., None]
-    colours = (picture - (1 - layer) * behind) / np.maximum(layer, TOLD / 8)
-    told = np.clip(layer / TOLD, 0, 1)  # the less of him there is, the less his colour is known
+    colours = (picture - (1 - layer) * behind) / np.maximum(layer, MIN_RELIABLE_ALPHA / 8)
+    told = np.clip(layer / MIN_RELIABLE_ALPHA, 0, 1)  # the less of him there is, the less his colour is known
     colours = own + told * (np.clip(colours, 0, 255) - own)
-    return Cutout(_to_bytes(colours), _to_bytes(share * 255), backdrop)
+    return Matte(_to_bytes(colours), _to_bytes(share * 255), backdrop)
 
 
-def _share(picture: Image, own: Image, behind: Image, *, prior: Image, unevenness: Image) -> Image:
+def _share(picture: Image, foreground: Image, behind: Image, *, prior: Image, unevenness: Image) -> Image:
     """Return (H, W), 0 to 1: how far each colour is on the way from the background's to the person's."""
-    way, seen = own - behind, picture - behind
+    way, seen = foreground - behind, picture - behind
     along, length = np.sum(seen * way, axis=2), np.sum(way * way, axis=2)
     reached = np.clip(along / np.maximum(length, 1), 0, 1)[..., None]
     foreign = np.sum(np.square(seen - reached * way), axis=2)
-    trust = TRUST + UNEVEN * unevenness + FOREIGN * foreign
+    trust = PRIOR_WEIGHT + VARIANCE_WEIGHT * unevenness + RESIDUAL_WEIGHT * foreign
     return np.asarray(np.clip((along + trust * prior) / (length + trust), 0, 1), np.float32)
 
 
@@ -77,11 +81,11 @@ def _unevenness(picture: Image, outside: NDArray[np.bool_]) -> Image:
     square = cv2.GaussianBlur(np.sum(known * picture, axis=2), (0, 0), sigma) / np.maximum(weight, 1e-3)
     spread = np.maximum(square - np.sum(mean * mean, axis=2), 0).astype(np.float32)
     enough = weight > min(0.3, float(weight.max()) / 2)
-    return flow_in(spread[..., None], np.asarray(enough))[..., 0]
+    return push_pull_fill(spread[..., None], np.asarray(enough))[..., 0]
 
 
 def _surely(person: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    reach = max(1, round(SURELY * len(person)))
+    reach = max(1, round(SURE_FOREGROUND * len(person)))
     around = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
     return np.asarray(cv2.erode((person > 127).astype(np.uint8), around) > 0)
 
@@ -89,7 +93,7 @@ def _surely(person: NDArray[np.uint8]) -> NDArray[np.bool_]:
 def _fade(outside: NDArray[np.bool_]) -> Image:
     """Return (H, W): 1, and 0 where there is surely no person."""
     distance = cv2.distanceTransform((~outside).astype(np.uint8), cv2.DIST_L2, 3)
-    return np.asarray(np.clip(distance / max(FADE * FRINGE * len(outside), 1), 0, 1), np.float32)
+    return np.asarray(np.clip(distance / max(FADE * UNCERTAIN_BAND * len(outside), 1), 0, 1), np.float32)
 
 
 def _to_bytes(values: NDArray[np.floating]) -> NDArray[np.uint8]:

@@ -5,24 +5,24 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-SHARPNESS = 2.0  # the power of distance: high shows one patch alone nearly always
-SHOWN = 2  # patches at once
+DISTANCE_POWER = 2.0  # the power of distance: high shows one patch alone nearly always
+MAX_VISIBLE = 2  # patches at once
 
 
-def blend_shares(now: NDArray[np.floating], keys: Sequence[NDArray[np.floating]], /) -> NDArray[np.float64]:
+def blend_weights(now: NDArray[np.floating], keys: Sequence[NDArray[np.floating]], /) -> NDArray[np.float64]:
     """Return how much of each candidate is shown, (len(keys),), together 1, at most SHOWN of them above 0.
 
     The shares change without a jump while `now` moves: a candidate enters and leaves the few that are shown at 0.
     """
     distance = np.array([float(np.linalg.norm(now - key)) for key in keys]) + 1.0
-    closeness = distance**-SHARPNESS
-    if len(keys) > SHOWN:
-        closeness = np.maximum(0.0, closeness - np.sort(closeness)[-SHOWN - 1])
+    closeness = distance**-DISTANCE_POWER
+    if len(keys) > MAX_VISIBLE:
+        closeness = np.maximum(0.0, closeness - np.sort(closeness)[-MAX_VISIBLE - 1])
     total = float(closeness.sum())
     return closeness / total if total > 1e-12 else np.eye(len(keys))[int(np.argmin(distance))]
 
 
-def layers(shares: Mapping[int, float], /) -> list[tuple[int, float]]:
+def compositing_order(shares: Mapping[int, float], /) -> list[tuple[int, float]]:
     """Return (candidate, opacity) from the bottom up, so that painting one over the other gives the shares.
 
     Candidate -1 is what already lies there.

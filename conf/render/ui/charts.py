@@ -7,12 +7,12 @@ import numpy as np
 from imgui_bundle import imgui, implot
 from numpy.typing import NDArray
 
-from conf.render.ui.imgui_overlay import ACCENT, Overlay, panel
+from conf.render.ui.imgui_overlay import ACCENT, ImGuiOverlay, panel
 from conf.render.window.offscreen import OffscreenWindow
 
 SIZE = (900, 460)
 FLAGS = implot.Flags_.no_legend | implot.Flags_.no_mouse_text | implot.Flags_.no_inputs
-OURS = (0.35, 0.90, 0.50, 1.0)
+HIGHLIGHT = (0.35, 0.90, 0.50, 1.0)
 Box = tuple[float, float, float, float]  # left, top, right, bottom, pixels
 LABELS_ROOM = 20.0  # the value's text stands right of its bar: the axis goes on so many times further
 
@@ -40,7 +40,7 @@ def _picture(size: tuple[int, int], draw: Callable[[tuple[float, float]], None])
     """Return what `draw`, told the room it has, draws with ImPlot."""
     plot = (size[0] - 20.0, size[1] - 16.0)
     with OffscreenWindow(*size) as window:
-        overlay = Overlay(window.ctx)
+        overlay = ImGuiOverlay(window.ctx)
         try:
             for _ in range(2):  # ImPlot lays its axes out in the first frame
                 window.begin()
@@ -72,7 +72,7 @@ def _draw_bars(title: str, bars: list[Bar], size: tuple[float, float]) -> None:
 
 
 @dataclass(frozen=True)
-class Dot:
+class ScatterPoint:
     """One dot of a scatter: its name, where it lies, and whether it is one of ours."""
 
     name: str
@@ -82,7 +82,7 @@ class Dot:
 
 
 def scatter_chart(
-    title: str, axes: tuple[str, str], dots: list[Dot], *, size: tuple[int, int] = SIZE
+    title: str, axes: tuple[str, str], dots: list[ScatterPoint], *, size: tuple[int, int] = SIZE
 ) -> NDArray[np.uint8]:
     """Return (H, W, 3) uint8 BGR: named dots, x on a logarithmic scale.
 
@@ -94,7 +94,7 @@ def scatter_chart(
     return _picture(size, lambda plot: _draw_scatter(title, axes, dots, plot))
 
 
-def _draw_scatter(title: str, axes: tuple[str, str], dots: list[Dot], size: tuple[float, float]) -> None:
+def _draw_scatter(title: str, axes: tuple[str, str], dots: list[ScatterPoint], size: tuple[float, float]) -> None:
     if not implot.begin_plot(title, imgui.ImVec2(*size), FLAGS):
         return
     implot.setup_axes(*axes)
@@ -103,14 +103,14 @@ def _draw_scatter(title: str, axes: tuple[str, str], dots: list[Dot], size: tupl
     implot.setup_axes_limits(x.min() / 2, x.max() * 4, -0.06 * y.max(), y.max() * 1.15, imgui.Cond_.always)
     taken: list[Box] = []
     for dot in sorted(dots, key=lambda dot: -dot.y):
-        colour = imgui.ImVec4(*(OURS if dot.ours else ACCENT))
+        colour = imgui.ImVec4(*(HIGHLIGHT if dot.ours else ACCENT))
         spec = implot.Spec(marker=implot.Marker_.circle, marker_size=5.0, marker_fill_color=colour)
         implot.plot_scatter(dot.name, np.array([dot.x], float), np.array([dot.y], float), spec=spec)
         implot.plot_text(dot.name, dot.x, dot.y, imgui.ImVec2(*_free_place(dot, taken)))
     implot.end_plot()
 
 
-def _free_place(dot: Dot, taken: list[Box]) -> tuple[float, float]:
+def _free_place(dot: ScatterPoint, taken: list[Box]) -> tuple[float, float]:
     """Return where, in pixels from its dot, a name has room (right of it if nowhere), and take that room."""
     at, text = implot.plot_to_pixels(dot.x, dot.y), imgui.calc_text_size(dot.name)
     beside = text.x / 2 + 9

@@ -4,18 +4,26 @@ from collections.abc import Iterable
 
 from imgui_bundle import imgui
 
-from conf.render.window.input_events import Dropped, Event, KeyHeld, MouseButton, MouseMoved, Scrolled, Typed
+from conf.render.window.input_events import (
+    Event,
+    FilesDropped,
+    KeyStateChanged,
+    MouseButton,
+    MouseMoved,
+    Scrolled,
+    TextInput,
+)
 
 MODIFIERS = {"ctrl": imgui.Key.mod_ctrl, "shift": imgui.Key.mod_shift, "alt": imgui.Key.mod_alt}
 
 
-class Hands:
+class ImGuiInput:
     """Tells ImGui what keyboard and mouse do."""
 
     def __init__(self) -> None:
         self._ctrl = False
 
-    def feed(self, events: Iterable[Event]) -> None:
+    def process_events(self, events: Iterable[Event]) -> None:
         """Tell ImGui what happened since its last frame."""
         io = imgui.get_io()
         for event in events:
@@ -27,9 +35,9 @@ class Hands:
                     io.add_mouse_button_event(button, pressed)
                 case Scrolled(steps=steps):
                     io.add_mouse_wheel_event(0.0, steps)
-                case KeyHeld(key=key, pressed=pressed):
+                case KeyStateChanged(key=key, pressed=pressed):
                     self._hold(io, key, pressed)
-                case Typed(text=text):
+                case TextInput(text=text):
                     io.add_input_characters_utf8(text)
                 case _:
                     pass
@@ -53,4 +61,4 @@ def is_typing() -> bool:
 
 def dropped_files(events: Iterable[Event]) -> list[str]:
     """Return the paths of files dropped onto the window."""
-    return [path for event in events if isinstance(event, Dropped) for path in event.paths]
+    return [path for event in events if isinstance(event, FilesDropped) for path in event.paths]

@@ -7,14 +7,14 @@ from importlib.resources import as_file, files
 import moderngl
 from imgui_bundle import imgui, implot
 
-from conf.render.ui.imgui_renderer import ImGuiDrawing
+from conf.render.ui.imgui_renderer import ImGuiRenderer
 
 TEXT_PX = 14.0  # height of the text in a picture 480 pixels high
 TITLE_PX = 25.0
 SCALE_LIMITS = (0.8, 2.5)
 PANEL = (0.045, 0.055, 0.075, 0.66)
 TEXT = (0.93, 0.95, 0.97, 1.0)
-QUIET = (0.66, 0.71, 0.77, 1.0)
+MUTED = (0.66, 0.71, 0.77, 1.0)
 ACCENT = (0.40, 0.80, 1.0, 1.0)
 PADDING = 9.0  # between a panel's left edge and what it holds, at scale 1
 SIZES: dict[str, float | tuple[float, float]] = {  # at scale 1
@@ -36,7 +36,7 @@ def interface_scale(size: tuple[int, int], pixel_ratio: float) -> float:
     return float(min(max(points**0.5, low), high) * pixel_ratio)
 
 
-class Overlay:
+class ImGuiOverlay:
     """Owns the ImGui and ImPlot contexts. There can be one at a time."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
@@ -50,7 +50,7 @@ class Overlay:
         with as_file(files("imgui_bundle") / "assets" / "fonts" / "Roboto") as folder:
             self.regular = io.fonts.add_font_from_file_ttf(str(folder / "Roboto-Regular.ttf"), TEXT_PX)
             self.bold = io.fonts.add_font_from_file_ttf(str(folder / "Roboto-Bold.ttf"), TEXT_PX)
-        self._drawing = ImGuiDrawing(ctx)
+        self._drawing = ImGuiRenderer(ctx)
         self.scale = 0.0
         self.size = (0, 0)
 
@@ -117,14 +117,14 @@ PANEL_FLAGS = (
 
 @contextmanager
 def panel(
-    name: str, place: tuple[float, float], pivot: tuple[float, float], size: tuple[float, float]
+    name: str, anchor_px: tuple[float, float], pivot: tuple[float, float], size: tuple[float, float]
 ) -> Iterator[None]:
     """Open a panel: the point `pivot` of it, (0, 0) upper left and (1, 1) lower right, lies at pixel `place`.
 
     size : width and height of what it holds, in pixels. ImGui could find it out, but hides the panel for a frame then.
     """
     padding = imgui.get_style().window_padding
-    imgui.set_next_window_pos(imgui.ImVec2(*place), imgui.Cond_.always, imgui.ImVec2(*pivot))
+    imgui.set_next_window_pos(imgui.ImVec2(*anchor_px), imgui.Cond_.always, imgui.ImVec2(*pivot))
     imgui.set_next_window_size(imgui.ImVec2(size[0] + 2 * padding.x, size[1] + 2 * padding.y))
     imgui.begin(name, None, PANEL_FLAGS)
     try:

@@ -11,15 +11,15 @@ import moderngl
 import numpy as np
 from imgui_bundle import imgui
 
-from conf.render.shader_programs import program
+from conf.render.shader_programs import load_program
 
 
-class ImGuiDrawing:
+class ImGuiRenderer:
     """The textures and buffers of one ImGui context on the card."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._program = program(ctx, "imgui", "imgui")
+        self._program = load_program(ctx, "imgui", "imgui")
         self._program["glyphs"] = 0
         self._vertices = ctx.buffer(reserve=1 << 16, dynamic=True)
         self._indices = ctx.buffer(reserve=1 << 16, dynamic=True)
@@ -65,9 +65,9 @@ class ImGuiDrawing:
     def _update(self, texture: imgui.ImTextureData) -> None:
         match texture.status:
             case imgui.ImTextureStatus.want_create:
-                made = self._ctx.texture((texture.width, texture.height), 4, _pixels(texture).tobytes())
-                self._textures[made.glo] = made
-                texture.set_tex_id(made.glo)
+                created = self._ctx.texture((texture.width, texture.height), 4, _pixels(texture).tobytes())
+                self._textures[created.glo] = created
+                texture.set_tex_id(created.glo)
                 texture.status = imgui.ImTextureStatus.ok
             case imgui.ImTextureStatus.want_updates:
                 part = texture.update_rect

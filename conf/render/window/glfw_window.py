@@ -15,15 +15,15 @@ from conf.render.window.input_events import (
     EDITING_KEYS,
     KEYS,
     Dragged,
-    Dropped,
     Event,
-    KeyHeld,
+    FilesDropped,
     KeyPressed,
+    KeyStateChanged,
     MouseButton,
     MouseMoved,
     Resized,
     Scrolled,
-    Typed,
+    TextInput,
 )
 from conf.render.window.offscreen import BLACK, Colour, read_pixels
 
@@ -36,7 +36,7 @@ NO_OPENGL = (
     "or draw without a window with --headless OUT.avi"
 )
 
-HINTS = (
+CONTEXT_HINTS = (
     (glfw.CONTEXT_VERSION_MAJOR, 3),
     (glfw.CONTEXT_VERSION_MINOR, 3),
     (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
@@ -62,16 +62,16 @@ def _glfw_key(name: str) -> int:
 
 
 HELD_KEYS = {_glfw_key(name): name for name in EDITING_KEYS}
-SMALLEST = 64  # pixels a side: a window cannot be made smaller
+MIN_SIZE = 64  # pixels a side: a window cannot be made smaller
 
 
-class _Loader:
+class _GlfwContextLoader:
     """Finds OpenGL's functions through GLFW, which knows whether this is X11, Wayland, Windows or macOS."""
 
     def load_opengl_function(self, name: str) -> int:
         return int(glfw.get_proc_address(name) or 0)
 
-    def __enter__(self) -> "_Loader":
+    def __enter__(self) -> "_GlfwContextLoader":
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -90,7 +90,7 @@ class GlfwWindow:
         glfw.ERROR_REPORTING = "ignore"
         if not glfw.init():
             raise GraphicsError(NO_DISPLAY.format(display=os.environ.get("DISPLAY") or "not set"))
-        for hint, value in HINTS:
+        for hint, value in CONTEXT_HINTS:
             glfw.window_hint(hint, value)
         self._window = glfw.create_window(width, height, title, None, None)
         if not self._window:
@@ -98,12 +98,12 @@ class GlfwWindow:
             raise GraphicsError(NO_OPENGL)
         glfw.make_context_current(self._window)
         glfw.swap_interval(1)
-        glfw.set_window_size_limits(self._window, SMALLEST, SMALLEST, glfw.DONT_CARE, glfw.DONT_CARE)
-        found_by_glfw: dict[str, Any] = {"context": _Loader()}
+        glfw.set_window_size_limits(self._window, MIN_SIZE, MIN_SIZE, glfw.DONT_CARE, glfw.DONT_CARE)
+        found_by_glfw: dict[str, Any] = {"context": _GlfwContextLoader()}
         self.ctx = moderngl.create_context(require=330, **found_by_glfw)
         self.framebuffer = self.ctx.screen
         self.size = self._measure()  # of the framebuffer: more than the window's points on a HiDPI display
-        self.keys_close = True  # whether Escape and Q close the window; a program with text fields decides itself
+        self.close_on_escape = True  # whether Escape and Q close the window; a program with text fields decides itself
         self._events: list[Event] = []
         self._cursor = glfw.get_cursor_pos(self._window)
         self._before_full_screen: tuple[int, int, int, int] | None = None
@@ -188,13 +188,13 @@ class GlfwWindow:
 
     def _on_key(self, _window: object, key: int, scancode: int, action: int, _mods: int) -> None:
         if key in HELD_KEYS and action != glfw.REPEAT:
-            self._events.append(KeyHeld(HELD_KEYS[key], action == glfw.PRESS))
+            self._events.append(KeyStateChanged(HELD_KEYS[key], action == glfw.PRESS))
         if action != glfw.PRESS:
             return
         name = NAMED_KEYS.get(key) or (glfw.get_key_name(key, scancode) or "").lower()
         if name:
             self._events.append(KeyPressed(name))
-        if self.keys_close and KEYS.get(name, ("", ""))[0] == "quit":
+        if self.close_on_escape and KEYS.get(name, ("", ""))[0] == "quit":
             self.should_close = True
 
     def _on_cursor(self, _window: object, x: float, y: float) -> None:
@@ -220,10 +220,10 @@ class GlfwWindow:
         self._events.append(MouseButton(button, action == glfw.PRESS, *place))
 
     def _on_text(self, _window: object, codepoint: int) -> None:
-        self._events.append(Typed(chr(codepoint)))
+        self._events.append(TextInput(chr(codepoint)))
 
     def _on_drop(self, _window: object, paths: list[str]) -> None:
-        self._events.append(Dropped(tuple(paths)))
+        self._events.append(FilesDropped(tuple(paths)))
 
     def _pixels(self, x: float, y: float) -> tuple[float, float]:
         """Return a place of the window, in its points, as framebuffer pixels."""

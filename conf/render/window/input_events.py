@@ -5,7 +5,7 @@ Lengths are picture heights, x right, y up, so that a drag means the same in eve
 
 from dataclasses import dataclass
 
-from conf.render.camera import TOGGLES, View
+from conf.render.camera import TOGGLES, ViewState
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class KeyPressed:
 class Dragged:
     """The mouse moved with a button held: "turn" or "pan"."""
 
-    purpose: str
+    mode: str
     dx: float
     dy: float
 
@@ -58,7 +58,7 @@ class MouseButton:
 
 
 @dataclass(frozen=True)
-class KeyHeld:
+class KeyStateChanged:
     """A key of EDITING_KEYS went down or up: what text fields live on beside the text."""
 
     key: str
@@ -66,20 +66,22 @@ class KeyHeld:
 
 
 @dataclass(frozen=True)
-class Typed:
+class TextInput:
     """Text came from the keyboard."""
 
     text: str
 
 
 @dataclass(frozen=True)
-class Dropped:
+class FilesDropped:
     """Files were dropped onto the window."""
 
     paths: tuple[str, ...]
 
 
-Event = KeyPressed | Dragged | Scrolled | Resized | MouseMoved | MouseButton | KeyHeld | Typed | Dropped
+Event = (
+    KeyPressed | Dragged | Scrolled | Resized | MouseMoved | MouseButton | KeyStateChanged | TextInput | FilesDropped
+)
 
 # Names as Dear ImGui has them.
 EDITING_KEYS = (
@@ -116,12 +118,12 @@ def action_of(event: Event) -> str | None:
     return KEYS.get(event.key, (None, ""))[0] if isinstance(event, KeyPressed) else None
 
 
-def apply(view: View, event: Event) -> View:
+def apply_camera_event(view: ViewState, event: Event) -> ViewState:
     """Return the view after an event: turned, zoomed, moved, toggled, or the same."""
     match event:
-        case Dragged(purpose="turn", dx=dx, dy=dy):
+        case Dragged(mode="turn", dx=dx, dy=dy):
             return view.turned(dx, dy)
-        case Dragged(purpose="pan", dx=dx, dy=dy):
+        case Dragged(mode="pan", dx=dx, dy=dy):
             return view.panned(dx, dy)
         case Scrolled(steps=steps):
             return view.zoomed(steps)

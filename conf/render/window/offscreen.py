@@ -49,7 +49,7 @@ class OffscreenWindow:
         self.size = (width, height)
         self.pixel_ratio = 1.0
         self.should_close = False
-        self.keys_close = True  # as the real window has it: there are no keys here
+        self.close_on_escape = True  # as the real window has it: there are no keys here
         self._colour = self.ctx.renderbuffer(self.size, 4)
         self._depth = self.ctx.depth_renderbuffer(self.size)
         self.framebuffer = self.ctx.framebuffer(self._colour, self._depth)

@@ -21,11 +21,11 @@ MAX_PAUSE_S = 5.0  # a longer step between two frames of a clip is a fault of th
 CAMERA_SIZE = (640, 480)
 """Larger pictures cost bandwidth on the camera's cable and time, and the tracker looks at 256 pixels of them."""
 
-Capture = cv2.VideoCapture
-Opener = Callable[[str | int], Capture]
+VideoCapture = cv2.VideoCapture
+Opener = Callable[[str | int], VideoCapture]
 
 
-def open_capture(what: str | int) -> Capture:
+def open_capture(what: str | int) -> VideoCapture:
     """Open a camera by index or device, or a file, with OpenCV."""
     return cv2.VideoCapture(what)
 
@@ -67,7 +67,7 @@ class FrameSource(Protocol):
 class _CaptureSource:
     """What a camera and a clip share: a capture whose first frame has been read, to know that there is one."""
 
-    def __init__(self, capture: Capture, first: NDArray[np.uint8]) -> None:
+    def __init__(self, capture: VideoCapture, first: NDArray[np.uint8]) -> None:
         self._capture = capture
         self._first: NDArray[np.uint8] | None = first
         self.fps = _sane_fps(capture.get(cv2.CAP_PROP_FPS))
@@ -94,7 +94,9 @@ class _CaptureSource:
 class Camera(_CaptureSource):
     """A webcam."""
 
-    def __init__(self, name: str, capture: Capture, first: NDArray[np.uint8], *, clock: Callable[[], float]) -> None:
+    def __init__(
+        self, name: str, capture: VideoCapture, first: NDArray[np.uint8], *, clock: Callable[[], float]
+    ) -> None:
         super().__init__(capture, first)
         self._name = name
         self._clock = clock
@@ -107,12 +109,14 @@ class Camera(_CaptureSource):
         return Frame(pixels, self._clock())
 
 
-class Clip(_CaptureSource):
+class VideoFile(_CaptureSource):
     """A video file or a row of pictures."""
 
-    def __init__(self, capture: Capture, first: NDArray[np.uint8], *, again: Callable[[], Capture] | None) -> None:
+    def __init__(
+        self, capture: VideoCapture, first: NDArray[np.uint8], *, reopen: Callable[[], VideoCapture] | None
+    ) -> None:
         super().__init__(capture, first)
-        self._again = again  # opens the clip anew for a loop; None plays it once
+        self._again = reopen  # opens the clip anew for a loop; None plays it once
         self._start = 0.0  # what the file's own time is added to; grows with each round
         self._last: float | None = None
 
@@ -161,7 +165,7 @@ def open_camera(
 
     size : width and height to ask for; the camera gives the nearest that it can
     """
-    _quiet()
+    _silence_opencv()
     index = int(which) if isinstance(which, int) or which.isdigit() else None
     name = f"camera {which}"
     device = Path(f"/dev/video{index}" if index is not None else str(which))
@@ -174,15 +178,15 @@ def open_camera(
         if first is not None:
             return Camera(name, capture, first, clock=clock)
     capture.release()
-    raise CameraError(_why_no_camera(name, device))
+    raise CameraError(_camera_error(name, device))
 
 
-def open_clip(path: Path | str, /, *, loop: bool = False, opener: Opener = open_capture) -> Clip:
+def open_clip(path: Path | str, /, *, loop: bool = False, opener: Opener = open_capture) -> VideoFile:
     """Open a video file, or pictures named by a pattern as in `frames/%04d.png`. Raises CameraError.
 
     loop : begin again at the end, timestamps going on
     """
-    _quiet()
+    _silence_opencv()
     name = str(path)
     if "%" not in name and not Path(name).is_file():
         raise CameraError(
@@ -193,10 +197,10 @@ def open_clip(path: Path | str, /, *, loop: bool = False, opener: Opener = open_
     if first is None:
         capture.release()
         raise CameraError(f"{name} cannot be played: give a video that OpenCV can decode, as AVI, MP4, MPG or MOV.")
-    return Clip(capture, first, again=(lambda: opener(name)) if loop else None)
+    return VideoFile(capture, first, reopen=(lambda: opener(name)) if loop else None)
 
 
-def _why_no_camera(name: str, device: Path) -> str:
+def _camera_error(name: str, device: Path) -> str:
     if os.name == "posix" and not device.exists():
         return f"there is no {name}: plug one in, name another, or give a clip instead."
     if os.name == "posix" and not os.access(device, os.R_OK | os.W_OK):
@@ -204,7 +208,7 @@ def _why_no_camera(name: str, device: Path) -> str:
     return f"{name} gives no picture: close the program that is using it, or name another."
 
 
-def _read(capture: Capture) -> NDArray[np.uint8] | None:
+def _read(capture: VideoCapture) -> NDArray[np.uint8] | None:
     """Return the next picture of a capture, or None."""
     try:
         there, pixels = capture.read()
@@ -221,7 +225,7 @@ def _sane_count(count: float) -> int | None:
     return int(count) if math.isfinite(count) and 0 < count < 1e9 else None
 
 
-def _quiet() -> None:
+def _silence_opencv() -> None:
     """Keep OpenCV and FFmpeg, who write past Python, off the terminal: what matters reaches the user as an error."""
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)

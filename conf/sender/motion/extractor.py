@@ -10,17 +10,22 @@ from dataclasses import astuple
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_COUNT, INDEX, LANDMARKS, indices
+from conf.face.control_points import (
+    CONTROL_POINT_COUNT,
+    CONTROL_POINT_INDEX,
+    CONTROL_POINT_LANDMARKS,
+    control_point_indices,
+)
 from conf.face.fapu import UNITS_PER_DISTANCE, Fapu
 from conf.face.head_pose import HeadPose
 from conf.protocol.messages import MotionFrame
 from conf.sender.motion import eye_openness as lids
-from conf.sender.motion.eye_openness import LidGauge
-from conf.sender.motion.neutral_pose import NeutralPose
+from conf.sender.motion.eye_openness import EyeOpennessEstimator
+from conf.sender.motion.neutral_pose import NeutralPoseEstimator
 from conf.sender.motion.one_euro_filter import OneEuroFilter
 from conf.sender.tracking.canonical_face import CanonicalFace
 from conf.sender.tracking.pose_removal import remove_head_pose
-from conf.sender.tracking.tracker import Tracking
+from conf.sender.tracking.tracker import TrackedFace
 
 
 class MotionExtractor:
@@ -33,8 +38,8 @@ class MotionExtractor:
         """
         self._canonical = canonical
         self._size = size
-        self._neutral = NeutralPose()
-        self._lids = LidGauge()
+        self._neutral = NeutralPoseEstimator()
+        self._lids = EyeOpennessEstimator()
         self._points_filter = OneEuroFilter(min_cutoff=_MIN_CUTOFF, beta=_BETA)
         self._pose_filter = OneEuroFilter(min_cutoff=_POSE_MIN_CUTOFF, beta=_POSE_BETA)
         self._points: NDArray[np.float64] | None = None
@@ -43,7 +48,7 @@ class MotionExtractor:
     @property
     def fapu(self) -> Fapu:
         """Return the units of this person's neutral face, in cm."""
-        return Fapu.measure(self._neutral.points, closed_lid_gap=float(self._lids.shut_shares.mean()))
+        return Fapu.measure(self._neutral.points, closed_lid_gap=float(self._lids.closed_gap_ratio.mean()))
 
     @property
     def neutral_points(self) -> NDArray[np.float64]:
@@ -55,7 +60,7 @@ class MotionExtractor:
         """Whether the neutral pose is this person's own."""
         return self._neutral.known
 
-    def fapu_lengths(self) -> tuple[float, ...]:
+    def fapu_distances(self) -> tuple[float, ...]:
         """Return the five FAPU distances in cm, as they travel in the stream's parameters."""
         return astuple(self.fapu)
 
@@ -63,27 +68,27 @@ class MotionExtractor:
         """Begin a new row of timestamps, keeping what is known of the neutral pose."""
         self._points_filter.reset()
         self._pose_filter.reset()
-        self._neutral.restart()
+        self._neutral.reset_clock()
 
-    def calibrate_now(self) -> None:
+    def set_neutral_now(self) -> None:
         """Take the face as it is now for the neutral pose; if there is none yet, as it will be in the next frame."""
         if self._points is None:
             self._take_next = True
         else:
-            self._neutral.take(self._points)
+            self._neutral.set(self._points)
 
-    def update(self, tracking: Tracking, timestamp: float, /) -> MotionFrame:
+    def update(self, tracking: TrackedFace, timestamp: float, /) -> MotionFrame:
         """Return the motion of a frame taken at `timestamp`, seconds."""
         aligned, pose = remove_head_pose(tracking.landmarks, self._canonical, self._size)
         smooth_pose = self._pose_filter.smooth(pose.to_vector(), timestamp)
-        seen = aligned[LANDMARKS]
+        seen = aligned[CONTROL_POINT_LANDMARKS]
         self._points = self._points_filter.smooth(seen, timestamp)
         if self._take_next:
             self._take_next = False
-            self._neutral.take(self._points)
+            self._neutral.set(self._points)
         if tracking.blendshapes_age == 0:
             self._learn(seen, tracking.blendshapes, pose, timestamp)
-        neutral = self._neutral.at(timestamp)
+        neutral = self._neutral.blended(timestamp)
         openness = self._lids.openness(self._points, neutral)
         displacements = to_displacements(self._points, neutral, self.fapu, openness)
         return MotionFrame(timestamp, displacements.astype(np.float32), smooth_pose)
@@ -91,11 +96,11 @@ class MotionExtractor:
     def _learn(
         self, points: NDArray[np.float64], blendshapes: NDArray[np.float32], pose: HeadPose, timestamp: float
     ) -> None:
-        self._neutral.learn(points, blendshapes, turn=turn_from_camera(pose), timestamp=timestamp)
-        self._lids.learn(points, self._neutral.points, blendshapes)
+        self._neutral.update(points, blendshapes, turn=off_axis_angle(pose), timestamp=timestamp)
+        self._lids.update(points, self._neutral.points, blendshapes)
 
 
-def turn_from_camera(pose: HeadPose, /) -> float:
+def off_axis_angle(pose: HeadPose, /) -> float:
     """Return the angle in radians between the nose and the camera."""
     return float(np.arccos(np.clip(pose.matrix()[2, 2], -1, 1)))
 
@@ -117,14 +122,20 @@ def to_displacements(
     return units
 
 
-_EYES = [(INDEX[f"pupil_{s}"], [INDEX[f"eye_inner_corner_{s}"], INDEX[f"eye_outer_corner_{s}"]]) for s in "lr"]
+_EYES = [
+    (
+        CONTROL_POINT_INDEX[f"pupil_{s}"],
+        [CONTROL_POINT_INDEX[f"eye_inner_corner_{s}"], CONTROL_POINT_INDEX[f"eye_outer_corner_{s}"]],
+    )
+    for s in "lr"
+]
 
 
 def _per_point(usual: float, **by_name: float) -> NDArray[np.float64]:
     """Return (n, 1): a number for each control point, by the start of its name."""
     values = np.full((CONTROL_POINT_COUNT, 1), usual)
     for name, value in by_name.items():
-        values[indices(name)] = value
+        values[control_point_indices(name)] = value
     return values
 
 

@@ -7,7 +7,7 @@ frames of 25 clips of different people, head pose removed, mouth shut, left and 
 
 import numpy as np
 
-from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
 
 _TABLE = """
 chin_bottom               0.00  -9.07  3.97
@@ -65,4 +65,4 @@ nose_bottom_edge_l        1.63  -1.84  5.20
 # (n, 3) float64, cm in face axes: x to the subject's left, y up, z to the viewer
 MEAN_FACE = np.zeros((CONTROL_POINT_COUNT, 3))
 for _name, *_place in map(str.split, _TABLE.strip().splitlines()):
-    MEAN_FACE[INDEX[_name]] = [float(number) for number in _place]
+    MEAN_FACE[CONTROL_POINT_INDEX[_name]] = [float(number) for number in _place]

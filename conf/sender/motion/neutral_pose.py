@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_COUNT, INDEX, LOWER_LIP, indices
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, LOWER_LIP, control_point_indices
 from conf.sender.motion import eye_openness as lids
 from conf.sender.motion.mean_face import MEAN_FACE
 from conf.sender.tracking.blendshape_network import INDEX as SHAPE
@@ -20,10 +20,10 @@ from conf.sender.tracking.blendshape_network import INDEX as SHAPE
 MEAN_FACE_S = 0.15  # the mean face counts as this many seconds of perfect quiet
 ENOUGH_S = 0.3  # seconds of quiet after which a region is known
 MEMORY_S = 30.0  # seconds of quiet that are remembered: light, glasses and posture change
-PATIENCE_S = 2.0  # how long it takes to believe that a face gets no quieter than it has been
+FLOOR_TIME_CONSTANT_S = 2.0  # how long it takes to believe that a face gets no quieter than it has been
 MAX_FLOOR = 0.3  # but brows may lie this high for good, not more: an eye kept shut, a lasting smile are no neutral pose
 BLEND_S = 0.25  # the neutral pose in use follows the estimate this slowly, so that nothing jumps
-QUIET = 0.12  # a shape this strong makes a frame count 1/e
+ACTIVITY_SCALE = 0.12  # a shape this strong makes a frame count 1/e
 FRONTAL = np.radians(20)  # so does a head turned this far
 MAX_STEP_S = 0.2  # a pause between frames is not a long look
 LIP_GAP_CM = 0.05  # between the inner lip landmarks of a shut mouth, seen on the clips
@@ -45,25 +45,25 @@ def _region(points: list[int], shapes: str) -> Region:
 
 REGIONS = (
     _region(
-        indices("inner_lip", "outer_lip", "cupids_bow", "chin", "cheek", "nose", "nostril"),
+        control_point_indices("inner_lip", "outer_lip", "cupids_bow", "chin", "cheek", "nose", "nostril"),
         """jawOpen jawLeft jawRight mouthFunnel mouthPucker mouthLeft mouthRight mouthSmileLeft mouthSmileRight
         mouthFrownLeft mouthFrownRight mouthStretchLeft mouthStretchRight mouthUpperUpLeft mouthUpperUpRight
         mouthLowerDownLeft mouthLowerDownRight""",
     ),
-    _region(indices("brow"), "browDownLeft browDownRight browInnerUp browOuterUpLeft browOuterUpRight"),
+    _region(control_point_indices("brow"), "browDownLeft browDownRight browInnerUp browOuterUpLeft browOuterUpRight"),
     _region(
-        indices("eyelid", "eye_upper", "eye_lower"),
+        control_point_indices("eyelid", "eye_upper", "eye_lower"),
         "eyeBlinkLeft eyeBlinkRight eyeWideLeft eyeWideRight eyeLookUpLeft eyeLookDownLeft",
     ),
     _region(
-        indices("pupil"),
+        control_point_indices("pupil"),
         "eyeBlinkLeft eyeBlinkRight eyeLookUpLeft eyeLookDownLeft eyeLookInLeft eyeLookOutLeft",
     ),
-    _region(indices("eye_inner", "eye_outer"), "eyeBlinkLeft eyeBlinkRight"),
+    _region(control_point_indices("eye_inner", "eye_outer"), "eyeBlinkLeft eyeBlinkRight"),
 )
 
 
-class NeutralPose:
+class NeutralPoseEstimator:
     """An estimate of one person's neutral pose that gets better by watching."""
 
     def __init__(self) -> None:
@@ -86,15 +86,15 @@ class NeutralPose:
         """Whether every region is known, from quiet frames or because it was told."""
         return self._taken or bool(np.all(self._weights >= ENOUGH_S * self._best_weight()))
 
-    def take(self, points: NDArray[np.float64], /) -> None:
+    def set(self, points: NDArray[np.float64], /) -> None:
         """Take control points (n, 3) cm as the neutral pose, at once and for good."""
-        self._points, self._taken = compose_face(points), True
+        self._points, self._taken = close_mouth_open_eyes(points), True
 
-    def restart(self) -> None:
+    def reset_clock(self) -> None:
         """Begin a new row of timestamps, with the best that is known in use at once."""
         self._learned_at = self._blended_at = None
 
-    def learn(
+    def update(
         self, points: NDArray[np.float64], blendshapes: NDArray[np.floating], /, *, turn: float, timestamp: float
     ) -> None:
         """Learn from a frame.
@@ -108,16 +108,18 @@ class NeutralPose:
         if self._learned_at is not None:
             elapsed = min(max(timestamp - self._learned_at, 0.0), MAX_STEP_S)
         self._learned_at = timestamp
-        activity = np.array([blendshapes[region.shapes].max() for region in REGIONS]) + QUIET * (turn / FRONTAL) ** 2
+        activity = (
+            np.array([blendshapes[region.shapes].max() for region in REGIONS]) + ACTIVITY_SCALE * (turn / FRONTAL) ** 2
+        )
         self._least = np.minimum(self._least, activity) if self._watched else activity
         self._watched += elapsed
-        weights = elapsed * np.exp(-activity / QUIET)
-        most = MEMORY_S * np.exp(-np.minimum(self._least, MAX_FLOOR) / QUIET)
+        weights = elapsed * np.exp(-activity / ACTIVITY_SCALE)
+        most = MEMORY_S * np.exp(-np.minimum(self._least, MAX_FLOOR) / ACTIVITY_SCALE)
         keep = np.minimum(1.0, most / (self._weights + weights))  # of the past, when memory is full
         self._weights = (self._weights + weights) * keep
-        self._sums = (self._sums + weights[_REGION_OF, None] * compose_face(points)) * keep[_REGION_OF, None]
+        self._sums = (self._sums + weights[_REGION_OF, None] * close_mouth_open_eyes(points)) * keep[_REGION_OF, None]
 
-    def at(self, timestamp: float, /) -> NDArray[np.float64]:
+    def blended(self, timestamp: float, /) -> NDArray[np.float64]:
         """Return the neutral pose to use at a time, (n, 3) cm: it follows what was learned without a jump."""
         if self._taken:
             return self._points
@@ -130,15 +132,15 @@ class NeutralPose:
 
     def _best_weight(self) -> NDArray[np.float64]:
         """Return, by region, what a second weighs in which this face is as quiet as it is believed to get."""
-        floor = np.minimum(self._least, MAX_FLOOR) * (1 - np.exp(-self._watched / PATIENCE_S))
-        return np.asarray(np.exp(-floor / QUIET))
+        floor = np.minimum(self._least, MAX_FLOOR) * (1 - np.exp(-self._watched / FLOOR_TIME_CONSTANT_S))
+        return np.asarray(np.exp(-floor / ACTIVITY_SCALE))
 
     def _estimate(self) -> NDArray[np.float64]:
         prior = (MEAN_FACE_S * self._best_weight())[_REGION_OF, None]
         return np.asarray((prior * MEAN_FACE + self._sums) / (prior + self._weights[_REGION_OF, None]))
 
 
-def compose_face(points: NDArray[np.float64], /) -> NDArray[np.float64]:
+def close_mouth_open_eyes(points: NDArray[np.float64], /) -> NDArray[np.float64]:
     """Return control points (n, 3) in cm with the mouth shut and the eyes open.
 
     The lower lip is raised until it meets the upper and the chin follows; an upper lid is raised off the lower one.
@@ -146,17 +148,20 @@ def compose_face(points: NDArray[np.float64], /) -> NDArray[np.float64]:
     composed = points.copy()
     for upper, lower in _FACING_LIPS:
         composed[lower, 1] += max(0.0, points[upper, 1] - points[lower, 1] - LIP_GAP_CM)
-    middle = INDEX["inner_lip_lower_mid"]
+    middle = CONTROL_POINT_INDEX["inner_lip_lower_mid"]
     gap = composed[middle, 1] - points[middle, 1]
     composed[_OUTER_LOWER_LIP, 1] += gap
     composed[_CHIN, 1] += gap * CHIN_SHARE
-    composed[lids.UPPER, 1] += np.maximum(0.0, MIN_LID_GAP_CM - lids.gaps(points))
+    composed[lids.UPPER, 1] += np.maximum(0.0, MIN_LID_GAP_CM - lids.lid_gaps(points))
     return composed
 
 
-_FACING_LIPS = [(INDEX[f"inner_lip_upper_{at}"], INDEX[f"inner_lip_lower_{at}"]) for at in ("mid", "l", "r")]
+_FACING_LIPS = [
+    (CONTROL_POINT_INDEX[f"inner_lip_upper_{blended}"], CONTROL_POINT_INDEX[f"inner_lip_lower_{blended}"])
+    for blended in ("mid", "l", "r")
+]
 _OUTER_LOWER_LIP = [i for i in LOWER_LIP if i not in [lower for _, lower in _FACING_LIPS]]
-_CHIN = indices("chin")
+_CHIN = control_point_indices("chin")
 _REGION_OF = np.zeros(CONTROL_POINT_COUNT, dtype=np.intp)
 for _number, _known in enumerate(REGIONS):
     _REGION_OF[_known.points] = _number

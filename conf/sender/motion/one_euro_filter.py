@@ -39,14 +39,16 @@ class OneEuroFilter:
         if self._value is None or not 0 < elapsed <= MAX_GAP:
             self._value, self._speed, self._time = new, np.zeros_like(new), timestamp
             return new
-        self._speed = self._speed + _share(DERIVATIVE_CUTOFF, elapsed) * ((new - self._value) / elapsed - self._speed)
+        self._speed = self._speed + _smoothing_factor(DERIVATIVE_CUTOFF, elapsed) * (
+            (new - self._value) / elapsed - self._speed
+        )
         cutoff = self._min_cutoff + self._beta * np.abs(self._speed)
-        self._value = self._value + _share(cutoff, elapsed) * (new - self._value)
+        self._value = self._value + _smoothing_factor(cutoff, elapsed) * (new - self._value)
         self._time = timestamp
         return self._value
 
 
-def _share(cutoff: ArrayLike, elapsed: float) -> NDArray[np.float64]:
+def _smoothing_factor(cutoff: ArrayLike, elapsed: float) -> NDArray[np.float64]:
     """Return how much of a new value a first-order low-pass filter takes over."""
     radians = 2 * np.pi * np.asarray(cutoff, dtype=np.float64) * elapsed
     return np.asarray(radians / (radians + 1))

@@ -16,22 +16,22 @@ NEAR_CM = 3.2  # around a feature: the skin that tells whether it is covered
 BLUR_CM = 0.25
 
 
-class Agreement:
+class AppearanceMatcher:
     """Compares frames with one photograph."""
 
     def __init__(self, warp: PortraitWarp, pixels: NDArray[np.uint8], /) -> None:
         """pixels : (H, W, 3) uint8 BGR, the frame that the photograph was made of."""
         self._warp = warp
-        moving = np.max([feature.weights(warp.flat) for feature in FEATURES], axis=0)
+        moving = np.max([feature.weights(warp.positions_cm) for feature in FEATURES], axis=0)
         skin = (moving < 0.05) & warp.on_face
-        self._near = [skin & feature.near(warp.flat, NEAR_CM) for feature in FEATURES]
-        self._photo = [_brightness(pixels, warp, warp.mesh.places[near]) for near in self._near]
+        self._near = [skin & feature.near(warp.positions_cm, NEAR_CM) for feature in FEATURES]
+        self._photo = [_brightness(pixels, warp, warp.mesh.positions[near]) for near in self._near]
 
-    def likenesses(
+    def region_correlations(
         self, pixels: NDArray[np.uint8], displacements: NDArray[np.floating], pose: HeadPose, /
     ) -> list[float]:
         """Return, for each feature, how the brightness of the skin around it correlates with the photograph's."""
-        places = self._warp.place(displacements, pose)
+        places = self._warp.deform(displacements, pose)
         pairs = zip(self._near, self._photo, strict=True)
         return [_correlation(photo, _brightness(pixels, self._warp, places[near])) for near, photo in pairs]
 

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from conf.face.control_points import LANDMARKS
-from conf.face.portrait.patch_features import Feature
-from conf.face.portrait.patch_prediction import to_planes
+from conf.face.control_points import CONTROL_POINT_LANDMARKS
+from conf.face.portrait.patch_features import PatchRegion
+from conf.face.portrait.patch_prediction import forward_dct
 from conf.protocol.portrait.patch import MAX_SIDE, MAX_SLOTS, STEP_COUNT, Patch, encode_patch, step_size
 
 MARGIN = 1.1  # of the reach: the patch ends where it would not be seen any more
@@ -40,10 +40,10 @@ class PatchBudget:
             raise ValueError(f"slots must be 1 to {MAX_SLOTS}, got {self.slots}")
 
 
-class Patchwork:
+class PatchSet:
     """The patches of one feature on one photograph, as the receiver has or will have them."""
 
-    def __init__(self, feature: Feature, budget: PatchBudget, photo_key: NDArray[np.int8], /) -> None:
+    def __init__(self, feature: PatchRegion, budget: PatchBudget, photo_key: NDArray[np.int8], /) -> None:
         self._feature = feature
         self._budget = budget
         self._photo = photo_key.astype(np.float64)
@@ -54,14 +54,14 @@ class Patchwork:
         known = np.array([self._photo, *self._keys.values()])
         return float(np.linalg.norm(known - key, axis=1).min()) / self._budget.novelty
 
-    def take(self, key: NDArray[np.int8], /) -> int:
+    def assign_slot(self, key: NDArray[np.int8], /) -> int:
         """Keep a moment; return the slot it goes to."""
         free = [slot for slot in range(self._budget.slots) if slot not in self._keys]
-        slot = free[0] if free else self._least_missed()
+        slot = free[0] if free else self._most_redundant()
         self._keys[slot] = key.astype(np.float64)
         return slot
 
-    def _least_missed(self) -> int:
+    def _most_redundant(self) -> int:
         def alone(slot: int) -> float:
             others = [self._photo, *(k for s, k in self._keys.items() if s != slot)]
             return float(np.linalg.norm(np.array(others) - self._keys[slot], axis=1).min())
@@ -70,7 +70,7 @@ class Patchwork:
 
 
 @dataclass(frozen=True)
-class Cut:
+class PatchCrop:
     """A feature cut out of a frame.
 
     pixels : (h, w, 3) uint8 BGR
@@ -84,7 +84,7 @@ class Cut:
 
 
 @dataclass(frozen=True)
-class Place:
+class CropBox:
     """Where a feature is cut out of a frame: corners low and high (2,), px; points (m, 2) in between, 0 to 1."""
 
     low: NDArray[np.intp]
@@ -93,21 +93,21 @@ class Place:
 
 
 def place_cut(
-    landmarks: NDArray[np.floating], feature: Feature, size: tuple[int, int], /, *, centimetre: float
-) -> Place:
+    landmarks: NDArray[np.floating], feature: PatchRegion, size: tuple[int, int], /, *, centimetre: float
+) -> CropBox:
     """Return where to cut. landmarks : (478, 3) px; size : of the frame, px; centimetre : its length in px."""
-    core = landmarks[list(feature.core), :2]
-    margin = MARGIN * feature.reach[1] * centimetre
+    core = landmarks[list(feature.centre_landmarks), :2]
+    margin = MARGIN * feature.falloff_cm[1] * centimetre
     low = np.maximum(np.floor(core.min(axis=0) - margin), 0).astype(int)
     high = np.minimum(np.ceil(core.max(axis=0) + margin), size).astype(int)
     low, high = np.minimum(low, np.array(size) - 8), np.maximum(high, low + 8)
-    points = (landmarks[LANDMARKS[list(feature.points)], :2] - low) / (high - low)
-    return Place(low, high, points.astype(np.float64))
+    points = (landmarks[CONTROL_POINT_LANDMARKS[list(feature.points)], :2] - low) / (high - low)
+    return CropBox(low, high, points.astype(np.float64))
 
 
-def cut_out(
-    pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], feature: Feature, /, *, centimetre: float
-) -> Cut:
+def extract_patch(
+    pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], feature: PatchRegion, /, *, centimetre: float
+) -> PatchCrop:
     """Cut a feature out of a frame.
 
     pixels : (H, W, 3) uint8 BGR; landmarks : (478, 3) px; centimetre : its length in px
@@ -119,11 +119,14 @@ def cut_out(
     small = cv2.resize(crop, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) if scale < 1 else crop
     rows, columns = small.shape[:2]
     grid = np.stack(np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5), axis=-1) / (columns, rows)
-    distance = np.asarray(cKDTree(landmarks[list(feature.core), :2]).query(low + grid * (high - low))[0]) / centimetre
-    return Cut(np.ascontiguousarray(small, np.uint8), place.points, feature.share(distance))
+    distance = (
+        np.asarray(cKDTree(landmarks[list(feature.centre_landmarks), :2]).query(low + grid * (high - low))[0])
+        / centimetre
+    )
+    return PatchCrop(np.ascontiguousarray(small, np.uint8), place.points, feature.falloff(distance))
 
 
-def match_light(patch: NDArray[np.uint8], under: NDArray[np.float64], /) -> NDArray[np.float64]:
+def match_colour(patch: NDArray[np.uint8], under: NDArray[np.float64], /) -> NDArray[np.float64]:
     """Return a patch (h, w, 3) with the brightness and tint, along its border, of what it is laid on (h, w, 3)."""
     height, width = patch.shape[:2]
     border = np.ones((height, width), bool)
@@ -139,7 +142,7 @@ def make_patch(
     key: NDArray[np.int8],
     /,
     *,
-    where: tuple[int, int, int],
+    target: tuple[int, int, int],
     budget: int,
 ) -> Patch:
     """Return the patch that travels, as fine as a number of bytes allows, or the coarsest.
@@ -147,10 +150,10 @@ def make_patch(
     difference : (h, w, 3) what is to be added to what the photograph foretells; points : (m, 2) 0 to 1
     where : photograph, region and slot; budget : bytes
     """
-    planes = to_planes(difference)
+    planes = forward_dct(difference)
     size = difference.shape[1], difference.shape[0]
 
     def at(step: int) -> Patch:
-        return Patch(*where, key, points, size, step, [plane / step_size(step) for plane in planes])
+        return Patch(*target, key, points, size, step, [plane / step_size(step) for plane in planes])
 
     return at(bisect_left(range(STEP_COUNT - 1), True, key=lambda step: len(encode_patch(at(step))) <= budget))

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from conf.face.fapu import Fapu
 from conf.face.portrait import contours
-from conf.protocol.portrait.photo import Photograph
-from conf.sender.portrait.photo_encoding import encode_picture
-from conf.sender.portrait.segmentation import trace_person
+from conf.protocol.portrait.photo import Photo
+from conf.sender.portrait.photo_encoding import encode_vp8
+from conf.sender.portrait.segmentation import segment_steps
 from conf.sender.tracking.canonical_face import CanonicalFace
 from conf.sender.tracking.pose_removal import remove_head_pose
 
@@ -20,22 +20,22 @@ BODY_BLUR = 0.8
 
 
 @dataclass(frozen=True)
-class Finish:
+class PhotoQuality:
     """How good a photograph becomes.
 
     most_bytes : of its picture; most_height : px, more does not fit into the bytes
     """
 
-    most_bytes: int
-    most_height: int
+    max_bytes: int
+    max_height: int
 
 
-DRAFT = Finish(1500, 192)  # for the first photograph, that a call may begin with a face
-FULL = Finish(4700, 240)
+DRAFT = PhotoQuality(1500, 192)  # for the first photograph, that a call may begin with a face
+FULL = PhotoQuality(4700, 240)
 
 
 @dataclass(frozen=True)
-class Shot:
+class CapturedFace:
     """A frame that may become a photograph.
 
     pixels : (H, W, 3) uint8 BGR
@@ -49,32 +49,34 @@ class Shot:
     fapu: Fapu
 
 
-def take_photograph(shot: Shot, canonical: CanonicalFace, number: int, /) -> Photograph:
+def build_photo(shot: CapturedFace, canonical: CanonicalFace, number: int, /) -> Photo:
     """Return the photograph of a shot, in full."""
-    for photo in develop(shot, canonical, number, FULL):
+    for photo in build_photo_steps(shot, canonical, number, FULL):
         if photo is not None:
             return photo
     raise AssertionError("a photograph is developed in a few steps")
 
 
-def develop(shot: Shot, canonical: CanonicalFace, number: int, finish: Finish, /) -> Iterator[Photograph | None]:
+def build_photo_steps(
+    shot: CapturedFace, canonical: CanonicalFace, number: int, finish: PhotoQuality, /
+) -> Iterator[Photo | None]:
     """Make the photograph of a shot in steps of at most a frame's time each: yield None until it is there."""
     height, width = shot.pixels.shape[:2]
     outline = None
-    for outline in trace_person(shot.pixels, shot.landmarks):  # noqa: B007 -- the last one counts
+    for outline in segment_steps(shot.pixels, shot.landmarks):  # noqa: B007 -- the last one counts
         yield None
     assert outline is not None, "a person is traced in a few steps"
-    scale = min(1.0, finish.most_height / height)
+    scale = min(1.0, finish.max_height / height)
     small = cv2.resize(shot.pixels, (round(width * scale), round(height * scale)), interpolation=cv2.INTER_AREA)
-    softened = soften(np.asarray(small, np.uint8), outline, shot.landmarks[:, :2] * scale)
-    frame = encode_picture(softened, budget=finish.most_bytes)
+    softened = blur_background(np.asarray(small, np.uint8), outline, shot.landmarks[:, :2] * scale)
+    frame = encode_vp8(softened, max_bytes=finish.max_bytes)
     yield None
     aligned, pose = remove_head_pose(shot.landmarks, canonical, (width, height))
-    points, fapu = aligned[contours.ALL], astuple(shot.fapu)
-    yield Photograph(number, (width, height), pose.to_vector(), points, shot.neutral, fapu, outline, frame)
+    points, fapu = aligned[contours.PORTRAIT_LANDMARKS], astuple(shot.fapu)
+    yield Photo(number, (width, height), pose.to_vector(), points, shot.neutral, fapu, outline, frame)
 
 
-def soften(
+def blur_background(
     pixels: NDArray[np.uint8], outline: NDArray[np.float64], landmarks: NDArray[np.floating], /
 ) -> NDArray[np.uint8]:
     """Return the picture with its background blurred, and a little what is far from the face: bytes for the face.

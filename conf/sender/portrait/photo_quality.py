@@ -12,28 +12,28 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
 from conf.face.fapu import UNITS_PER_DISTANCE
 from conf.protocol.messages import MotionFrame
-from conf.sender.portrait.skin_texture import roughness
+from conf.sender.portrait.skin_texture import skin_texture_residual
 
 TURN = np.radians(10)  # a turn or tilt from the usual this large costs a whole mark
-STIR = 120.0  # FAPU units of mean distance from the usual that cost a whole mark
-WIDE = 0.4  # of the eye's opening, either way, that costs a whole mark
-HASTY_TURN, HASTY_STIR = 1.3, 1800.0  # radians and FAPU units a second, each of which costs a whole mark
+EXPRESSION_UNIT = 120.0  # FAPU units of mean distance from the usual that cost a whole mark
+LID_UNIT = 0.4  # of the eye's opening, either way, that costs a whole mark
+SPEED_TURN_UNIT, HASTY_STIR = 1.3, 1800.0  # radians and FAPU units a second, each of which costs a whole mark
 COVERED = 0.12  # of roughness (conf.sender.portrait.skin_texture) that costs a whole mark
 SHARPNESS_WEIGHT = 0.2  # marks for each factor of e in sharpness
 LOOK_EVERY_S = 0.2
-LOOKS = 100  # twenty seconds
+SAMPLES = 100  # twenty seconds
 NEUTRAL_LOOKS = 3  # that stand in until more is known
 
 
-class Habit:
+class TypicalPose:
     """What a face mostly does, and where it mostly looks: the median of some time."""
 
     def __init__(self) -> None:
         neutral = np.zeros(2 * CONTROL_POINT_COUNT + 3)
-        self._looks: deque[NDArray[np.float64]] = deque([neutral] * NEUTRAL_LOOKS, maxlen=LOOKS)
+        self._looks: deque[NDArray[np.float64]] = deque([neutral] * NEUTRAL_LOOKS, maxlen=SAMPLES)
         self._usual = neutral
         self._due = float("-inf")
 
@@ -47,7 +47,7 @@ class Habit:
         """The usual one, (3,), as a pose has it."""
         return self._usual[:3]
 
-    def look(self, motion: MotionFrame, now: float, /) -> None:
+    def sample(self, motion: MotionFrame, now: float, /) -> None:
         """Take a look at a frame's motion, if it is time for one."""
         if now < self._due:
             return
@@ -57,46 +57,51 @@ class Habit:
 
 
 @dataclass(frozen=True)
-class Qualities:
+class QualityPenalty:
     """What speaks against a frame, each 0 when perfect and 1 when bad."""
 
     turn: float
-    stir: float
+    expression: float
     lids: float
 
     @property
-    def marks(self) -> float:
+    def penalty(self) -> float:
         """Return the sum: lower is better."""
-        return self.turn + self.stir + self.lids
+        return self.turn + self.expression + self.lids
 
 
-def judge(motion: MotionFrame, habit: Habit, /) -> Qualities:
+def motion_penalty(motion: MotionFrame, habit: TypicalPose, /) -> QualityPenalty:
     """Judge a frame by its motion."""
     d = motion.displacements
-    lids = [float(d[INDEX[f"eyelid_upper_{s}"], 1] - d[INDEX[f"eyelid_lower_{s}"], 1]) for s in "lr"]
-    return Qualities(
+    lids = [
+        float(d[CONTROL_POINT_INDEX[f"eyelid_upper_{s}"], 1] - d[CONTROL_POINT_INDEX[f"eyelid_lower_{s}"], 1])
+        for s in "lr"
+    ]
+    return QualityPenalty(
         turn=float(np.linalg.norm(motion.pose[:3] - habit.rotation)) / TURN,
-        stir=float(np.linalg.norm(d[:, :2] - habit.displacements, axis=1).mean()) / STIR,
-        lids=max(abs(lid) for lid in lids) / UNITS_PER_DISTANCE / WIDE,
+        expression=float(np.linalg.norm(d[:, :2] - habit.displacements, axis=1).mean()) / EXPRESSION_UNIT,
+        lids=max(abs(lid) for lid in lids) / UNITS_PER_DISTANCE / LID_UNIT,
     )
 
 
-def haste(before: MotionFrame, motion: MotionFrame, /) -> float:
+def speed_penalty(before: MotionFrame, motion: MotionFrame, /) -> float:
     """Return the marks of how fast a face moves between two frames: it is blurred then, and the motion lags behind."""
     elapsed = motion.timestamp - before.timestamp
     if elapsed <= 0:
         return 0.0
     turn = float(np.linalg.norm(motion.pose[:3] - before.pose[:3]))
     stir = float(np.linalg.norm((motion.displacements - before.displacements)[:, :2], axis=1).mean())
-    return (turn / HASTY_TURN + stir / HASTY_STIR) / elapsed
+    return (turn / SPEED_TURN_UNIT + stir / HASTY_STIR) / elapsed
 
 
-def judge_picture(pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /) -> float:
+def image_penalty(pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /) -> float:
     """Return the marks of a frame's pixels, lower is better; compare frames of one person and camera only.
 
     pixels : (H, W, 3) uint8 BGR; landmarks : (478, 3) px
     """
-    return roughness(pixels, landmarks) / COVERED - SHARPNESS_WEIGHT * float(np.log1p(sharpness(pixels, landmarks)))
+    return skin_texture_residual(pixels, landmarks) / COVERED - SHARPNESS_WEIGHT * float(
+        np.log1p(sharpness(pixels, landmarks))
+    )
 
 
 def sharpness(pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /) -> float:

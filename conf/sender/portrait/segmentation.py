@@ -26,35 +26,37 @@ STEPS = 8  # of GrabCut, a round each
 Mask = NDArray[np.uint8]
 
 
-def outline_person(pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /) -> NDArray[np.float64]:
+def segment_person(pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /) -> NDArray[np.float64]:
     """Return the person's outline, (K, 2) 0 to 1 from the upper left corner, at most MAX_CORNERS.
 
     pixels : (H, W, 3) uint8 BGR; landmarks : (478, 3) px
     """
-    *_, outline = trace_person(pixels, landmarks)
+    *_, outline = segment_steps(pixels, landmarks)
     assert outline is not None, "the last step has the outline"
     return outline
 
 
-def trace_person(pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /) -> Iterator[NDArray[np.float64] | None]:
+def segment_steps(
+    pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /
+) -> Iterator[NDArray[np.float64] | None]:
     """Find the outline of `outline_person` in steps of at most a frame's time each: yield None until it is there."""
     scale = WORK_HEIGHT / len(pixels)
     small = np.asarray(cv2.resize(pixels, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), np.uint8)
-    figure = Figure.of(landmarks[list(contours.OVAL), :2] * scale)
+    figure = BodyPrior.of(landmarks[list(contours.OVAL), :2] * scale)
     mask = _by_colour(small, figure)
     if mask is not None:
-        mask &= figure.paint(small.shape, KEYED)
+        mask &= figure.paint(small.shape, CHROMA_KEY_AREA)
     else:
-        grown = _Grown(small, figure)
+        grown = _HeadAndBodyGrabCut(small, figure)
         for _ in range(STEPS - 1):
-            grown.grow()
+            grown.iterate()
             yield None
-        mask = grown.grow()
-    mask[figure.paint(small.shape, SURELY) > 0] = 1
+        mask = grown.iterate()
+    mask[figure.paint(small.shape, SURE_FOREGROUND) > 0] = 1
     yield _outline(_smooth(mask, figure.oval))
 
 
-SKULL = 0.75  # below 1 an ellipse is fuller
+SUPERELLIPSE = 0.75  # below 1 an ellipse is fuller
 Corners = list[tuple[float, float]]
 
 
@@ -62,34 +64,35 @@ def _ellipse(across: float, up: float, rise: float) -> Corners:
     """Return an ellipse about the face's middle, moved up, fuller above as skulls are: in face widths and heights."""
     angles = np.linspace(0, 2 * np.pi, 32, endpoint=False)
     x, y = np.cos(angles), np.sin(angles)
-    fuller = np.where(y < 0, SKULL, 1.0)
+    fuller = np.where(y < 0, SUPERELLIPSE, 1.0)
     x, y = np.sign(x) * np.abs(x) ** fuller, np.sign(y) * np.abs(y) ** fuller
     return [(across * float(a), -rise + up * float(b)) for a, b in zip(x, y, strict=True)]
 
 
 # Corners in face widths and heights: of a head from the face's middle, y towards the chin; of a body from the chin.
-SURELY = {
+SURE_FOREGROUND = {
     "head": _ellipse(0.46, 0.66, 0.12),
     "body": [(-0.25, -0.1), (0.25, -0.1), (0.27, 0.28), (0.45, 0.36), (0.8, 0.48), (1.0, 0.75), (1.05, 4.0),
              (-1.05, 4.0), (-1.0, 0.75), (-0.8, 0.48), (-0.45, 0.36), (-0.27, 0.28)],
 }  # fmt: skip
-LIKELY = {
+PROBABLE_FOREGROUND = {
     "head": _ellipse(0.5, 0.7, 0.14),
     "body": [(-1.1, 0.5), (-0.6, 0.36), (-0.3, 0.22), (-0.28, 0.0), (0.28, 0.0), (0.3, 0.22), (0.6, 0.36), (1.1, 0.5),
              (1.4, 4.0), (-1.4, 4.0)],
 }  # fmt: skip
-POSSIBLY = {
+PROBABLE_BACKGROUND = {
     "head": _ellipse(0.82, 0.97, 0.15),
     "body": [(-2.2, 0.3), (-0.6, -0.1), (0.6, -0.1), (2.2, 0.3), (3.2, 1.5), (3.2, 4.0), (-3.2, 4.0), (-3.2, 1.5)],
 }
-KEYED = {  # before a plain wall colour tells hair from what stands about: only what is far away is not the person's
+CHROMA_KEY_AREA = {
+    # before a plain wall colour tells hair from what stands about: only what is far away is not the person's
     "head": _ellipse(1.7, 1.4, 0.15),
     "body": [(-1.7, -0.2), (1.7, -0.2), (3.2, 1.0), (3.2, 4.0), (-3.2, 4.0), (-3.2, 1.0)],
 }
 
 
 @dataclass(frozen=True)
-class Figure:
+class BodyPrior:
     """Where a person of usual build is, told by the face.
 
     oval : (36, 2) int32 px; head, body : (2, 2) from face widths and heights to px; middle, chin : (2,) px
@@ -102,7 +105,7 @@ class Figure:
     chin: NDArray[np.float64]
 
     @classmethod
-    def of(cls, oval: NDArray[np.floating]) -> "Figure":
+    def of(cls, oval: NDArray[np.floating]) -> "BodyPrior":
         """Read the figure off the face's oval (36, 2) px: the head tilts with the face, the body does not."""
         chin, top = oval[contours.OVAL.index(152)], oval[0]
         height = max(float(np.linalg.norm(chin - top)), 1.0)
@@ -126,7 +129,7 @@ class Figure:
         return mask
 
 
-def _by_colour(small: NDArray[np.uint8], figure: Figure) -> Mask | None:
+def _by_colour(small: NDArray[np.uint8], figure: BodyPrior) -> Mask | None:
     """Return what is not of the wall's colour, or None where there is no plain blue or green wall."""
     height, width = small.shape[:2]
     border = np.zeros((height, width), bool)
@@ -147,24 +150,28 @@ def _by_colour(small: NDArray[np.uint8], figure: Figure) -> Mask | None:
     return np.asarray(distance > min(KEY_DISTANCE, far / 2), dtype=np.uint8)
 
 
-class _Grown:
+class _HeadAndBodyGrabCut:
     """GrabCut, a round at a time: once more for the head, lest hair be lost that has the colour of a dark room."""
 
-    def __init__(self, small: NDArray[np.uint8], figure: Figure) -> None:
+    def __init__(self, small: NDArray[np.uint8], figure: BodyPrior) -> None:
         labels = np.full(small.shape[:2], cv2.GC_BGD, np.uint8)
-        for parts, label in ((POSSIBLY, cv2.GC_PR_BGD), (LIKELY, cv2.GC_PR_FGD), (SURELY, cv2.GC_FGD)):
+        for parts, label in (
+            (PROBABLE_BACKGROUND, cv2.GC_PR_BGD),
+            (PROBABLE_FOREGROUND, cv2.GC_PR_FGD),
+            (SURE_FOREGROUND, cv2.GC_FGD),
+        ):
             labels[figure.paint(small.shape, parts) > 0] = label
         chin = int(np.clip(figure.chin[1], 0, len(small)))
-        self._whole, self._head = _Part(small, labels), _Part(small[:chin], labels[:chin])
+        self._whole, self._head = _GrabCut(small, labels), _GrabCut(small[:chin], labels[:chin])
 
-    def grow(self) -> Mask:
+    def iterate(self) -> Mask:
         """Go a round on and return (H, W) uint8, 1 where the person is."""
-        mask, head = self._whole.grow(), self._head.grow()
+        mask, head = self._whole.iterate(), self._head.iterate()
         mask[: len(head)] |= head
         return mask
 
 
-class _Part:
+class _GrabCut:
     """A part of the picture with colours of its own."""
 
     def __init__(self, pixels: NDArray[np.uint8], labels: Mask) -> None:
@@ -172,7 +179,7 @@ class _Part:
         self._models = np.zeros((2, 1, 65))
         self._mode = cv2.GC_INIT_WITH_MASK
 
-    def grow(self) -> Mask:
+    def iterate(self) -> Mask:
         mine = np.isin(self._labels, (cv2.GC_FGD, cv2.GC_PR_FGD))
         if min(mine.sum(), (~mine).sum()) < LEAST_PX:  # nothing to tell apart, nothing to learn a colour from
             return mine.astype(np.uint8)

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 FACE_PX = 64.0  # from the forehead to the chin: pores and noise are gone, fingers are not
-LEAST_PX = 12  # of an area that can be judged
+MIN_AREA_PX = 12  # of an area that can be judged
 FOREHEAD, CHIN = 10, 152
-AREAS = (
+SKIN_PATCHES = (
     (117, 118, 101, 36, 205, 207, 187, 123),  # right cheek
     (346, 347, 330, 266, 425, 427, 411, 352),  # left cheek
     (186, 212, 202, 204, 194, 32, 171, 140, 170, 169, 135, 214, 192),  # right jaw
@@ -20,7 +20,7 @@ AREAS = (
 )
 
 
-def roughness(pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /) -> float:
+def skin_texture_residual(pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /) -> float:
     """Return how far the roughest area of skin is from an even slope, as a share of its brightness.
 
     pixels : (H, W, 3) uint8 BGR; landmarks : (478, 3) px
@@ -32,14 +32,14 @@ def roughness(pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /) -> 
     face = cv2.cvtColor(pixels[low[1] : high[1], low[0] : high[0]], cv2.COLOR_BGR2GRAY)
     scale = FACE_PX / max(float(np.linalg.norm(points[CHIN] - points[FOREHEAD])), 1.0)
     small = np.asarray(cv2.resize(face, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), np.float64)
-    return max(_unevenness(small, (points[list(area)] - low) * scale) for area in AREAS)
+    return max(_unevenness(small, (points[list(area)] - low) * scale) for area in SKIN_PATCHES)
 
 
 def _unevenness(brightness: NDArray[np.float64], corners: NDArray[np.floating]) -> float:
     inside = np.zeros(brightness.shape, np.uint8)
     cv2.fillConvexPoly(inside, cv2.convexHull(np.rint(corners).astype(np.int32)), 1)
     y, x = np.nonzero(inside)
-    if len(y) < LEAST_PX:
+    if len(y) < MIN_AREA_PX:
         return 0.0
     values = brightness[y, x]
     axes = np.stack([x - x.mean(), y - y.mean(), np.ones(len(x))], axis=1)

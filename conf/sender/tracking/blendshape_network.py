@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.sender.tracking.inference import Backend, open_network
+from conf.sender.tracking.inference import Backend, load_network
 from conf.sender.tracking.model_files import BLENDSHAPES
 
-NAMES = tuple(
+BLENDSHAPE_NAMES = tuple(
     """
     neutral browDownLeft browDownRight browInnerUp browOuterUpLeft browOuterUpRight cheekPuff cheekSquintLeft
     cheekSquintRight eyeBlinkLeft eyeBlinkRight eyeLookDownLeft eyeLookDownRight eyeLookInLeft eyeLookInRight
@@ -22,7 +22,7 @@ NAMES = tuple(
     mouthStretchRight mouthUpperUpLeft mouthUpperUpRight noseSneerLeft noseSneerRight
     """.split()
 )
-INDEX = {name: i for i, name in enumerate(NAMES)}
+INDEX = {name: i for i, name in enumerate(BLENDSHAPE_NAMES)}
 
 # The 146 landmarks that the network reads.
 _INPUTS = np.fromstring(
@@ -38,14 +38,14 @@ _INPUTS = np.fromstring(
 )
 
 
-class BlendshapeFinder:
+class BlendshapeNetwork:
     """The blendshape network."""
 
     def __init__(self, models: Path, /, *, backend: Backend = "auto") -> None:
         """Open the network in a folder of the tracker's files. Raises ModelError."""
-        self._network = open_network(models / BLENDSHAPES, ("StatefulPartitionedCall:0",), backend=backend)
+        self._network = load_network(models / BLENDSHAPES, ("StatefulPartitionedCall:0",), backend=backend)
 
-    def find(self, landmarks: NDArray[np.float32], /) -> NDArray[np.float32]:
+    def predict(self, landmarks: NDArray[np.float32], /) -> NDArray[np.float32]:
         """Return the (52,) float32 shapes, 0 to 1, of landmarks (478, 3) px."""
         [shapes] = self._network(np.ascontiguousarray(landmarks[None, _INPUTS, :2]))
-        return shapes.reshape(len(NAMES))
+        return shapes.reshape(len(BLENDSHAPE_NAMES))

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.sender.tracking.inference import Backend, open_network
+from conf.sender.tracking.inference import Backend, load_network
 from conf.sender.tracking.model_files import DETECTOR
 
 INPUT_SIZE = 128
@@ -22,7 +22,7 @@ TILE_SHARE = 0.5  # side of a tile over the picture's short side: finds faces do
 
 
 @dataclass(frozen=True)
-class Face:
+class DetectedFace:
     """A face found, in pixels of the picture: x right, y down.
 
     box : (4,) float64, left, top, right, bottom
@@ -50,10 +50,10 @@ class FaceDetector:
 
     def __init__(self, models: Path, /, *, backend: Backend = "auto") -> None:
         """Open the network in a folder of the tracker's files. Raises ModelError."""
-        self._network = open_network(models / DETECTOR, ("regressors", "classificators"), backend=backend)
+        self._network = load_network(models / DETECTOR, ("regressors", "classificators"), backend=backend)
         self._anchors = make_anchors()
 
-    def find(self, pixels: NDArray[np.uint8], /) -> list[Face]:
+    def detect(self, pixels: NDArray[np.uint8], /) -> list[DetectedFace]:
         """Return the faces in a picture, the best to follow first: large and central.
 
         pixels : (H, W, 3) uint8 BGR
@@ -64,11 +64,13 @@ class FaceDetector:
         faces = self._find_in_square(pixels, corner, whole)
         if not faces and min(width, height) >= INPUT_SIZE:  # smaller tiles would show it nothing new
             found = [self._find_in_square(pixels, corner, side) for corner, side in tiles(width, height)]
-            faces = merge_overlapping([face for part in found for face in part])
+            faces = weighted_nms([face for part in found for face in part])
         middle = np.array([width, height]) / 2
-        return sorted(faces, key=lambda face: -prominence(face, middle))
+        return sorted(faces, key=lambda face: -caller_score(face, middle))
 
-    def _find_in_square(self, pixels: NDArray[np.uint8], corner: tuple[float, float], side: float) -> list[Face]:
+    def _find_in_square(
+        self, pixels: NDArray[np.uint8], corner: tuple[float, float], side: float
+    ) -> list[DetectedFace]:
         """Run the network on one square of the picture, black where it leaves the picture."""
         scale = INPUT_SIZE / side
         matrix = np.array([[scale, 0, -corner[0] * scale], [0, scale, -corner[1] * scale]])
@@ -79,9 +81,9 @@ class FaceDetector:
         likely = np.flatnonzero(scores >= MIN_SCORE)
         boxes, eyes = decode(regressors.reshape(-1, 16)[likely], self._anchors[likely])
         offset = np.array(corner)
-        return merge_overlapping(
+        return weighted_nms(
             [
-                Face((box.reshape(2, 2) * side + offset).reshape(4), pair * side + offset, float(score))
+                DetectedFace((box.reshape(2, 2) * side + offset).reshape(4), pair * side + offset, float(score))
                 for box, pair, score in zip(boxes, eyes, scores[likely], strict=True)
             ]
         )
@@ -114,22 +116,22 @@ def decode(
     return np.concatenate([centres - half, centres + half], axis=1), anchors[:, None] + values[:, 2:4]
 
 
-def merge_overlapping(faces: list[Face], /) -> list[Face]:
+def weighted_nms(faces: list[DetectedFace], /) -> list[DetectedFace]:
     """Weighted non-maximum suppression: the mean, by score, of the detections that overlap the best one, and so on."""
     rest = sorted(faces, key=lambda face: -face.score)
     merged = []
     while rest:
         best = rest[0]
-        near = [face for face in rest if face is best or overlap(best.box, face.box) > MAX_OVERLAP]
+        near = [face for face in rest if face is best or iou(best.box, face.box) > MAX_OVERLAP]
         weights = np.array([face.score for face in near])
         box = np.average([face.box for face in near], axis=0, weights=weights)
         eyes = np.average([face.eyes for face in near], axis=0, weights=weights)
-        merged.append(Face(box, eyes, best.score))
+        merged.append(DetectedFace(box, eyes, best.score))
         rest = [face for face in rest if not any(face is other for other in near)]
     return merged
 
 
-def overlap(a: NDArray[np.float64], b: NDArray[np.float64], /) -> float:
+def iou(a: NDArray[np.float64], b: NDArray[np.float64], /) -> float:
     """Return the intersection over union of two boxes (4,)."""
     shared = np.prod(np.maximum(0, np.minimum(a[2:], b[2:]) - np.maximum(a[:2], b[:2])))
     union = np.prod(a[2:] - a[:2]) + np.prod(b[2:] - b[:2]) - shared
@@ -144,7 +146,7 @@ def tiles(width: int, height: int, /) -> Iterator[tuple[tuple[float, float], flo
             yield (float(left), float(top)), side
 
 
-def prominence(face: Face, middle: NDArray[np.float64], /) -> float:
+def caller_score(face: DetectedFace, middle: NDArray[np.float64], /) -> float:
     """Return how much a face looks like the caller's: its size, less the farther it is from the middle (2,)."""
     away = np.linalg.norm(face.centre - middle) / np.linalg.norm(middle)
     return float(face.side * (1 - away / 2))

@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from conf.errors import ModelError
 
 Backend = Literal["auto", "opencv", "litert"]
-Network = Callable[[NDArray[np.float32]], list[NDArray[np.float32]]]
+InferenceFunction = Callable[[NDArray[np.float32]], list[NDArray[np.float32]]]
 """From one input, pictures as (1, H, W, 3), to the outputs in the order asked for."""
 
 
-def open_network(path: Path, outputs: Sequence[str], /, *, backend: Backend = "auto") -> Network:
+def load_network(path: Path, outputs: Sequence[str], /, *, backend: Backend = "auto") -> InferenceFunction:
     """Open a network file.
 
     outputs : names of the outputs wanted
@@ -42,7 +42,7 @@ def choose_backend(backend: Backend, /) -> Literal["opencv", "litert"]:
     return "litert" if importlib.util.find_spec("ai_edge_litert") else "opencv"
 
 
-def _open_with_opencv(path: Path, outputs: Sequence[str]) -> Network:
+def _open_with_opencv(path: Path, outputs: Sequence[str]) -> InferenceFunction:
     cv2.setNumThreads(1)
     classic = getattr(cv2.dnn, "ENGINE_CLASSIC", None)  # OpenCV 4 has no other
     engine = () if classic is None else (classic,)
@@ -61,7 +61,7 @@ def _open_with_opencv(path: Path, outputs: Sequence[str]) -> Network:
     return run
 
 
-def _open_with_litert(path: Path, outputs: Sequence[str]) -> Network:
+def _open_with_litert(path: Path, outputs: Sequence[str]) -> InferenceFunction:
     try:
         from ai_edge_litert.interpreter import Interpreter
     except ImportError as error:
@@ -100,7 +100,7 @@ def _quiet_stderr() -> Iterator[None]:
         os.close(kept)
 
 
-_OPENERS: dict[str, Callable[[Path, Sequence[str]], Network]] = {
+_OPENERS: dict[str, Callable[[Path, Sequence[str]], InferenceFunction]] = {
     "opencv": _open_with_opencv,
     "litert": _open_with_litert,
 }

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.sender.tracking.inference import Backend, open_network
+from conf.sender.tracking.inference import Backend, load_network
 from conf.sender.tracking.model_files import LANDMARKS
 
 LANDMARK_COUNT = 478
@@ -34,7 +34,7 @@ class Crop:
     angle: float
 
     @classmethod
-    def around(cls, points: NDArray[np.floating], eyes: NDArray[np.floating]) -> "Crop":
+    def around_points(cls, points: NDArray[np.floating], eyes: NDArray[np.floating]) -> "Crop":
         """Return the crop around points (K, 2) px with the eyes (2, 2) px, right and left, level."""
         low, high = points.min(axis=0), points.max(axis=0)
         across = eyes[1] - eyes[0]
@@ -48,7 +48,7 @@ class Crop:
     def around_landmarks(cls, landmarks: NDArray[np.floating]) -> "Crop":
         """Return the crop for the next frame from this frame's landmarks (478, 3) px."""
         flat = landmarks[:, :2]
-        return cls.around(flat, flat[[RIGHT_EYE, LEFT_EYE]])
+        return cls.around_points(flat, flat[[RIGHT_EYE, LEFT_EYE]])
 
     def matrix(self) -> NDArray[np.float64]:
         """Return the (2, 3) affine map from crop pixels to picture pixels."""
@@ -59,14 +59,14 @@ class Crop:
         return np.column_stack([turn, corner])
 
 
-class LandmarkFinder:
+class LandmarkNetwork:
     """The landmark network with what goes before and after it."""
 
     def __init__(self, models: Path, /, *, backend: Backend = "auto") -> None:
         """Open the network in a folder of the tracker's files. Raises ModelError."""
-        self._network = open_network(models / LANDMARKS, ("Identity", "Identity_1"), backend=backend)
+        self._network = load_network(models / LANDMARKS, ("Identity", "Identity_1"), backend=backend)
 
-    def find(self, pixels: NDArray[np.uint8], crop: Crop, /) -> tuple[NDArray[np.float32], float]:
+    def predict(self, pixels: NDArray[np.uint8], crop: Crop, /) -> tuple[NDArray[np.float32], float]:
         """Return landmarks (478, 3) float32 px and the probability, 0 to 1, that the crop shows a face.
 
         pixels : (H, W, 3) uint8 BGR

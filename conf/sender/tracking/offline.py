@@ -5,12 +5,12 @@ from pathlib import Path
 
 from conf.sender.capture.video import Frame, open_clip
 from conf.sender.tracking.model_files import fetch_models
-from conf.sender.tracking.tracker import FaceTracker, Tracking
+from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 
 Progress = Callable[[int], None]  # told how many frames are done
 
 
-def track_clip(clip: Path, on_progress: Progress | None = None) -> Iterator[tuple[Frame, Tracking | None]]:
+def track_clip(clip: Path, on_progress: Progress | None = None) -> Iterator[tuple[Frame, TrackedFace | None]]:
     """Yield each frame of a clip with the face in it, or None. Raises CameraError, ModelError."""
     tracker = FaceTracker(fetch_models())
     with open_clip(clip) as source:

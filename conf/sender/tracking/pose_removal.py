@@ -22,7 +22,7 @@ def remove_head_pose(
     """
     points = np.asarray(landmarks, dtype=np.float64) * FLIP
     fit = fit_similarity(canonical.vertices[canonical.rigid], points[canonical.rigid], canonical.weights)
-    aligned = (points - fit.shift) @ fit.rotation / fit.scale
+    aligned = (points - fit.translation) @ fit.rotation / fit.scale
     width, height = size
-    place = (fit.shift[:2] - np.array([width, -height]) / 2) / height
+    place = (fit.translation[:2] - np.array([width, -height]) / 2) / height
     return aligned, HeadPose(Rotation.from_matrix(fit.rotation).as_rotvec(), place, float(np.log(fit.scale / height)))

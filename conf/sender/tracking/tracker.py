@@ -6,20 +6,22 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.sender.tracking.blendshape_network import BlendshapeFinder
-from conf.sender.tracking.detector import Face, FaceDetector
+from conf.sender.tracking.blendshape_network import BlendshapeNetwork
+from conf.sender.tracking.detector import DetectedFace, FaceDetector
 from conf.sender.tracking.inference import Backend, choose_backend
-from conf.sender.tracking.landmarks import Crop, LandmarkFinder
+from conf.sender.tracking.landmarks import Crop, LandmarkNetwork
 
 # In how many frames once: what LiteRT does in 0.4 ms takes OpenCV 1.6 ms, and calibration can wait two frames.
 BLENDSHAPES_EVERY = {"litert": 1, "opencv": 3}
 MIN_PRESENCE = 0.5
 MAX_CANDIDATES = 3  # how many of the detector's finds are looked at in one frame
-MAX_DISAGREEMENT = 0.03  # between two looks at one face, of its size: on faces at most 0.015, on lettering 0.05 and up
+MAX_LANDMARK_SHIFT = (
+    0.03  # between two looks at one face, of its size: on faces at most 0.015, on lettering 0.05 and up
+)
 
 
 @dataclass(frozen=True)
-class Tracking:
+class TrackedFace:
     """A face in one frame.
 
     landmarks : (478, 3) float32 px, x right, y down, z away from the camera
@@ -41,13 +43,13 @@ class FaceTracker:
         """Open the networks in a folder of the tracker's files. Raises ModelError."""
         self.backend = choose_backend(backend)
         self._detector = FaceDetector(models, backend=backend)
-        self._landmarks = LandmarkFinder(models, backend=backend)
-        self._blendshapes = BlendshapeFinder(models, backend=backend)
+        self._landmarks = LandmarkNetwork(models, backend=backend)
+        self._blendshapes = BlendshapeNetwork(models, backend=backend)
         self._crop: Crop | None = None
         self._last_shapes: NDArray[np.float32] | None = None
         self._shapes_age = 0
 
-    def track(self, pixels: NDArray[np.uint8], /) -> Tracking | None:
+    def track(self, pixels: NDArray[np.uint8], /) -> TrackedFace | None:
         """Return the face in the next frame (H, W, 3) uint8 BGR, or None if it shows none."""
         found = self._follow(pixels) or self._search(pixels)
         if found is None:
@@ -56,17 +58,17 @@ class FaceTracker:
         landmarks, presence = found
         self._crop = Crop.around_landmarks(landmarks)
         shapes = self._find_blendshapes(landmarks)
-        return Tracking(landmarks, shapes, presence, self._shapes_age)
+        return TrackedFace(landmarks, shapes, presence, self._shapes_age)
 
     def _find_blendshapes(self, landmarks: NDArray[np.float32]) -> NDArray[np.float32]:
         self._shapes_age += 1
         if self._last_shapes is None or self._shapes_age >= BLENDSHAPES_EVERY[self.backend]:
-            self._last_shapes, self._shapes_age = self._blendshapes.find(landmarks), 0
+            self._last_shapes, self._shapes_age = self._blendshapes.predict(landmarks), 0
         return self._last_shapes
 
     def _follow(self, pixels: NDArray[np.uint8]) -> tuple[NDArray[np.float32], float] | None:
         """Look where the face was."""
-        return None if self._crop is None else self._look(pixels, self._crop)
+        return None if self._crop is None else self._predict_landmarks(pixels, self._crop)
 
     def _search(self, pixels: NDArray[np.uint8]) -> tuple[NDArray[np.float32], float] | None:
         """Look everywhere, the most prominent face first.
@@ -74,20 +76,20 @@ class FaceTracker:
         Each find gets a second look, from the crop that its landmarks ask for: on a face it gives the same landmarks,
         on a cloud or a word, which the networks now and then take for a face, it gives others.
         """
-        for face in self._detector.find(pixels)[:MAX_CANDIDATES]:
-            rough = self._look(pixels, _crop_around_face(face))
-            fine = rough and self._look(pixels, Crop.around_landmarks(rough[0]))
-            if rough and fine and _disagreement(rough[0], fine[0]) <= MAX_DISAGREEMENT * face.side:
+        for face in self._detector.detect(pixels)[:MAX_CANDIDATES]:
+            rough = self._predict_landmarks(pixels, _crop_around_face(face))
+            fine = rough and self._predict_landmarks(pixels, Crop.around_landmarks(rough[0]))
+            if rough and fine and _disagreement(rough[0], fine[0]) <= MAX_LANDMARK_SHIFT * face.side:
                 return fine
         return None
 
-    def _look(self, pixels: NDArray[np.uint8], crop: Crop) -> tuple[NDArray[np.float32], float] | None:
-        landmarks, presence = self._landmarks.find(pixels, crop)
+    def _predict_landmarks(self, pixels: NDArray[np.uint8], crop: Crop) -> tuple[NDArray[np.float32], float] | None:
+        landmarks, presence = self._landmarks.predict(pixels, crop)
         return (landmarks, presence) if presence >= MIN_PRESENCE else None
 
 
-def _crop_around_face(face: Face) -> Crop:
-    return Crop.around(face.box.reshape(2, 2), face.eyes)
+def _crop_around_face(face: DetectedFace) -> Crop:
+    return Crop.around_points(face.box.reshape(2, 2), face.eyes)
 
 
 def _disagreement(a: NDArray[np.float32], b: NDArray[np.float32]) -> float:

@@ -3,22 +3,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from conf.animator.controller import Director
-from conf.animator.face_document import Subject
-from conf.animator.face_instance import Actor
+from conf.animator.controller import Controller
+from conf.animator.face_document import FaceDocument
+from conf.animator.face_instance import FaceInstance
 from conf.animator.gui.layout import Layout
-from conf.animator.gui.main import Interface
+from conf.animator.gui.main import AnimatorGui
 from conf.animator.gui.theme import themed
-from conf.animator.state.editor import Facts
-from conf.animator.state.point_placement import Placing
-from conf.animator.viewport_controller import Touch
-from conf.face.deformation.face_model import Deformer
+from conf.animator.state.editor import StatusInfo
+from conf.animator.state.point_placement import PointPlacement
+from conf.animator.viewport_controller import ViewportController
+from conf.face.deformation.face_model import DeformerOptions
 from tests.support.imgui_stage import Stage
 
 
-def test_notice_help_and_reference_face_show_when_they_should(stage: Stage, subject: Subject, facts: Facts) -> None:
-    director = Director(stage.window.ctx, Actor(stage.window.ctx, subject, Deformer()))
-    interface, touch, size = Interface(stage.overlay), Touch(director), stage.window.size
+def test_notice_help_and_reference_face_show_when_they_should(
+    stage: Stage, subject: FaceDocument, facts: StatusInfo
+) -> None:
+    director = Controller(stage.window.ctx, FaceInstance(stage.window.ctx, subject, DeformerOptions()))
+    interface, touch, size = AnimatorGui(stage.overlay), ViewportController(director), stage.window.size
     layout = Layout.of(size, 0.5)
 
     def shot() -> np.ndarray:
@@ -34,7 +36,7 @@ def test_notice_help_and_reference_face_show_when_they_should(stage: Stage, subj
     noticed = shot()
     director.desk = replace(director.desk, help=True)
     helped = shot()
-    director.desk = replace(director.desk, help=False, placing=Placing())
+    director.desk = replace(director.desk, help=False, placing=PointPlacement())
     placing = shot()
     pictures = [plain, noticed, helped, placing]
     assert all((a != b).any() for a, b in itertools.pairwise(pictures))

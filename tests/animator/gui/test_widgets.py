@@ -1,7 +1,7 @@
 import pytest
 from imgui_bundle import imgui
 
-from conf.animator.gui.widgets import buttons, choice, strength
+from conf.animator.gui.widgets import amount_slider, buttons, combo_box
 from tests.support.imgui_stage import Stage
 
 
@@ -23,6 +23,6 @@ def test_buttons_fill_rows_and_say_which_was_pressed(stage: Stage, monkeypatch: 
 
 def test_what_is_not_touched_keeps_its_value(stage: Stage) -> None:
     values: list[object] = []
-    stage.frame(lambda: values.extend([strength("a", 3.0), choice("b", "y", ["x", "y"])]))
+    stage.frame(lambda: values.extend([amount_slider("a", 3.0), combo_box("b", "y", ["x", "y"])]))
     assert values == [3.0, "y"]
     assert imgui.get_current_context() is not None

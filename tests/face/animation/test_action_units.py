@@ -3,18 +3,18 @@ import pytest
 
 from conf.errors import ConfError, FileFormatError
 from conf.face.animation.action_units import (
+    ACTION_UNIT_NAMES,
     ASSETS,
     EMOTIONS,
-    NAMES,
-    compose,
-    label,
+    action_unit_label,
+    combine_action_units,
     load_action_units,
     load_emotions,
     load_expression,
 )
-from conf.face.control_points import INDEX
+from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.formats.epc import read_epc
-from conf.face.symmetry import mirrored
+from conf.face.symmetry import mirror_motion
 
 DIRECTIONS = [  # action unit, control point, axis, sign: what FACS says each one does
     (1, "brow_inner_l", 1, 1), (2, "brow_outer_l", 1, 1), (4, "brow_inner_l", 1, -1), (4, "brow_inner_l", 0, -1),
@@ -36,12 +36,12 @@ THESIS_TABLE_3_3 = {
 
 @pytest.mark.parametrize(("unit", "point", "axis", "sign"), DIRECTIONS)
 def test_a_unit_moves_the_face_as_facs_says(unit: int, point: str, axis: int, sign: int) -> None:
-    assert load_action_units()[unit][INDEX[point], axis] * sign > 5
+    assert load_action_units()[unit][CONTROL_POINT_INDEX[point], axis] * sign > 5
 
 
 def test_every_unit_is_the_same_on_both_sides() -> None:
     for displacements in load_action_units().values():
-        np.testing.assert_allclose(mirrored(displacements), displacements, atol=0.2)  # files keep one decimal
+        np.testing.assert_allclose(mirror_motion(displacements), displacements, atol=0.2)  # files keep one decimal
 
 
 def test_emotions_are_made_of_the_units_of_the_thesis() -> None:
@@ -50,28 +50,30 @@ def test_emotions_are_made_of_the_units_of_the_thesis() -> None:
 
 @pytest.mark.parametrize("name", EMOTIONS)
 def test_the_files_hold_what_the_table_says(name: str) -> None:
-    np.testing.assert_allclose(load_emotions()[name], compose(EMOTIONS[name]), atol=1.0)
+    np.testing.assert_allclose(load_emotions()[name], combine_action_units(EMOTIONS[name]), atol=1.0)
     assert read_epc(ASSETS / "emotions" / f"{name}.epc").names == (name,)
 
 
 def test_strengths_scale_and_add() -> None:
     units = load_action_units()
-    np.testing.assert_allclose(compose({12: 0.5, 26: 1.0}), 0.5 * units[12] + units[26], rtol=1e-5, atol=1e-4)
-    assert not compose({}).any()
-    left = compose({12: (1.0, 0.0)})
-    assert left[INDEX["outer_lip_corner_l"], 1] == units[12][INDEX["outer_lip_corner_l"], 1]
-    assert left[INDEX["outer_lip_corner_r"], 1] == 0
-    np.testing.assert_allclose(left + compose({12: (0.0, 1.0)}), units[12], rtol=1e-5, atol=1e-4)
+    np.testing.assert_allclose(
+        combine_action_units({12: 0.5, 26: 1.0}), 0.5 * units[12] + units[26], rtol=1e-5, atol=1e-4
+    )
+    assert not combine_action_units({}).any()
+    left = combine_action_units({12: (1.0, 0.0)})
+    assert left[CONTROL_POINT_INDEX["outer_lip_corner_l"], 1] == units[12][CONTROL_POINT_INDEX["outer_lip_corner_l"], 1]
+    assert left[CONTROL_POINT_INDEX["outer_lip_corner_r"], 1] == 0
+    np.testing.assert_allclose(left + combine_action_units({12: (0.0, 1.0)}), units[12], rtol=1e-5, atol=1e-4)
 
 
 def test_an_unknown_unit_is_named() -> None:
     with pytest.raises(ValueError, match=r"got \[99\]"):
-        compose({99: 1.0})
+        combine_action_units({99: 1.0})
 
 
 def test_labels() -> None:
-    assert label(10) == "AU 10 upper lip raiser"
-    assert len(NAMES) == 16
+    assert action_unit_label(10) == "AU 10 upper lip raiser"
+    assert len(ACTION_UNIT_NAMES) == 16
 
 
 def test_an_expression_is_an_emotion_or_a_file() -> None:

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.face.animation.gaze import EYE_RADIUS, gaze_angles, gaze_displacements
-from conf.face.control_points import INDEX, PUPILS
+from conf.face.control_points import CONTROL_POINT_INDEX, PUPILS
 
 angles = st.floats(-1.2, 1.2)
 
@@ -17,7 +17,7 @@ def test_angles_come_back(yaw: float, pitch: float) -> None:
 def test_left_is_positive_x_and_up_is_positive_y() -> None:
     displacements = gaze_displacements(0.2, 0.1)
     assert (displacements[PUPILS, :2] > 0).all()
-    assert displacements[INDEX["eyelid_upper_l"], 1] == pytest.approx(100.0)
+    assert displacements[CONTROL_POINT_INDEX["eyelid_upper_l"], 1] == pytest.approx(100.0)
     assert np.count_nonzero(gaze_displacements(0.0, 0.0)) == 0
 
 

@@ -4,13 +4,13 @@ from hypothesis import strategies as st
 
 from conf.face.animation.gaze import gaze_angles
 from conf.face.animation.idle_motion import IdleMotion
-from conf.face.control_points import INDEX
+from conf.face.control_points import CONTROL_POINT_INDEX
 
-UPPER = [INDEX["eyelid_upper_l"], INDEX["eyelid_upper_r"]]
+UPPER = [CONTROL_POINT_INDEX["eyelid_upper_l"], CONTROL_POINT_INDEX["eyelid_upper_r"]]
 
 
 def idle(seed: int = 7, amount: float = 1.0) -> IdleMotion:
-    return IdleMotion(np.random.default_rng(seed), amount=amount)
+    return IdleMotion(np.random.default_rng(seed), intensity=amount)
 
 
 @given(times=st.lists(st.floats(0, 60), min_size=1, max_size=6))

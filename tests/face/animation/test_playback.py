@@ -5,8 +5,15 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from scipy.interpolate import PchipInterpolator
 
-from conf.face.animation.playback import SPEEDS, PlaybackClock, between_frames, displacements_at, duration_of, pose_at
-from conf.face.formats.dpc import Motion
+from conf.face.animation.playback import (
+    SPEEDS,
+    PlaybackClock,
+    displacements_at,
+    duration_of,
+    interpolate_frames,
+    pose_at,
+)
+from conf.face.formats.dpc import MotionClip
 
 numbers = st.floats(-1000, 1000, allow_subnormal=False).map(lambda x: round(x, 3))
 tracks = hnp.arrays(np.float64, st.tuples(st.integers(1, 12), st.just(3)), elements=numbers)
@@ -14,7 +21,7 @@ tracks = hnp.arrays(np.float64, st.tuples(st.integers(1, 12), st.just(3)), eleme
 
 @given(frames=tracks, place=st.floats(-2, 14))
 def test_nothing_between_two_frames_lies_outside_them(frames: np.ndarray, place: float) -> None:
-    value = between_frames(frames, place)
+    value = interpolate_frames(frames, place)
     i = int(np.clip(np.floor(place), 0, max(len(frames) - 2, 0)))
     pair = frames[i : i + 2]
     slack = 1e-9 * (1 + np.abs(frames).max())
@@ -25,32 +32,34 @@ def test_nothing_between_two_frames_lies_outside_them(frames: np.ndarray, place:
 @given(frames=tracks)
 def test_every_frame_is_passed_through(frames: np.ndarray) -> None:
     for i, frame in enumerate(frames):
-        np.testing.assert_allclose(between_frames(frames, i), frame, atol=1e-9)
+        np.testing.assert_allclose(interpolate_frames(frames, i), frame, atol=1e-9)
 
 
 @given(frames=hnp.arrays(np.float64, (8, 2), elements=numbers), place=st.floats(1, 6))
 def test_scipy_says_the_same_inside(frames: np.ndarray, place: float) -> None:
     # SciPy guesses slopes at the two ends, which we take as flat: the outermost intervals differ.
     expected = PchipInterpolator(np.arange(8), frames)(place)
-    np.testing.assert_allclose(between_frames(frames, place), expected, atol=1e-6)
+    np.testing.assert_allclose(interpolate_frames(frames, place), expected, atol=1e-6)
 
 
 def test_the_motion_is_smooth_at_frames() -> None:
     frames = np.random.default_rng(3).normal(size=(9, 50, 3))
     places = np.linspace(0, 8, 8001)
-    values = np.array([between_frames(frames, place) for place in places])
+    values = np.array([interpolate_frames(frames, place) for place in places])
     speeds = np.diff(values, axis=0) / np.diff(places)[:, None, None]
     assert np.abs(np.diff(speeds, axis=0)).max() < 0.1
 
 
 def test_a_motion_gives_displacements_and_pose() -> None:
-    motion = Motion(10.0, "fapu", np.arange(6, dtype=np.float32).reshape(3, 2, 1).repeat(3, axis=2), np.zeros((3, 6)))
+    motion = MotionClip(
+        10.0, "fapu", np.arange(6, dtype=np.float32).reshape(3, 2, 1).repeat(3, axis=2), np.zeros((3, 6))
+    )
     assert duration_of(motion) == pytest.approx(0.2)
     np.testing.assert_allclose(displacements_at(motion, 0.1), motion.displacements[1])
     np.testing.assert_allclose(displacements_at(motion, 9.0), motion.displacements[2])
     assert displacements_at(motion, 0.0).dtype == np.float32
     assert pose_at(motion, 0.1).shape == (6,)  # type: ignore[union-attr]
-    assert pose_at(Motion(10.0, "fapu", motion.displacements), 0.1) is None
+    assert pose_at(MotionClip(10.0, "fapu", motion.displacements), 0.1) is None
 
 
 def test_a_clock_starts_pauses_goes_on_and_stops() -> None:

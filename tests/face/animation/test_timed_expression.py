@@ -12,12 +12,12 @@ from conf.face.animation.timed_expression import (
     PARTS,
     SIDE_LAG,
     Envelope,
-    Performance,
-    ease,
-    lay_over,
-    top_up,
+    TimedExpression,
+    add_motions,
+    blend_without_doubling,
+    smoothstep,
 )
-from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
 
 seconds = st.floats(0.05, 3.0)
 envelopes = st.builds(Envelope, seconds, st.floats(0, 3), seconds, st.floats(-1, 1.5))
@@ -42,34 +42,34 @@ def test_an_expression_may_stay() -> None:
 @given(now=st.floats(-1, 5), released_at=st.floats(0, 3))
 def test_a_performance_never_jumps(now: float, released_at: float) -> None:
     joy = load_emotions()["joy"]
-    performance = Performance(joy, start=0.2).released(released_at)
+    performance = TimedExpression(joy, start=0.2).released(released_at)
     step = np.abs(performance.at(now + 1e-4) - performance.at(now)).max()
     assert step < 1e-4 * np.abs(joy).max() * (1.5 / 0.4 + 1.5 / 0.8) + 0.05
 
 
 def test_a_performance_comes_stays_and_goes() -> None:
     joy = load_emotions()["joy"]
-    performance = Performance(joy, start=10.0, envelope=Envelope(0.4, 1.0, 0.5, 0.5))
+    performance = TimedExpression(joy, start=10.0, envelope=Envelope(0.4, 1.0, 0.5, 0.5))
     assert not performance.at(9.9).any()
     np.testing.assert_allclose(performance.at(11.0), 0.5 * joy, rtol=1e-5, atol=1e-4)
-    assert not performance.is_over(11.8)
-    assert performance.is_over(12.0)
+    assert not performance.is_finished(11.8)
+    assert performance.is_finished(12.0)
     assert not performance.at(12.0).any()
 
 
 def test_the_right_side_follows_the_left() -> None:
-    performance = Performance(load_emotions()["joy"], start=0.0)
+    performance = TimedExpression(load_emotions()["joy"], start=0.0)
     moved = np.abs(performance.at(0.1))
-    assert moved[INDEX["outer_lip_corner_l"], 1] > moved[INDEX["outer_lip_corner_r"], 1] > 0
+    assert moved[CONTROL_POINT_INDEX["outer_lip_corner_l"], 1] > moved[CONTROL_POINT_INDEX["outer_lip_corner_r"], 1] > 0
     assert 0 < SIDE_LAG < 0.1
 
 
 def test_a_released_performance_fades() -> None:
-    performance = Performance(load_emotions()["fear"], start=0.0, envelope=Envelope(hold=math.inf, release=0.5))
-    assert not performance.is_over(1e6)
+    performance = TimedExpression(load_emotions()["fear"], start=0.0, envelope=Envelope(hold=math.inf, release=0.5))
+    assert not performance.is_finished(1e6)
     released = performance.released(100.0)
     np.testing.assert_array_equal(released.at(100.0), performance.at(100.0))
-    assert released.is_over(100.6)
+    assert released.is_finished(100.6)
     assert not released.at(100.6).any()
     assert released.released(200.0) == released
 
@@ -77,29 +77,31 @@ def test_a_released_performance_fades() -> None:
 def test_motions_add_and_lids_meet_but_do_not_cross() -> None:
     blink = load_action_units()[45]
     still = np.zeros((CONTROL_POINT_COUNT, 3), np.float32)
-    np.testing.assert_array_equal(lay_over(blink, still), blink)
-    twice = lay_over(blink, blink, load_action_units()[7])
+    np.testing.assert_array_equal(add_motions(blink, still), blink)
+    twice = add_motions(blink, blink, load_action_units()[7])
     for upper, lower in LIDS:
         assert twice[upper, 1] - twice[lower, 1] == pytest.approx(LIDS_SHUT)
-    np.testing.assert_allclose(twice[INDEX["brow_top_l"]], 2 * blink[INDEX["brow_top_l"]], atol=1)
+    np.testing.assert_allclose(
+        twice[CONTROL_POINT_INDEX["brow_top_l"]], 2 * blink[CONTROL_POINT_INDEX["brow_top_l"]], atol=1
+    )
 
 
 def test_an_expression_adds_what_is_not_shown_yet() -> None:
     joy, brows = load_emotions()["joy"], load_action_units()[1]
     assert sorted(index for part in PARTS for index in part) == list(range(CONTROL_POINT_COUNT))
     still = np.zeros_like(joy)
-    np.testing.assert_allclose(top_up(still, joy), joy, atol=1e-3)
-    np.testing.assert_array_equal(top_up(joy, still), joy)
-    np.testing.assert_allclose(top_up(0.6 * joy, joy), joy, atol=1e-3)
-    np.testing.assert_allclose(top_up(joy, 0.3 * joy), joy, atol=1e-3)
-    mouth = INDEX["outer_lip_corner_l"]
-    np.testing.assert_allclose(top_up(brows, joy)[mouth], joy[mouth] + brows[mouth], atol=1e-3)
-    assert top_up(-joy, joy) == pytest.approx(still), "the opposite is overcome"
+    np.testing.assert_allclose(blend_without_doubling(still, joy), joy, atol=1e-3)
+    np.testing.assert_array_equal(blend_without_doubling(joy, still), joy)
+    np.testing.assert_allclose(blend_without_doubling(0.6 * joy, joy), joy, atol=1e-3)
+    np.testing.assert_allclose(blend_without_doubling(joy, 0.3 * joy), joy, atol=1e-3)
+    mouth = CONTROL_POINT_INDEX["outer_lip_corner_l"]
+    np.testing.assert_allclose(blend_without_doubling(brows, joy)[mouth], joy[mouth] + brows[mouth], atol=1e-3)
+    assert blend_without_doubling(-joy, joy) == pytest.approx(still), "the opposite is overcome"
 
 
 def test_ease_without_length_is_a_step() -> None:
-    assert (ease(-1e-9, 0.0), ease(0.0, 0.0)) == (0.0, 1.0)
-    assert ease(0.5, 1.0) == pytest.approx(0.5)
+    assert (smoothstep(-1e-9, 0.0), smoothstep(0.0, 0.0)) == (0.0, 1.0)
+    assert smoothstep(0.5, 1.0) == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize("change", [{"onset": -1.0}, {"hold": -1.0}, {"release": math.inf}])

@@ -14,7 +14,7 @@ def test_anchors_lie_on_the_face_far_from_what_moves(face: SheetFace) -> None:
 
 def test_known_anchors_come_first_and_keep_others_away(face: SheetFace) -> None:
     known = np.array([[11.0, 12.0, 0.0], [-11.0, 12.0, 0.0]])
-    anchors = choose_anchors(face.mesh.vertices, face.points, eye_distance=6.4, known=known)
+    anchors = choose_anchors(face.mesh.vertices, face.points, eye_distance=6.4, initial=known)
     assert anchors[:2].tolist() == known.tolist()
     assert np.linalg.norm(anchors[2:, None] - known, axis=-1).min() > 0.55 * 6.4
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.errors import FileFormatError
-from conf.face.deformation.blendshapes import Shapes, load_shapes
+from conf.face.deformation.blendshapes import Blendshapes, load_shapes
 
 OFFSETS = np.arange(24, dtype=np.float16).reshape(2, 4, 3)
 
@@ -16,9 +16,9 @@ def test_names_and_offsets_are_read(tmp_path: Path) -> None:
     shapes = load_shapes(tmp_path / "shapes.npz", 4)
     assert shapes.names == ("smile", "blink")
     assert shapes.offsets.dtype == np.float32
-    assert shapes.at(np.array([3, 0])).tolist() == OFFSETS[:, [3, 0]].tolist()
-    assert shapes.only([1]).names == ("blink",)
-    assert shapes.only([1]).offsets.tolist() == OFFSETS[1:].tolist()
+    assert shapes.offsets_at(np.array([3, 0])).tolist() == OFFSETS[:, [3, 0]].tolist()
+    assert shapes.subset([1]).names == ("blink",)
+    assert shapes.subset([1]).offsets.tolist() == OFFSETS[1:].tolist()
 
 
 @pytest.mark.parametrize(
@@ -49,6 +49,6 @@ def test_damaged_files_give_shapes_or_the_one_error(
         whole[data.draw(st.integers(0, len(whole) - 1))] = data.draw(st.integers(0, 255))
     path.write_bytes(whole[: data.draw(st.integers(0, len(whole)))])
     try:
-        assert isinstance(load_shapes(path, 4), Shapes)
+        assert isinstance(load_shapes(path, 4), Blendshapes)
     except FileFormatError:
         pass

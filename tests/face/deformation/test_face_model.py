@@ -6,15 +6,15 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from conf.errors import FileFormatError
-from conf.face.control_points import INDEX, LOWER_LIP, PUPILS, UPPER_LIP, indices
+from conf.face.control_points import CONTROL_POINT_INDEX, LOWER_LIP, PUPILS, UPPER_LIP, control_point_indices
 from conf.face.deformation.blendshapes import load_shapes
-from conf.face.deformation.face_model import DEFAULT_HEAD, Deformer, FaceModel, load_face, make_face
+from conf.face.deformation.face_model import DEFAULT_HEAD, DeformerOptions, FaceModel, build_face, load_face
 from conf.face.deformation.kernels import KERNELS
 from conf.face.formats.ppc import write_ppc
-from conf.face.mesh.surface_graph import Surface
+from conf.face.mesh.surface_graph import SurfaceGraph
 from tests.support.sheet_face import SheetFace
 
-CORNERS = indices("inner_lip_corner", "outer_lip_corner")
+CORNERS = control_point_indices("inner_lip_corner", "outer_lip_corner")
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +26,7 @@ def sculpted(head: FaceModel, *names: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the offsets of the vertices in some sculpted shapes together, and the displacements that say the same."""
     shapes = load_shapes(DEFAULT_HEAD.with_name("shapes.npz"), len(head.neutral))
     offsets = sum(shapes.offsets[shapes.names.index(name)] for name in names)
-    nearest = Surface(head.mesh.vertices, head.mesh.triangles).snap(head.control_points, tolerance=0.0)
+    nearest = SurfaceGraph(head.mesh.vertices, head.mesh.triangles).nearest_vertices(head.control_points, tolerance=0.0)
     return offsets, offsets[nearest] / head.fapu.lengths()
 
 
@@ -42,7 +42,7 @@ def test_a_face_that_does_not_move_is_the_neutral_one(head: FaceModel) -> None:
 
 def test_the_default_head_is_in_model_units(head: FaceModel) -> None:
     assert head.fapu.es0 == pytest.approx(6.4, abs=0.05)
-    assert head.smoothing == Deformer().smoothing
+    assert head.smoothing == DeformerOptions().smoothing
     assert head.operator.shape == (len(head.neutral), 50)
 
 
@@ -59,8 +59,8 @@ def test_sculpted_shapes_come_back_from_their_control_points(
 
 
 def test_no_lip_moves_with_the_other(head: FaceModel) -> None:
-    surface = Surface(head.mesh.vertices, head.mesh.triangles)
-    seeds = surface.snap(head.control_points, tolerance=0.0)
+    surface = SurfaceGraph(head.mesh.vertices, head.mesh.triangles)
+    seeds = surface.nearest_vertices(head.control_points, tolerance=0.0)
     away = surface.distances(seeds[CORNERS], limit=1.0) >= 1.0
     for lip, other in ((UPPER_LIP, LOWER_LIP), (LOWER_LIP, UPPER_LIP)):
         on_lip = away & (surface.distances(seeds[lip], limit=1.0) < 0.5)
@@ -71,10 +71,12 @@ def test_no_lip_moves_with_the_other(head: FaceModel) -> None:
 @pytest.mark.parametrize("closure", [0.5, 0.9, 1.0, 1.3])
 @pytest.mark.parametrize("learned", [True, False])
 def test_lids_never_sink_into_the_eyeball(head: FaceModel, closure: float, learned: bool) -> None:
-    plain = make_face(head.mesh, head.control_points, Deformer("linear", learned=False), rig=head.rig)
+    plain = build_face(
+        head.mesh, head.control_points, DeformerOptions("linear", use_ridge_refinement=False), rig=head.rig
+    )
     face = head if learned else plain
     displacements = np.zeros((50, 3))
-    displacements[indices("eyelid_upper"), 1] = -1024 * closure
+    displacements[control_point_indices("eyelid_upper"), 1] = -1024 * closure
     moved = face.deform(displacements)
     assert face.rig is not None
     for eye in face.rig.eyes:
@@ -108,7 +110,7 @@ def test_lower_teeth_turn_rigidly_with_the_chin_and_upper_teeth_stay(head: FaceM
 
 def test_the_chin_goes_where_it_is_told(head: FaceModel) -> None:
     displacements = sculpted(head, "jawOpen")[1]
-    nearest = Surface(head.mesh.vertices, head.mesh.triangles).snap(head.control_points, tolerance=0.0)
+    nearest = SurfaceGraph(head.mesh.vertices, head.mesh.triangles).nearest_vertices(head.control_points, tolerance=0.0)
     error = (head.deform(displacements)[nearest] - head.deformed_points(displacements))[0]
     assert np.linalg.norm(error) < 0.15
 
@@ -128,16 +130,16 @@ def test_an_array_may_be_given_to_write_to(head: FaceModel) -> None:
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_every_kernel_makes_a_face(kernel: str, face: SheetFace) -> None:
-    model = make_face(face.mesh, face.points, Deformer(kernel))
+    model = build_face(face.mesh, face.points, DeformerOptions(kernel))
     displacements = np.zeros((50, 3))
-    displacements[INDEX["brow_inner_l"], 1] = 300
+    displacements[CONTROL_POINT_INDEX["brow_inner_l"], 1] = 300
     raised = np.abs(model.deform(displacements) - model.neutral)
-    assert 0.8 < raised.max() / (300 * model.fapu.lengths()[INDEX["brow_inner_l"], 1]) < 1.3
+    assert 0.8 < raised.max() / (300 * model.fapu.lengths()[CONTROL_POINT_INDEX["brow_inner_l"], 1]) < 1.3
 
 
 def test_an_unknown_kernel_is_the_callers_fault(face: SheetFace) -> None:
     with pytest.raises(ValueError, match=r"kernel must be one of gaussian, multiquadric, .*, got 'cubic'"):
-        make_face(face.mesh, face.points, Deformer("cubic"))
+        build_face(face.mesh, face.points, DeformerOptions("cubic"))
 
 
 def write_face(folder: Path, face: SheetFace, scale: float) -> Path:
@@ -175,11 +177,11 @@ def test_the_second_time_the_operator_comes_from_the_cache(
     face: SheetFace, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    first = make_face(face.mesh, face.points)
+    first = build_face(face.mesh, face.points)
     monkeypatch.setattr("conf.face.deformation.face_model.build_operator", None)  # may not be called again
-    assert make_face(face.mesh, face.points).operator == pytest.approx(first.operator)
+    assert build_face(face.mesh, face.points).operator == pytest.approx(first.operator)
     with pytest.raises(TypeError):
-        make_face(face.mesh, face.points, Deformer(epsilon=2.0))
+        build_face(face.mesh, face.points, DeformerOptions(epsilon=2.0))
 
 
 @pytest.mark.parametrize("turn", [[np.pi / 2, 0, 0], [0, 0, np.pi], [0, -np.pi / 2, 0]])
@@ -196,5 +198,5 @@ def test_a_face_that_lies_or_stands_on_its_head_is_turned_upright(turn: list[flo
 
 def test_deformed_vertices_go_back_to_the_files_unit(tmp_path: Path, face: SheetFace) -> None:
     model = load_face(write_face(tmp_path, face, 10.0))
-    np.testing.assert_allclose(model.to_file(model.neutral), face.mesh.vertices * 10, atol=1e-3)
-    assert load_face().to_file(load_face().neutral) == pytest.approx(load_face().neutral)
+    np.testing.assert_allclose(model.to_file_coordinates(model.neutral), face.mesh.vertices * 10, atol=1e-3)
+    assert load_face().to_file_coordinates(load_face().neutral) == pytest.approx(load_face().neutral)

@@ -3,9 +3,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from conf.face.control_points import INDEX
+from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.face_model import FaceModel, load_face
-from conf.face.deformation.facial_muscles import COURSES, MUSCLE_NAMES, MuscleFace, face_muscles
+from conf.face.deformation.facial_muscles import MUSCLE_COURSES, MUSCLE_NAMES, MuscleDeformer, build_muscles
 
 MOVES = [  # muscle, control point, direction it must take on the left side
     ("zygomatic_major", "outer_lip_corner", [1, 1, 0]),
@@ -21,20 +21,20 @@ MOVES = [  # muscle, control point, direction it must take on the left side
 
 
 @cache
-def head() -> tuple[FaceModel, MuscleFace]:
+def head() -> tuple[FaceModel, MuscleDeformer]:
     face = load_face()
-    return face, MuscleFace(face)
+    return face, MuscleDeformer(face)
 
 
 def vertex(name: str) -> int:
     face, _ = head()
-    return int(np.linalg.norm(face.mesh.vertices - face.control_points[INDEX[name]], axis=1).argmin())
+    return int(np.linalg.norm(face.mesh.vertices - face.control_points[CONTROL_POINT_INDEX[name]], axis=1).argmin())
 
 
 def test_there_are_nine_pairs_and_the_ring() -> None:
     assert len(MUSCLE_NAMES) == 19
-    assert set(face_muscles(head()[0].control_points)) == set(MUSCLE_NAMES)
-    for course in COURSES.values():
+    assert set(build_muscles(head()[0].control_points)) == set(MUSCLE_NAMES)
+    for course in MUSCLE_COURSES.values():
         assert sum(course.root.values()) == pytest.approx(1.0)
         assert sum(course.insertion.values()) == pytest.approx(1.0)
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from conf.face.deformation.neck import BOTTOM, PIVOT, SHOULDERS_FOLLOW, TOP, Neck, follows
+from conf.face.deformation.neck import BOTTOM, PIVOT, SHOULDERS_FOLLOW, TOP, NeckBend, head_weights
 from conf.face.head_pose import HeadPose
 from conf.face.mesh.mesh import Mesh
 from tests.support.sheet_face import SheetFace
@@ -28,7 +28,7 @@ def torso(face: SheetFace) -> Mesh:
 
 def test_all_of_the_head_goes_where_the_pose_puts_it(torso: Mesh) -> None:
     vertices = torso.vertices.astype(np.float32)
-    bent = Neck(torso).bend(vertices, pose((0.3, -0.5, 0.4)))
+    bent = NeckBend(torso).apply(vertices, pose((0.3, -0.5, 0.4)))
     head = vertices[:, 1] >= TOP
     np.testing.assert_array_equal(bent[head], vertices[head])
     assert np.abs(bent - vertices)[~head].max() > 2.0
@@ -38,7 +38,7 @@ def test_all_of_the_head_goes_where_the_pose_puts_it(torso: Mesh) -> None:
 def test_shoulders_turn_a_little_about_the_neck(torso: Mesh, turn: tuple[float, float, float]) -> None:
     vertices = torso.vertices.astype(np.float32)
     shoulders = vertices[:, 1] <= BOTTOM
-    bent = Neck(torso).bend(vertices, pose(turn))[shoulders]
+    bent = NeckBend(torso).apply(vertices, pose(turn))[shoulders]
     seen = (bent - PIVOT) @ pose(turn).matrix().T
     little = pose(tuple(SHOULDERS_FOLLOW * t for t in turn)).matrix()  # type: ignore[arg-type]
     np.testing.assert_allclose(seen, (vertices[shoulders] - PIVOT) @ little.T, atol=1e-4)
@@ -48,15 +48,15 @@ def test_shoulders_turn_a_little_about_the_neck(torso: Mesh, turn: tuple[float, 
 def test_nothing_is_pinched_or_torn(torso: Mesh, turn: tuple[float, float, float]) -> None:
     """Bending keeps every vertex at its distance from the middle of the neck, and neighbours stay neighbours."""
     vertices = torso.vertices.astype(np.float32)
-    bent = Neck(torso).bend(vertices, pose(turn))
+    bent = NeckBend(torso).apply(vertices, pose(turn))
     np.testing.assert_allclose(_lengths(bent - PIVOT), _lengths(vertices - PIVOT), atol=1e-4)
     line = np.stack([np.full(200, 5.0), np.linspace(-8, -21, 200), np.full(200, -4.0)], axis=1)
-    assert np.abs(np.diff(follows(line))).max() < 0.02
+    assert np.abs(np.diff(head_weights(line))).max() < 0.02
 
 
 def test_a_face_without_shoulders_is_left_alone(face: SheetFace) -> None:
     vertices = face.mesh.vertices.astype(np.float32)
-    assert Neck(face.mesh).bend(vertices, pose((0.3, 0.3, 0.3))) is vertices
+    assert NeckBend(face.mesh).apply(vertices, pose((0.3, 0.3, 0.3))) is vertices
 
 
 def _lengths(rows: NDArray[np.float32]) -> NDArray[np.float32]:

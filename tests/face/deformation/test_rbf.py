@@ -8,7 +8,7 @@ from scipy.interpolate import RBFInterpolator
 
 from conf.face.deformation.kernels import KERNELS, Kernel
 from conf.face.deformation.rbf import build_operator
-from conf.face.deformation.regions import Field, Regions
+from conf.face.deformation.regions import InfluenceField, Regions
 from tests.support.sheet_face import SheetFace
 
 kernels = pytest.mark.parametrize("kernel", KERNELS.values(), ids=KERNELS)
@@ -63,14 +63,14 @@ def test_the_unit_of_length_does_not_matter(face: SheetFace) -> None:
 
 def test_anchors_stay_where_they_are(face: SheetFace) -> None:
     anchors = np.array([[11.0, 11.0, 0.0], [-11.0, 11.0, 0.0], [0.0, -13.5, 2.0]])
-    regions = Regions.whole(len(anchors), anchors=anchors)
+    regions = Regions.unrestricted(len(anchors), anchors=anchors)
     operator = build_operator(anchors, face.points, kernel=MULTIQUADRIC, epsilon=1.0, regions=regions)
     assert np.abs(operator.matrix).max() < 1e-5
 
 
 def test_a_field_does_not_know_the_points_it_leaves_out(face: SheetFace) -> None:
     half = np.full(len(face.points), 0.5)
-    regions = Regions((Field(half, (0, 1)), Field(half, (0,))), np.empty((0, 3)))
+    regions = Regions((InfluenceField(half, (0, 1)), InfluenceField(half, (0,))), np.empty((0, 3)))
     matrix = build_operator(face.points, face.points, kernel=MULTIQUADRIC, epsilon=1.0, regions=regions).matrix
     assert not matrix[:, 0].any()
     assert matrix[1, 1] == pytest.approx(0.5, abs=0.5)

@@ -3,18 +3,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from conf.face.control_points import INDEX, LOWER_LID, LOWER_LIP, UPPER_LID, UPPER_LIP
+from conf.face.control_points import CONTROL_POINT_INDEX, LOWER_LID, LOWER_LIP, UPPER_LID, UPPER_LIP
 from conf.face.deformation.kernels import KERNELS
 from conf.face.deformation.rbf import build_operator
 from conf.face.deformation.regions import Regions, split_regions
-from conf.face.mesh.surface_graph import Surface
+from conf.face.mesh.surface_graph import SurfaceGraph
 from tests.support.sheet_face import SheetFace
 
 NO_ANCHORS = np.empty((0, 3))
 
 
 def split(face: SheetFace) -> Regions:
-    surface = Surface(face.mesh.vertices, face.mesh.triangles)
+    surface = SurfaceGraph(face.mesh.vertices, face.mesh.triangles)
     return split_regions(surface, face.points, anchors=NO_ANCHORS)
 
 
@@ -57,11 +57,11 @@ def test_each_lip_follows_its_own_points(face: SheetFace) -> None:
 
 def test_the_fields_leave_out_what_parts_from_them(face: SheetFace) -> None:
     regions = split(face)
-    nearest = Surface(face.mesh.vertices, face.mesh.triangles).snap(face.points, tolerance=0.3)
+    nearest = SurfaceGraph(face.mesh.vertices, face.mesh.triangles).nearest_vertices(face.points, tolerance=0.3)
     for group in (UPPER_LIP, LOWER_LIP, UPPER_LID, LOWER_LID):
         for point in group:
             field = max(regions.fields, key=lambda field: field.weights[nearest[point]])
-            assert point not in field.left_out
+            assert point not in field.excluded
 
 
 def test_a_face_without_a_mouth_opening_is_bent_and_not_torn(shut_face: SheetFace) -> None:
@@ -73,9 +73,9 @@ def test_a_face_without_a_mouth_opening_is_bent_and_not_torn(shut_face: SheetFac
 
 
 def test_without_points(face: SheetFace) -> None:
-    regions = split(face).without([INDEX["pupil_l"]])
-    assert all(INDEX["pupil_l"] in field.left_out for field in regions.fields)
-    assert not matrix_of(face, regions)[:, INDEX["pupil_l"]].any()
+    regions = split(face).excluding([CONTROL_POINT_INDEX["pupil_l"]])
+    assert all(CONTROL_POINT_INDEX["pupil_l"] in field.excluded for field in regions.fields)
+    assert not matrix_of(face, regions)[:, CONTROL_POINT_INDEX["pupil_l"]].any()
 
 
 def test_an_even_motion_moves_left_and_right_alike(face: SheetFace) -> None:

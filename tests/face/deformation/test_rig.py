@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.face.deformation.rig import CHIN, JAW_RANGE, MAX_GAZE, Eye, Jaw, cross_matrix, gaze_rotation, swing
+from conf.face.deformation.rig import CHIN, JAW_RANGE, MAX_GAZE, Eye, Jaw, cross_matrix, gaze_rotation, jaw_offsets
 from tests.support.sheet_face import SheetFace
 
 small = st.floats(-5, 5)
@@ -38,7 +38,7 @@ def test_lids_slide_over_the_eyeball() -> None:
     neutral = (centre + np.array([[0, 0, 1.2], [0, 1.4, 0.2], [0, 1.5, 0], [0, 0.4, 0]])).astype(np.float32)
     moved = neutral.copy()
     moved[1:] = centre + np.array([[0, 0, 0.9], [0, 0, 2.0], [0.2, 0, 0]])
-    eye.pose(neutral, moved, np.stack([neutral[0].astype(float), np.zeros(3)]))
+    eye.apply(neutral, moved, np.stack([neutral[0].astype(float), np.zeros(3)]))
     from_centre = moved - centre
     assert from_centre[0] == pytest.approx([0, 0, 1.2])
     assert from_centre[1] == pytest.approx([0, 0, 1.3], abs=1e-6)  # was inside: out to the surface
@@ -60,17 +60,17 @@ def test_the_chin_says_how_far_the_jaw_is_open(face: SheetFace, angle: float, sl
     across = cross_matrix(AXIS)
     turn = np.sin(angle) * across + (1 - np.cos(angle)) * across @ across
     offsets = (face.points - hinge.centre) @ turn.T + slide * AXIS
-    motion = hinge.motion(face.points, offsets)
+    motion = hinge.estimate_motion(face.points, offsets)
     assert motion[0] == pytest.approx(turn, abs=1e-5)
     assert motion[1] == pytest.approx(slide * AXIS, abs=1e-5)
-    assert swing(hinge.arms, hinge.shares, motion)[CHIN] == pytest.approx(offsets[CHIN], abs=1e-4)
+    assert jaw_offsets(hinge.weighted_offsets, hinge.weights, motion)[CHIN] == pytest.approx(offsets[CHIN], abs=1e-4)
 
 
 def test_opening_moves_the_chin_down_and_back(face: SheetFace) -> None:
     hinge = jaw(face)
     offsets = np.zeros((50, 3))
     offsets[CHIN] = [0, -2.5, -2.0]
-    moved = swing(hinge.arms, hinge.shares, hinge.motion(face.points, offsets))[CHIN[0]]
+    moved = jaw_offsets(hinge.weighted_offsets, hinge.weights, hinge.estimate_motion(face.points, offsets))[CHIN[0]]
     assert moved[1] < -1.5
     assert moved[2] < -1
 
@@ -80,5 +80,5 @@ def test_a_jaw_neither_shuts_through_its_teeth_nor_comes_off(face: SheetFace) ->
     for down, expected in ((5.0, JAW_RANGE[0]), (-500.0, JAW_RANGE[1])):
         offsets = np.zeros((50, 3))
         offsets[CHIN, 1] = down
-        turn, _ = hinge.motion(face.points, offsets)
+        turn, _ = hinge.estimate_motion(face.points, offsets)
         assert np.arcsin(turn[2, 1]) == pytest.approx(expected)

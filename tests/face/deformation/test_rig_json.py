@@ -29,7 +29,7 @@ def test_the_default_head_has_two_eyes_and_a_jaw(head: tuple[Mesh, np.ndarray]) 
     assert all(len(eye.vertices) and len(eye.lids) for eye in rig.eyes)
     assert rig.jaw is not None
     assert rig.jaw.vertices.tolist() == mesh.group_vertices("teeth_lower", "tongue").tolist()
-    assert set(rig.jaw.shares) == {1.0}
+    assert set(rig.jaw.weights) == {1.0}
     assert not rig.jaw.point_shares.any()
     assert len(rig.anchors) >= 10
 
@@ -41,7 +41,7 @@ def test_with_sculpted_shapes_the_skin_follows_the_jaw_by_shares(head: tuple[Mes
     assert jaw is not None
     assert jaw.point_shares[0] > 0.9  # the chin
     assert jaw.point_shares[26:32] == pytest.approx(0)  # the brows
-    assert 0 < jaw.shares.min() and jaw.shares.max() <= 1.0
+    assert 0 < jaw.weights.min() and jaw.weights.max() <= 1.0
 
 
 def test_a_mesh_without_the_groups_has_nothing_rigid(tmp_path: Path, face: SheetFace) -> None:

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from conf.face.deformation.waters_muscles import LinearMuscle, Musculature, Sphincter, limited_sum
+from conf.face.deformation.waters_muscles import LinearMuscle, MuscleSet, Sphincter, combine_limited
 
 GRID = np.stack([*np.meshgrid(np.linspace(-2, 2, 21), np.linspace(-2, 2, 21)), np.zeros((21, 21))], axis=-1)
 PLANE = GRID.reshape(-1, 3)
@@ -68,7 +68,7 @@ def test_the_sphincter_draws_inwards_and_pushes_out() -> None:
 
 @given(contraction=st.floats(0.0, 1.0))
 def test_one_muscle_is_linear_and_rest_is_rest(contraction: float) -> None:
-    face = Musculature.attach({"a": LinearMuscle(np.array([0, 2.0, 0]), np.zeros(3)), "ring": RING}, PLANE)
+    face = MuscleSet.attach({"a": LinearMuscle(np.array([0, 2.0, 0]), np.zeros(3)), "ring": RING}, PLANE)
     assert not face.contract({}).any()
     assert not face.contract({"a": 0.0, "ring": 0.0}).any()
     np.testing.assert_allclose(face.contract({"a": contraction}), contraction * face.offsets[0], atol=1e-6)
@@ -76,14 +76,14 @@ def test_one_muscle_is_linear_and_rest_is_rest(contraction: float) -> None:
 
 @given(each=hnp.arrays(np.float32, (3, 5, 3), elements=st.floats(-2, 2, width=16)))
 def test_together_they_stay_within_the_limit(each: np.ndarray) -> None:
-    total = limited_sum(each)
+    total = combine_limited(each)
     assert (np.linalg.norm(total, axis=1) <= np.sqrt((each**2).sum(axis=(0, 2))) + 1e-5).all()
     assert (np.linalg.norm(total, axis=1) <= np.linalg.norm(each.sum(axis=0), axis=1) + 1e-5).all()
 
 
 def test_shares_keep_a_muscle_to_its_own_vertices() -> None:
     own = (PLANE[:, 0] > 0).astype(float)
-    face = Musculature.attach({"ring": RING}, PLANE, shares={"ring": own})
+    face = MuscleSet.attach({"ring": RING}, PLANE, shares={"ring": own})
     assert not face.offsets[0][own == 0].any()
     assert face.offsets[0][own == 1].any()
 
@@ -103,4 +103,4 @@ def test_a_muscle_that_cannot_be_is_named(change: dict[str, object], text: str) 
 
 def test_an_unknown_muscle_is_named() -> None:
     with pytest.raises(ValueError, match="got biceps"):
-        Musculature.attach({"ring": RING}, PLANE).contract({"biceps": 1.0})
+        MuscleSet.attach({"ring": RING}, PLANE).contract({"biceps": 1.0})

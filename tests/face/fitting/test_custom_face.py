@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from conf.face.control_points import INDEX, PUPILS
+from conf.face.control_points import CONTROL_POINT_INDEX, PUPILS
 from conf.face.default_head import DEFAULT_HEAD, EYE_MIDDLE, default_joints, default_points
-from conf.face.fitting.custom_face import OwnFace, find_placement, settle
+from conf.face.fitting.custom_face import PreparedFace, find_placement, prepare_face
 from conf.face.fitting.default_texture import PICTURE
 from conf.face.mesh.mesh import Mesh, load_mesh
 from tests.support.sheet_face import SheetFace
@@ -21,20 +21,20 @@ def bare() -> Mesh:
 
 
 @pytest.fixture(scope="module")
-def own(bare: Mesh) -> OwnFace:
-    return settle(bare, default_points() @ turn().T * 10)
+def own(bare: Mesh) -> PreparedFace:
+    return prepare_face(bare, default_points() @ turn().T * 10)
 
 
 def turn() -> np.ndarray:
     return Rotation.from_rotvec([-np.pi / 2, 0, 0]).as_matrix()
 
 
-def test_it_comes_to_model_centimetres_and_back(bare: Mesh, own: OwnFace) -> None:
+def test_it_comes_to_model_centimetres_and_back(bare: Mesh, own: PreparedFace) -> None:
     np.testing.assert_allclose(own.points, default_points(), atol=0.02)
-    np.testing.assert_allclose(own.placement.undo(own.mesh.vertices), bare.vertices, atol=1e-9)
+    np.testing.assert_allclose(own.file_to_model.inverse_apply(own.mesh.vertices), bare.vertices, atol=1e-9)
 
 
-def test_its_eyes_turn_and_its_lower_teeth_have_a_hinge(own: OwnFace) -> None:
+def test_its_eyes_turn_and_its_lower_teeth_have_a_hinge(own: PreparedFace) -> None:
     assert [eye.pupil for eye in own.rig.eyes] == PUPILS
     jaw, hinge = own.rig.jaw, default_joints().hinge
     assert jaw is not None and hinge is not None
@@ -44,10 +44,10 @@ def test_its_eyes_turn_and_its_lower_teeth_have_a_hinge(own: OwnFace) -> None:
     assert set(own.mesh.group_vertices("teeth_upper")) <= set(own.rig.rigid)
 
 
-def test_one_without_a_picture_is_painted_and_one_with_keeps_its_own(bare: Mesh, own: OwnFace) -> None:
+def test_one_without_a_picture_is_painted_and_one_with_keeps_its_own(bare: Mesh, own: PreparedFace) -> None:
     assert own.mesh.texture == PICTURE
     with_picture = replace(bare, texture=DEFAULT_HEAD.with_name("skin.webp"))
-    kept = settle(with_picture, default_points() @ turn().T * 10).mesh
+    kept = prepare_face(with_picture, default_points() @ turn().T * 10).mesh
     assert kept.texture == with_picture.texture
     assert kept.uvs is with_picture.uvs
     assert {"eye_l", "mouth", "tongue"} <= set(kept.groups)
@@ -64,8 +64,8 @@ def test_a_face_that_is_about_upright_is_not_turned() -> None:
 
 def test_points_that_are_no_face_or_of_another_mesh_are_refused(face: SheetFace) -> None:
     flat = face.points.copy()
-    flat[INDEX["pupil_l"]] = flat[INDEX["pupil_r"]]
+    flat[CONTROL_POINT_INDEX["pupil_l"]] = flat[CONTROL_POINT_INDEX["pupil_r"]]
     with pytest.raises(ValueError, match="pupils, nose, lids and lips must lie apart"):
-        settle(face.mesh, flat)
+        prepare_face(face.mesh, flat)
     with pytest.raises(ValueError, match="most of them do not lie on it; place them again with `conf fit`"):
-        settle(face.mesh, face.points + np.array([0, 0, 50]))
+        prepare_face(face.mesh, face.points + np.array([0, 0, 50]))

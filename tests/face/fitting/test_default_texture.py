@@ -3,7 +3,7 @@ import pytest
 from PIL import Image
 
 from conf.face.default_head import DEFAULT_HEAD, default_joints, default_points
-from conf.face.fitting.default_texture import COLOURS, EYE_ARC, EYE_MIDDLE, EYE_RIM, PICTURE, paint_plain
+from conf.face.fitting.default_texture import COLOURS, EYE_ARC, EYE_MIDDLE, EYE_RIM, PICTURE, apply_default_texture
 from conf.face.mesh.mesh import Mesh, load_mesh
 
 
@@ -14,7 +14,7 @@ def head() -> Mesh:
 
 @pytest.fixture(scope="module")
 def painted(head: Mesh) -> Mesh:
-    return paint_plain(head, default_points(), default_joints().eyes)
+    return apply_default_texture(head, default_points(), default_joints().eyes)
 
 
 def uvs_of(mesh: Mesh, group: str) -> np.ndarray:

@@ -7,11 +7,11 @@ import pytest
 
 from conf.face.control_points import PUPILS
 from conf.face.default_head import DEFAULT_HEAD, default_joints, default_points
-from conf.face.fitting.eyeball_insertion import fill_sockets
-from conf.face.fitting.part_detection import find_anatomy
-from conf.face.mesh.editing import part_of
+from conf.face.fitting.eyeball_insertion import insert_eyeballs
+from conf.face.fitting.part_detection import detect_parts
+from conf.face.mesh.editing import submesh
 from conf.face.mesh.mesh import Mesh, load_mesh
-from conf.face.mesh.surface_graph import Surface
+from conf.face.mesh.surface_graph import SurfaceGraph
 from tests.support.sheet_face import SheetFace
 
 
@@ -21,16 +21,16 @@ def blind() -> Mesh:
     kept = np.zeros(len(head.triangles), bool)
     for name in ("skin", "mouth"):
         kept[head.groups[name]] = True
-    return part_of(head, kept)
+    return submesh(head, kept)
 
 
 @pytest.mark.parametrize("inside_out", [False, True])
 def test_eyeballs_come_where_they_were_and_are_found_again(blind: Mesh, inside_out: bool) -> None:
     if inside_out:
         blind = replace(blind, triangles=blind.triangles[:, ::-1], render_triangles=blind.render_triangles[:, ::-1])
-    seeing, points = fill_sockets(blind, default_points())
+    seeing, points = insert_eyeballs(blind, default_points())
     assert seeing.vertices[: len(blind.vertices)].tolist() == blind.vertices.tolist()
-    anatomy = find_anatomy(seeing, points, Surface(seeing.vertices, seeing.triangles))
+    anatomy = detect_parts(seeing, points, SurfaceGraph(seeing.vertices, seeing.triangles))
     for (name, centre), pupil in zip(default_joints().eyes.items(), points[PUPILS], strict=True):
         assert np.linalg.norm(anatomy.eyes[name] - centre) < 0.4
         assert pupil == pytest.approx(anatomy.eyes[name] + [0, 0, 1.55], abs=1e-6)
@@ -41,7 +41,7 @@ def test_eyeballs_come_where_they_were_and_are_found_again(blind: Mesh, inside_o
 
 
 def test_the_lids_lie_before_them(blind: Mesh) -> None:
-    points = fill_sockets(blind, default_points())[1]
+    points = insert_eyeballs(blind, default_points())[1]
     for side, pupil in (("l", PUPILS[0]), ("r", PUPILS[1])):
         centre = points[pupil] - np.array([0, 0, 1.55])
         lids = default_points()[[12, 14] if side == "l" else [13, 15]]
@@ -51,6 +51,6 @@ def test_the_lids_lie_before_them(blind: Mesh) -> None:
 def test_eyes_that_are_there_or_shut_are_left_alone(face: SheetFace) -> None:
     head = load_mesh(DEFAULT_HEAD)
     for mesh, points in ((head, default_points()), (face.mesh, face.points)):
-        same, unmoved = fill_sockets(mesh, points)
+        same, unmoved = insert_eyeballs(mesh, points)
         assert same is mesh
         assert unmoved.tolist() == points.tolist()

@@ -5,18 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from conf.face.control_points import INDEX, LOWER_LIP
-from conf.face.deformation.face_model import make_face
-from conf.face.fitting.lip_cut import lips_are_cut, open_lips
+from conf.face.control_points import CONTROL_POINT_INDEX, LOWER_LIP
+from conf.face.deformation.face_model import build_face
+from conf.face.fitting.lip_cut import cut_lips, has_open_lips
 from conf.face.mesh.mesh import Mesh
-from conf.face.mesh.surface_graph import Surface
+from conf.face.mesh.surface_graph import SurfaceGraph
 from tests.support.sheet_face import SheetFace
 
-INNER = [INDEX[f"inner_lip_{lip}_mid"] for lip in ("upper", "lower")]
+INNER = [CONTROL_POINT_INDEX[f"inner_lip_{lip}_mid"] for lip in ("upper", "lower")]
 
 
-def surface_of(mesh: Mesh) -> Surface:
-    return Surface(mesh.vertices, mesh.triangles)
+def surface_of(mesh: Mesh) -> SurfaceGraph:
+    return SurfaceGraph(mesh.vertices, mesh.triangles)
 
 
 @pytest.fixture(scope="module")
@@ -24,14 +24,14 @@ def touching(shut_face: SheetFace) -> SheetFace:
     """The sheet with its inner lip points together, as on a face at rest."""
     points = shut_face.points.copy()
     for side in ("mid", "l", "r"):
-        pair = [INDEX[f"inner_lip_{lip}_{side}"] for lip in ("upper", "lower")]
+        pair = [CONTROL_POINT_INDEX[f"inner_lip_{lip}_{side}"] for lip in ("upper", "lower")]
         points[pair] = points[pair].mean(axis=0) + np.array([[0, 0.05, 0], [0, -0.05, 0]])
     return replace(shut_face, points=points)
 
 
 @pytest.fixture(scope="module")
 def opened(touching: SheetFace) -> Mesh:
-    return open_lips(touching.mesh, touching.points, surface_of(touching.mesh))
+    return cut_lips(touching.mesh, touching.points, surface_of(touching.mesh))
 
 
 def boundary(mesh: Mesh) -> set[tuple[int, int]]:
@@ -43,9 +43,9 @@ def boundary(mesh: Mesh) -> set[tuple[int, int]]:
 
 
 def test_lips_are_known_to_be_cut_or_not(face: SheetFace, touching: SheetFace, opened: Mesh) -> None:
-    assert lips_are_cut(face.points, surface_of(face.mesh))
-    assert not lips_are_cut(touching.points, surface_of(touching.mesh))
-    assert lips_are_cut(touching.points, surface_of(opened))
+    assert has_open_lips(face.points, surface_of(face.mesh))
+    assert not has_open_lips(touching.points, surface_of(touching.mesh))
+    assert has_open_lips(touching.points, surface_of(opened))
 
 
 def test_the_meshs_own_vertices_stay_first_and_its_rim_stays_its_only_one(touching: SheetFace, opened: Mesh) -> None:
@@ -71,7 +71,7 @@ def test_the_bag_lies_behind_the_lips_and_shows_its_inside(touching: SheetFace, 
     mesh = touching.mesh
     if inside_out:
         mesh = replace(mesh, triangles=mesh.triangles[:, ::-1], render_triangles=mesh.render_triangles[:, ::-1])
-    opened = open_lips(mesh, touching.points, surface_of(mesh))
+    opened = cut_lips(mesh, touching.points, surface_of(mesh))
     corners = opened.vertices[opened.triangles[opened.groups["mouth"]]]
     assert corners[..., 2].max() <= touching.points[:, 2].max()
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -81,7 +81,7 @@ def test_the_bag_lies_behind_the_lips_and_shows_its_inside(touching: SheetFace, 
 
 
 def test_the_mouth_opens(touching: SheetFace, opened: Mesh) -> None:
-    shut, open_ = (make_face(mesh, touching.points) for mesh in (touching.mesh, opened))
+    shut, open_ = (build_face(mesh, touching.points) for mesh in (touching.mesh, opened))
     displacements = np.zeros((50, 3))
     displacements[LOWER_LIP, 1] = -1.0 / shut.fapu.lengths()[INNER[1], 1]
     count = len(touching.mesh.vertices)
@@ -95,4 +95,4 @@ def test_the_mouth_opens(touching: SheetFace, opened: Mesh) -> None:
 
 def test_a_mesh_with_nothing_to_cut_is_left_alone(face: SheetFace) -> None:
     far = replace(face.mesh, vertices=face.mesh.vertices + np.array([0.0, 100.0, 0.0]))
-    assert open_lips(far, face.points, surface_of(far)) is far
+    assert cut_lips(far, face.points, surface_of(far)) is far

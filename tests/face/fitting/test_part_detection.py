@@ -7,15 +7,15 @@ import pytest
 import trimesh
 
 from conf.face.default_head import DEFAULT_HEAD, default_joints, default_points
-from conf.face.fitting.part_detection import Anatomy, find_anatomy
-from conf.face.mesh.editing import part_of
+from conf.face.fitting.part_detection import DetectedParts, detect_parts
+from conf.face.mesh.editing import submesh
 from conf.face.mesh.mesh import Mesh, load_mesh
-from conf.face.mesh.surface_graph import Surface
+from conf.face.mesh.surface_graph import SurfaceGraph
 from tests.support.sheet_face import SheetFace
 
 
-def found(mesh: Mesh, points: np.ndarray) -> Anatomy:
-    return find_anatomy(mesh, points, Surface(mesh.vertices, mesh.triangles))
+def found(mesh: Mesh, points: np.ndarray) -> DetectedParts:
+    return detect_parts(mesh, points, SurfaceGraph(mesh.vertices, mesh.triangles))
 
 
 @pytest.fixture(scope="module")
@@ -24,22 +24,22 @@ def head() -> Mesh:
 
 
 @pytest.fixture(scope="module")
-def anatomy(head: Mesh) -> Anatomy:
+def anatomy(head: Mesh) -> DetectedParts:
     return found(head, default_points())
 
 
 @pytest.mark.parametrize("group", ["eye_l", "eye_r", "teeth_upper", "teeth_lower", "tongue"])
-def test_shells_are_known_for_what_they_are(group: str, head: Mesh, anatomy: Anatomy) -> None:
+def test_shells_are_known_for_what_they_are(group: str, head: Mesh, anatomy: DetectedParts) -> None:
     assert anatomy.parts[group].tolist() == head.groups[group].tolist()
 
 
-def test_the_inside_of_the_mouth_is_found_but_for_the_lips(head: Mesh, anatomy: Anatomy) -> None:
+def test_the_inside_of_the_mouth_is_found_but_for_the_lips(head: Mesh, anatomy: DetectedParts) -> None:
     inside, true = set(anatomy.parts["mouth"].tolist()), set(head.groups["mouth"].tolist())
     assert len(inside & true) > 0.85 * len(true)
     assert len(inside - true) < 0.02 * len(true)
 
 
-def test_an_eyeball_turns_about_its_middle(anatomy: Anatomy) -> None:
+def test_an_eyeball_turns_about_its_middle(anatomy: DetectedParts) -> None:
     for group, centre in default_joints().eyes.items():
         assert np.linalg.norm(anatomy.eyes[group] - centre) < 0.1
 
@@ -61,11 +61,11 @@ def test_an_iris_of_its_own_goes_with_the_eyeball_and_a_beard_is_no_tooth(head: 
 
 def test_a_sheet_has_neither_eyes_nor_teeth(face: SheetFace, shut_face: SheetFace) -> None:
     for sheet in (face, shut_face):
-        assert found(sheet.mesh, sheet.points) == Anatomy({}, {})
+        assert found(sheet.mesh, sheet.points) == DetectedParts({}, {})
 
 
 def test_a_head_without_eyes_and_teeth_has_none(head: Mesh) -> None:
     kept = np.isin(np.arange(len(head.triangles)), np.concatenate([head.groups["skin"], head.groups["mouth"]]))
-    bare = found(part_of(head, kept), default_points())
+    bare = found(submesh(head, kept), default_points())
     assert set(bare.parts) == {"mouth"}
     assert bare.eyes == {}

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_COUNT, INDEX, PUPILS
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, PUPILS
 from conf.face.deformation.face_model import DEFAULT_HEAD
 from conf.face.fitting.face_prior import FacePrior, load_prior
-from conf.face.fitting.point_fitting import Placement, place_points
+from conf.face.fitting.point_fitting import FittedPoints, fit_control_points
 from conf.face.formats.ppc import read_ppc
 from conf.face.mesh.mesh import Mesh, load_mesh
-from conf.face.mesh.surface_graph import Surface
+from conf.face.mesh.surface_graph import SurfaceGraph
 from conf.face.similarity import fit_similarity
 
 SHOWN = ("skin", "eye_l", "eye_r", "mouth", "tongue")
@@ -28,16 +28,16 @@ def head() -> tuple[Mesh, NDArray[np.float64], FacePrior]:
     return Mesh(vertices, triangles, *([np.empty(0)] * 3), {}), frame.apply(points), prior  # type: ignore[list-item]
 
 
-def placed(noise: float = 0.0, groups: tuple[str, ...] = SHOWN) -> tuple[Placement, NDArray[np.float64]]:
+def placed(noise: float = 0.0, groups: tuple[str, ...] = SHOWN) -> tuple[FittedPoints, NDArray[np.float64]]:
     mesh, truth, prior = head()
-    observed = prior.seen.copy()
+    observed = prior.mean_observed.copy()
     observed[:CONTROL_POINT_COUNT] += truth - prior.mean
     observed += np.random.default_rng(1).normal(size=observed.shape) * noise
     triangles = mesh.triangles
     if groups != SHOWN:
         whole = load_mesh(DEFAULT_HEAD)
         triangles = np.concatenate([whole.triangles[whole.groups[name]] for name in groups])
-    return place_points(observed, mesh.vertices, triangles, prior), truth
+    return fit_control_points(observed, mesh.vertices, triangles, prior), truth
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.05])
@@ -52,10 +52,12 @@ def test_points_come_near_their_true_places(noise: float) -> None:
 
 def test_each_inner_lip_point_is_on_its_own_lip() -> None:
     mesh, points = head()[0], placed(0.05)[0].points
-    surface = Surface(mesh.vertices, mesh.triangles)
+    surface = SurfaceGraph(mesh.vertices, mesh.triangles)
     for side in ("mid", "l", "r"):
         names = [f"{where}_lip_{lip}_{side}" for where in ("outer", "inner") for lip in ("upper", "lower")]
-        upper, lower, *inner = surface.snap(points[[INDEX[name] for name in names]], tolerance=0.3)
+        upper, lower, *inner = surface.nearest_vertices(
+            points[[CONTROL_POINT_INDEX[name] for name in names]], tolerance=0.3
+        )
         to_upper, to_lower = (surface.distances(np.array([lip]), limit=9.0)[inner] for lip in (upper, lower))
         assert to_upper[0] < to_lower[0]
         assert to_lower[1] < to_upper[1]
@@ -69,10 +71,10 @@ def test_pupils_are_guessed_where_there_are_no_eyeballs() -> None:
 
 def test_a_mesh_turned_inside_out_gives_the_same_points() -> None:
     mesh, truth, prior = head()
-    observed = prior.seen.copy()
+    observed = prior.mean_observed.copy()
     observed[:CONTROL_POINT_COUNT] += truth - prior.mean
     flipped = np.ascontiguousarray(mesh.triangles[:, ::-1])
-    found = place_points(observed, mesh.vertices, flipped, prior).points
+    found = fit_control_points(observed, mesh.vertices, flipped, prior).points
     np.testing.assert_allclose(found, placed()[0].points, atol=1e-9)
 
 
@@ -80,7 +82,9 @@ def test_pupils_lie_between_the_lids_on_their_eyeballs() -> None:
     mesh, truth, _ = head()
     points = placed()[0].points
     for side in "lr":
-        pupil, upper, lower = (points[INDEX[f"{name}_{side}"]] for name in ("pupil", "eyelid_upper", "eyelid_lower"))
+        pupil, upper, lower = (
+            points[CONTROL_POINT_INDEX[f"{name}_{side}"]] for name in ("pupil", "eyelid_upper", "eyelid_lower")
+        )
         assert (pupil[1] - lower[1]) / (upper[1] - lower[1]) == pytest.approx(0.62, abs=1e-6)
-        assert np.linalg.norm(pupil - truth[INDEX[f"pupil_{side}"]]) < 0.25
+        assert np.linalg.norm(pupil - truth[CONTROL_POINT_INDEX[f"pupil_{side}"]]) < 0.25
         assert np.linalg.norm(mesh.vertices - pupil, axis=1).min() < 0.15

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from conf.errors import FileFormatError
-from conf.face.formats.dpc import Motion, read_dpc, write_dpc
+from conf.face.formats.dpc import MotionClip, read_dpc, write_dpc
 
 # The sample printed in the thesis, section 5.2, letter for letter.
 THESIS = """
@@ -36,7 +36,7 @@ GOLDEN = """2  # frames
 # pose: 0.000000 0.000000 0.000000 0.000000 0.000000 0.000000
 0.00 0.00 1000.00
 """
-MOTION = Motion(
+MOTION = MotionClip(
     fps=12.5,
     units="fapu",
     displacements=np.array([[[1, -2.5, 0]], [[0, 0, 1000]]], dtype=np.float32),
@@ -44,7 +44,7 @@ MOTION = Motion(
 )
 
 
-def read(tmp_path: Path, text: str) -> Motion:
+def read(tmp_path: Path, text: str) -> MotionClip:
     path = tmp_path / "motion.dpc"
     path.write_text(text)
     return read_dpc(path)
@@ -72,7 +72,7 @@ def test_what_is_written_is_read(
     tmp_path_factory: pytest.TempPathFactory, displacements: np.ndarray, fps: float
 ) -> None:
     path = tmp_path_factory.getbasetemp() / "round.dpc"
-    write_dpc(path, Motion(fps, "fapu", displacements))
+    write_dpc(path, MotionClip(fps, "fapu", displacements))
     motion = read_dpc(path)
     assert motion.displacements == pytest.approx(displacements, abs=0.006)
     assert motion.fps == pytest.approx(fps, rel=1e-5)

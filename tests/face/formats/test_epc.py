@@ -9,16 +9,16 @@ from conf.errors import FileFormatError
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.fapu import Fapu
 from conf.face.formats.dpc import read_dpc
-from conf.face.formats.epc import MAX_NAME, Expressions, is_name, read_epc, write_epc
+from conf.face.formats.epc import MAX_NAME, ExpressionSet, is_name, read_epc, write_epc
 
 ROW = "0.1 -2 3\n"
 FRAME = ROW * CONTROL_POINT_COUNT
 same_folder = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
-def expressions(names: tuple[str, ...], seed: int = 0) -> Expressions:
+def expressions(names: tuple[str, ...], seed: int = 0) -> ExpressionSet:
     displacements = np.random.default_rng(seed).uniform(-1500, 1500, (len(names), CONTROL_POINT_COUNT, 3))
-    return Expressions(names, displacements.round(1).astype(np.float32))
+    return ExpressionSet(names, displacements.round(1).astype(np.float32))
 
 
 @same_folder
@@ -109,7 +109,7 @@ def test_an_unknown_name_is_a_key_error() -> None:
 def test_mesh_units_become_fapu_of_the_face_they_were_made_for() -> None:
     fapu = Fapu(es0=64.0, ens0=48.0, mns0=26.0, mw0=51.0, irisd0=9.7)  # a face in millimetres
     given = expressions(("joy",))
-    mesh = Expressions(("joy",), (given.displacements * fapu.lengths()).astype(np.float32), "mesh")
+    mesh = ExpressionSet(("joy",), (given.displacements * fapu.lengths()).astype(np.float32), "mesh")
     assert given.in_fapu(fapu) is given
     assert mesh.in_fapu(fapu).units == "fapu"
     np.testing.assert_allclose(mesh.in_fapu(fapu)["joy"], given["joy"], rtol=1e-5, atol=1e-3)

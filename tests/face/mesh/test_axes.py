@@ -3,7 +3,7 @@ import itertools
 import numpy as np
 import pytest
 
-from conf.face.mesh.axes import AXES, ORIENTATIONS, turn_upright
+from conf.face.mesh.axes import AXES, ORIENTATIONS, axes_rotation
 
 
 def test_every_orientation_is_there_once() -> None:
@@ -14,7 +14,7 @@ def test_every_orientation_is_there_once() -> None:
 
 @pytest.mark.parametrize(("up", "front"), ORIENTATIONS)
 def test_the_turn_is_proper_and_takes_crown_and_nose_where_they_belong(up: str, front: str) -> None:
-    turn = turn_upright(up, front)
+    turn = axes_rotation(up, front)
     np.testing.assert_allclose(turn @ AXES[up], [0, 1, 0])
     np.testing.assert_allclose(turn @ AXES[front], [0, 0, 1])
     assert np.linalg.det(turn) == pytest.approx(1.0)
@@ -22,6 +22,6 @@ def test_the_turn_is_proper_and_takes_crown_and_nose_where_they_belong(up: str, 
 
 def test_wrong_axes_are_named() -> None:
     with pytest.raises(ValueError, match="up must be one of x, -x, y, -y, z, -z, got 'w'"):
-        turn_upright("w", "z")
+        axes_rotation("w", "z")
     with pytest.raises(ValueError, match="front must not lie on the same line as up"):
-        turn_upright("y", "-y")
+        axes_rotation("y", "-y")

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 from numpy.typing import NDArray
 
-from conf.face.mesh.raycast import first_hits, front_hits, nearest_normals, nearest_points
+from conf.face.mesh.raycast import cast_clip_rays, cast_front_rays, nearest_normals, nearest_points
 
 BALL = trimesh.creation.icosphere(subdivisions=3, radius=2.0)
 VERTICES, TRIANGLES = np.asarray(BALL.vertices), np.asarray(BALL.faces, dtype=np.int32)
@@ -18,7 +18,7 @@ def places() -> NDArray[np.float64]:
 
 
 def test_front_hits_solve_the_equations_of_ray_and_triangle(places: NDArray[np.float64]) -> None:
-    hits = front_hits(places, VERTICES, TRIANGLES)
+    hits = cast_front_rays(places, VERTICES, TRIANGLES)
     a, b, c = (VERTICES[TRIANGLES[:, corner]] for corner in range(3))
     systems = np.stack([b - a, c - a, np.tile([0.0, 0.0, 1.0], (len(a), 1))], axis=2)  # a + u ab + v ac = place - t z
     upright = np.abs(np.linalg.det(systems)) > 1e-12  # the others are seen edge on
@@ -33,7 +33,7 @@ def test_front_hits_solve_the_equations_of_ray_and_triangle(places: NDArray[np.f
 
 def test_a_hit_lies_where_the_camera_sees_it(places: NDArray[np.float64]) -> None:
     places = places / 4
-    hits = first_hits(places, LENS, VERTICES, TRIANGLES)
+    hits = cast_clip_rays(places, LENS, VERTICES, TRIANGLES)
     seen = np.isfinite(hits[:, 0])
     assert seen.sum() > 20
     clip = hits[seen] @ LENS[:, :3].T + LENS[:, 3]
@@ -42,9 +42,9 @@ def test_a_hit_lies_where_the_camera_sees_it(places: NDArray[np.float64]) -> Non
 
 
 def test_nothing_is_hit_beside_the_mesh_and_by_no_ray() -> None:
-    assert np.isnan(front_hits(np.array([[5.0, 5.0]]), VERTICES, TRIANGLES).points).all()
-    assert front_hits(np.empty((0, 2)), VERTICES, TRIANGLES).points.shape == (0, 3)
-    assert first_hits(np.empty((0, 2)), LENS, VERTICES, TRIANGLES).shape == (0, 3)
+    assert np.isnan(cast_front_rays(np.array([[5.0, 5.0]]), VERTICES, TRIANGLES).points).all()
+    assert cast_front_rays(np.empty((0, 2)), VERTICES, TRIANGLES).points.shape == (0, 3)
+    assert cast_clip_rays(np.empty((0, 2)), LENS, VERTICES, TRIANGLES).shape == (0, 3)
 
 
 def test_the_nearest_point_is_the_nearest_of_all() -> None:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from conf.face.mesh.surface_graph import Surface
+from conf.face.mesh.surface_graph import SurfaceGraph
 from tests.support.sheet_face import SheetFace
 
 
@@ -18,30 +18,30 @@ def split_corners(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarr
 
 
 def test_distances_run_along_the_edges() -> None:
-    surface = Surface(*strip(6))
+    surface = SurfaceGraph(*strip(6))
     assert surface.distances(np.array([0]), limit=100)[[0, 2, 4, 10]] == pytest.approx([0, 1, 2, 5])
 
 
 def test_distances_end_at_the_limit() -> None:
-    assert Surface(*strip(6)).distances(np.array([0]), limit=2.5).max() == 2.5
+    assert SurfaceGraph(*strip(6)).distances(np.array([0]), limit=2.5).max() == 2.5
 
 
 def test_the_nearest_seed_counts() -> None:
-    assert Surface(*strip(6)).distances(np.array([0, 10]), limit=100)[[2, 8]] == pytest.approx([1, 1])
+    assert SurfaceGraph(*strip(6)).distances(np.array([0, 10]), limit=100)[[2, 8]] == pytest.approx([1, 1])
 
 
 def test_vertices_repeated_for_every_triangle_are_one_surface() -> None:
     vertices, triangles = strip(6)
     loose = split_corners(vertices, triangles)
-    distances = Surface(*loose).distances(np.array([0]), limit=100)
+    distances = SurfaceGraph(*loose).distances(np.array([0]), limit=100)
     assert distances == pytest.approx(
-        Surface(vertices, triangles).distances(np.array([0]), limit=100)[triangles.ravel()]
+        SurfaceGraph(vertices, triangles).distances(np.array([0]), limit=100)[triangles.ravel()]
     )
 
 
 def test_welding_changes_nothing_on_a_face(face: SheetFace) -> None:
-    whole = Surface(face.mesh.vertices, face.mesh.triangles).distances(np.array([500]), limit=9.0)
-    loose = Surface(*split_corners(face.mesh.vertices, face.mesh.triangles))
+    whole = SurfaceGraph(face.mesh.vertices, face.mesh.triangles).distances(np.array([500]), limit=9.0)
+    loose = SurfaceGraph(*split_corners(face.mesh.vertices, face.mesh.triangles))
     start = int(np.flatnonzero(face.mesh.triangles.ravel() == 500)[0])
     distances = loose.distances(np.array([start]), limit=9.0)
     assert distances == pytest.approx(whole[face.mesh.triangles.ravel()], abs=1e-9)
@@ -51,7 +51,7 @@ def test_surfaces_that_touch_but_are_closed_stay_apart() -> None:
     box = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
     faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
     triangles = np.array([t for a, b, c, d in faces for t in ([a, b, c], [a, c, d])])
-    both = Surface(
+    both = SurfaceGraph(
         np.concatenate([box, box + np.array([1, 0, 0])]), np.concatenate([triangles, triangles + 8]).astype(np.int32)
     )
     assert both.distances(np.array([0]), limit=50.0)[8:].min() == 50.0
@@ -60,17 +60,21 @@ def test_surfaces_that_touch_but_are_closed_stay_apart() -> None:
 def test_points_snap_to_the_skin_though_lashes_are_nearer() -> None:
     vertices, triangles = strip(6)
     lash = np.array([[2, 0.0, 0.2], [2.2, 0, 0.2], [2, 0.2, 0.2]])
-    surface = Surface(np.concatenate([vertices, lash]), np.concatenate([triangles, [[12, 13, 14]]]).astype(np.int32))
+    surface = SurfaceGraph(
+        np.concatenate([vertices, lash]), np.concatenate([triangles, [[12, 13, 14]]]).astype(np.int32)
+    )
     places = np.array([[0, 0, 0], [2, 0, 0.15], [5, 1, 0]])
-    assert surface.snap(places, tolerance=0.3).tolist() == [0, 4, 11]
-    assert surface.snap(places, tolerance=0.0).tolist() == [0, 12, 11]
+    assert surface.nearest_vertices(places, tolerance=0.3).tolist() == [0, 4, 11]
+    assert surface.nearest_vertices(places, tolerance=0.0).tolist() == [0, 12, 11]
 
 
 def test_loose_parts_go_with_the_nearest_skin() -> None:
     vertices, triangles = strip(6)
     lash = np.array([[2, -0.1, 0.2], [2.2, -0.1, 0.2], [2, -0.2, 0.2]])
-    surface = Surface(np.concatenate([vertices, lash]), np.concatenate([triangles, [[12, 13, 14]]]).astype(np.int32))
-    carriers = surface.carriers(np.array([0]))
+    surface = SurfaceGraph(
+        np.concatenate([vertices, lash]), np.concatenate([triangles, [[12, 13, 14]]]).astype(np.int32)
+    )
+    carriers = surface.parent_vertices(np.array([0]))
     assert carriers[:12].tolist() == list(range(12))
     assert carriers[12:].tolist() == [4, 4, 4]
 
@@ -79,5 +83,5 @@ def test_loose_parts_go_with_the_nearest_skin() -> None:
     "triangles", [[[0, 0, 0]], [[0, 1, 1]], [[0, 1, 2], [0, 1, 2]]], ids=["point", "edge", "twice"]
 )
 def test_degenerate_triangles_do_no_harm(triangles: list[list[int]]) -> None:
-    surface = Surface(np.zeros((4, 3)), np.array(triangles, dtype=np.int32))
+    surface = SurfaceGraph(np.zeros((4, 3)), np.array(triangles, dtype=np.int32))
     assert np.isfinite(surface.distances(np.array([0]), limit=1.0)).all()

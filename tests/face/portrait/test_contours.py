@@ -1,16 +1,16 @@
 import numpy as np
 
-from conf.face.control_points import CONTROL_POINT_COUNT, LANDMARKS
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_LANDMARKS
 from conf.face.portrait import contours
 
 
 def test_control_points_come_first_and_no_landmark_twice() -> None:
-    np.testing.assert_array_equal(contours.ALL[:CONTROL_POINT_COUNT], LANDMARKS)
-    assert len(set(contours.ALL.tolist())) == len(contours.ALL)
+    np.testing.assert_array_equal(contours.PORTRAIT_LANDMARKS[:CONTROL_POINT_COUNT], CONTROL_POINT_LANDMARKS)
+    assert len(set(contours.PORTRAIT_LANDMARKS.tolist())) == len(contours.PORTRAIT_LANDMARKS)
 
 
 def test_rows_find_landmarks() -> None:
-    np.testing.assert_array_equal(contours.ALL[contours.rows(contours.OVAL)], contours.OVAL)
+    np.testing.assert_array_equal(contours.PORTRAIT_LANDMARKS[contours.landmark_rows(contours.OVAL)], contours.OVAL)
 
 
 def test_facing_outlines_share_their_corners_alone() -> None:

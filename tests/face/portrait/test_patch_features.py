@@ -1,31 +1,31 @@
 import numpy as np
 import pytest
 
-from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
 from conf.face.portrait import contours
-from conf.face.portrait.patch_features import EYES, FEATURES, MOUTH, Feature
+from conf.face.portrait.patch_features import EYES, FEATURES, MOUTH, PatchRegion
 from tests.support.synthetic_portrait import face_points
 
 
 @pytest.mark.parametrize("feature", FEATURES, ids=lambda f: f.name)
-def test_a_patch_is_whole_at_its_core_and_gone_far_away(feature: Feature) -> None:
+def test_a_patch_is_whole_at_its_core_and_gone_far_away(feature: PatchRegion) -> None:
     flat = face_points()[:, :2]
     weights = feature.weights(flat)
-    np.testing.assert_allclose(weights[contours.rows(feature.core)], 1)
-    assert weights[INDEX["chin_bottom"]] == 0
-    assert feature.near(flat, 0.1)[contours.rows(feature.core)].all()
+    np.testing.assert_allclose(weights[contours.landmark_rows(feature.centre_landmarks)], 1)
+    assert weights[CONTROL_POINT_INDEX["chin_bottom"]] == 0
+    assert feature.near(flat, 0.1)[contours.landmark_rows(feature.centre_landmarks)].all()
 
 
 def test_keys_tell_an_open_mouth_from_a_blink() -> None:
     still = np.zeros((CONTROL_POINT_COUNT, 3))
     opened, blink = still.copy(), still.copy()
-    opened[INDEX["inner_lip_lower_mid"], 1] = -800
-    blink[[INDEX["eyelid_upper_l"], INDEX["eyelid_upper_r"]], 1] = -1024
-    assert np.linalg.norm(MOUTH.key(opened).astype(float)) > 20
-    assert np.linalg.norm(EYES.key(blink).astype(float)) > 20
-    assert not EYES.key(opened).any() and not MOUTH.key(blink).any()
+    opened[CONTROL_POINT_INDEX["inner_lip_lower_mid"], 1] = -800
+    blink[[CONTROL_POINT_INDEX["eyelid_upper_l"], CONTROL_POINT_INDEX["eyelid_upper_r"]], 1] = -1024
+    assert np.linalg.norm(MOUTH.quantised_descriptor(opened).astype(float)) > 20
+    assert np.linalg.norm(EYES.quantised_descriptor(blink).astype(float)) > 20
+    assert not EYES.quantised_descriptor(opened).any() and not MOUTH.quantised_descriptor(blink).any()
 
 
 def test_keys_are_cut_off_to_what_travels() -> None:
     wild = np.full((CONTROL_POINT_COUNT, 3), 1e6)
-    assert MOUTH.key(wild).dtype == np.int8
+    assert MOUTH.quantised_descriptor(wild).dtype == np.int8

@@ -8,15 +8,15 @@ from tests.support.synthetic_portrait import POSE, face_shape
 
 def test_triangles_are_counter_clockwise_and_outlines_are_vertices() -> None:
     mesh = build_mesh(face_shape())
-    assert signed_areas(mesh.places, mesh.triangles).min() > 0
-    assert len(mesh.places) > len(contours.ALL)
-    assert set(range(len(contours.ALL))) <= set(mesh.triangles.ravel().tolist())
+    assert signed_areas(mesh.positions, mesh.triangles).min() > 0
+    assert len(mesh.positions) > len(contours.PORTRAIT_LANDMARKS)
+    assert set(range(len(contours.PORTRAIT_LANDMARKS))) <= set(mesh.triangles.ravel().tolist())
 
 
 def test_no_triangle_crosses_the_lips() -> None:
     mesh = build_mesh(face_shape())
-    upper = set(contours.rows(contours.UPPER_INNER_LIP[1:-1]))
-    lower = set(contours.rows(contours.LOWER_INNER_LIP[1:-1]))
+    upper = set(contours.landmark_rows(contours.UPPER_INNER_LIP[1:-1]))
+    lower = set(contours.landmark_rows(contours.LOWER_INNER_LIP[1:-1]))
     for triangle, inside in zip(mesh.triangles.tolist(), mesh.in_mouth.tolist(), strict=True):
         if upper & set(triangle) and lower & set(triangle):
             assert inside, triangle
@@ -24,7 +24,7 @@ def test_no_triangle_crosses_the_lips() -> None:
 
 def test_what_is_only_background_has_no_triangles() -> None:
     mesh = build_mesh(face_shape())
-    used = mesh.places[np.unique(mesh.triangles)]
+    used = mesh.positions[np.unique(mesh.triangles)]
     assert np.abs(used[:, 0]).max() < 0.62
 
 
@@ -32,6 +32,9 @@ def test_no_triangle_holds_the_lips_together() -> None:
     for tilt in np.linspace(-0.4, 0.4, 9):
         pose = HeadPose(np.array([0.0, 0.0, tilt]), POSE.position, POSE.log_scale)
         triangles = build_mesh(face_shape(pose)).triangles
-        upper, lower = contours.rows(contours.UPPER_INNER_LIP), contours.rows(contours.LOWER_INNER_LIP)
+        upper, lower = (
+            contours.landmark_rows(contours.UPPER_INNER_LIP),
+            contours.landmark_rows(contours.LOWER_INNER_LIP),
+        )
         across = np.isin(triangles, upper[1:-1]).any(axis=1) & np.isin(triangles, lower[1:-1]).any(axis=1)
         assert np.isin(triangles[across], upper + lower).all()

@@ -3,12 +3,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
 from conf.face.fapu import UNITS_PER_DISTANCE
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.photo_mesh import signed_areas
 from conf.face.portrait.photographed_face import project
-from conf.face.portrait.warp import MAX_TURN, PortraitWarp, ease_turn
+from conf.face.portrait.warp import MAX_TURN, PortraitWarp, limit_rotation
 from tests.support.synthetic_portrait import POSE, face_shape
 
 WARP = PortraitWarp(face_shape())
@@ -16,42 +16,44 @@ STILL = np.zeros((CONTROL_POINT_COUNT, 3))
 
 
 def test_the_photograph_shows_itself() -> None:
-    np.testing.assert_allclose(WARP.place(WARP.photographed(), POSE), WARP.mesh.places, atol=2e-5)
+    np.testing.assert_allclose(WARP.deform(WARP.photo_displacements(), POSE), WARP.mesh.positions, atol=2e-5)
 
 
 def test_control_points_go_where_the_motion_says() -> None:
     displacements = STILL.copy()
-    displacements[INDEX["outer_lip_corner_l"], 0] = 150
-    displacements[INDEX["brow_top_r"], 1] = 100
+    displacements[CONTROL_POINT_INDEX["outer_lip_corner_l"], 0] = 150
+    displacements[CONTROL_POINT_INDEX["brow_top_r"], 1] = 100
     pose = HeadPose(POSE.rotation + np.array((0.05, 0.1, 0.1)), POSE.position + 0.05, POSE.log_scale + 0.05)
-    places = WARP.place(displacements, pose)[:CONTROL_POINT_COUNT]
+    places = WARP.deform(displacements, pose)[:CONTROL_POINT_COUNT]
     np.testing.assert_allclose(places, project(WARP.control_points(displacements), pose), atol=2e-3)
 
 
 def test_shut_lids_meet() -> None:
     shut = STILL.copy()
-    shut[[INDEX["eyelid_upper_l"], INDEX["eyelid_upper_r"]], 1] = -UNITS_PER_DISTANCE
+    shut[[CONTROL_POINT_INDEX["eyelid_upper_l"], CONTROL_POINT_INDEX["eyelid_upper_r"]], 1] = -UNITS_PER_DISTANCE
     points = WARP.control_points(shut)
     for side in "lr":
-        assert points[INDEX[f"eyelid_upper_{side}"], 1] == pytest.approx(points[INDEX[f"eyelid_lower_{side}"], 1])
+        assert points[CONTROL_POINT_INDEX[f"eyelid_upper_{side}"], 1] == pytest.approx(
+            points[CONTROL_POINT_INDEX[f"eyelid_lower_{side}"], 1]
+        )
 
 
 def test_a_better_neutral_pose_leaves_the_photograph_as_it_is() -> None:
     warp = PortraitWarp(face_shape())
-    warp.follow_neutral(warp.shape.neutral + 0.1, warp.shape.unit)
-    np.testing.assert_allclose(warp.place(warp.photographed(), POSE), warp.mesh.places, atol=2e-5)
+    warp.set_neutral(warp.shape.neutral + 0.1, warp.shape.fapu_lengths)
+    np.testing.assert_allclose(warp.deform(warp.photo_displacements(), POSE), warp.mesh.positions, atol=2e-5)
 
 
 def test_a_nose_moves_against_the_cheeks_in_a_turn() -> None:
     turned = HeadPose(POSE.rotation + np.array((0, 0.25, 0)), POSE.position, POSE.log_scale)
-    moved = WARP.place(STILL, turned) - WARP.mesh.places
-    nose, cheek = INDEX["nose_bottom_edge_l"], INDEX["brow_outer_l"]
+    moved = WARP.deform(STILL, turned) - WARP.mesh.positions
+    nose, cheek = CONTROL_POINT_INDEX["nose_bottom_edge_l"], CONTROL_POINT_INDEX["brow_outer_l"]
     assert moved[nose, 0] > moved[cheek, 0] + 0.005
 
 
 @given(st.lists(st.floats(-1.5, 1.5), min_size=3, max_size=3))
 def test_a_turn_is_never_larger_than_a_photograph_can_show(turn: list[float]) -> None:
-    eased = ease_turn(HeadPose(np.array(turn), POSE.position, POSE.log_scale), POSE)
+    eased = limit_rotation(HeadPose(np.array(turn), POSE.position, POSE.log_scale), POSE)
     since = eased.matrix() @ POSE.matrix().T
     assert np.arccos(np.clip(since[2, 2], -1, 1)) <= MAX_TURN + 1e-6
 
@@ -59,7 +61,7 @@ def test_a_turn_is_never_larger_than_a_photograph_can_show(turn: list[float]) ->
 @given(st.lists(st.floats(-0.15, 0.15), min_size=3, max_size=3))
 def test_a_modest_turn_is_shown_as_it_is(turn: list[float]) -> None:
     pose = HeadPose(POSE.rotation + turn, POSE.position, POSE.log_scale)
-    np.testing.assert_allclose(ease_turn(pose, POSE).matrix(), pose.matrix(), atol=1e-9)
+    np.testing.assert_allclose(limit_rotation(pose, POSE).matrix(), pose.matrix(), atol=1e-9)
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(0, 1500))
@@ -67,4 +69,4 @@ def test_no_triangle_is_turned_over_by_any_motion(seed: int, reach: float) -> No
     rng = np.random.default_rng(seed)
     displacements = rng.uniform(-reach, reach, (CONTROL_POINT_COUNT, 3))
     pose = HeadPose(rng.uniform(-1, 1, 3), rng.uniform(-0.4, 0.4, 2), POSE.log_scale + rng.uniform(-0.5, 0.5))
-    assert signed_areas(WARP.place(displacements, pose), WARP.mesh.triangles).min() > 0
+    assert signed_areas(WARP.deform(displacements, pose), WARP.mesh.triangles).min() > 0

@@ -11,28 +11,28 @@ from scipy.optimize import lsq_linear
 from conf.face.animation.gaze import gaze_displacements
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.deformation.face_model import load_face
-from conf.face.formats.dpc import Motion
+from conf.face.formats.dpc import MotionClip
 from conf.face.retargeting.arkit_csv import (
     HEADER,
     SHAPES,
     bounded_least_squares,
-    shape_weights,
+    solve_arkit_weights,
     timecode,
     write_blendshape_csv,
 )
-from conf.face.retargeting.arkit_shapes import load_sculpted
+from conf.face.retargeting.arkit_shapes import load_arkit_shapes
 
 matrices = hnp.arrays(np.float64, (4, 7), elements=st.floats(-2, 2, width=16))
 targets = hnp.arrays(np.float64, (3, 7), elements=st.floats(-5, 5, width=16))
 
 
 def all_shapes() -> np.ndarray:
-    return np.stack([load_sculpted()[name] for name in SHAPES])
+    return np.stack([load_arkit_shapes()[name] for name in SHAPES])
 
 
 def test_every_sculpted_shape_is_found_as_itself() -> None:
     shapes = all_shapes()
-    weights = shape_weights(shapes)
+    weights = solve_arkit_weights(shapes)
     moving = np.abs(shapes).max(axis=(1, 2)) > 0  # the tongue has no control point
     assert moving.sum() == 51
     np.testing.assert_allclose(weights[moving], np.eye(52)[moving], atol=0.04)
@@ -44,13 +44,13 @@ def test_a_mixture_is_taken_apart() -> None:
     mixed = np.zeros(52)
     for name, weight in {"jawOpen": 0.6, "mouthSmileLeft": 0.8, "browInnerUp": 0.3, "eyeBlinkRight": 1.0}.items():
         mixed[SHAPES.index(name)] = weight
-    weights = shape_weights(np.einsum("s,spi->pi", mixed, all_shapes())[None])[0]
+    weights = solve_arkit_weights(np.einsum("s,spi->pi", mixed, all_shapes())[None])[0]
     np.testing.assert_allclose(weights, mixed, atol=0.04)
 
 
 @given(factor=st.floats(-3, 3), shape=st.integers(0, 51))
 def test_weights_are_shares_whatever_the_motion(factor: float, shape: int) -> None:
-    weights = shape_weights(factor * all_shapes()[shape][None])
+    weights = solve_arkit_weights(factor * all_shapes()[shape][None])
     assert weights.shape == (1, 52)
     assert (weights >= 0).all() and (weights <= 1).all()
 
@@ -69,7 +69,7 @@ def test_scipy_finds_nothing_nearer(basis: np.ndarray, wanted: np.ndarray) -> No
 def test_the_table_has_live_link_s_columns(tmp_path: Path) -> None:
     displacements = np.stack([gaze_displacements(0.0, 0.0), gaze_displacements(0.3, 0.0)])
     poses = np.array([[0, 0.5, 0, 0, 0, -3.0]] * 2)
-    write_blendshape_csv(tmp_path / "a.csv", Motion(30.0, "fapu", displacements, poses))
+    write_blendshape_csv(tmp_path / "a.csv", MotionClip(30.0, "fapu", displacements, poses))
     header, first, second = csv.reader((tmp_path / "a.csv").read_text().splitlines())
     assert tuple(header) == HEADER
     assert len(HEADER) == 63 and HEADER[2] == "EyeBlinkLeft" and HEADER[53] == "TongueOut"
@@ -83,7 +83,7 @@ def test_the_table_has_live_link_s_columns(tmp_path: Path) -> None:
 def test_a_motion_in_mesh_units_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="FAPU units"):
         write_blendshape_csv(
-            tmp_path / "a.csv", Motion(15.0, "mesh", np.zeros((1, CONTROL_POINT_COUNT, 3), np.float32))
+            tmp_path / "a.csv", MotionClip(15.0, "mesh", np.zeros((1, CONTROL_POINT_COUNT, 3), np.float32))
         )
 
 

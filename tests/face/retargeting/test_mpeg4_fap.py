@@ -8,9 +8,9 @@ from hypothesis.extra import numpy as hnp
 
 from conf.errors import FileFormatError
 from conf.face.animation.action_units import load_action_units
-from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
 from conf.face.fapu import Fapu
-from conf.face.formats.dpc import Motion
+from conf.face.formats.dpc import MotionClip
 from conf.face.retargeting.mpeg4_fap import FAP_COUNT, FapMotion, read_fap, to_faps, write_fap
 
 FAPU = Fapu(es0=6.4, ens0=4.8, mns0=2.6, mw0=5.1, irisd0=0.97)
@@ -19,13 +19,13 @@ GRETA = f"2.1 1-Welcome_1.fap 25 1\n1 {' '.join('0' * 67)} \n0 7 0 0 1 \n"
 same_folder = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
-def motion(*displacements: np.ndarray, poses: np.ndarray | None = None) -> Motion:
-    return Motion(25.0, "fapu", np.stack(displacements).astype(np.float32), poses)
+def motion(*displacements: np.ndarray, poses: np.ndarray | None = None) -> MotionClip:
+    return MotionClip(25.0, "fapu", np.stack(displacements).astype(np.float32), poses)
 
 
 def one(point: str, axis: int, value: float) -> FapMotion:
     displacements = np.zeros((CONTROL_POINT_COUNT, 3))
-    displacements[INDEX[point], axis] = value
+    displacements[CONTROL_POINT_INDEX[point], axis] = value
     return to_faps(motion(displacements), FAPU)
 
 
@@ -55,7 +55,7 @@ def test_parameters_have_their_point_direction_and_unit(
 
 def test_gaze_and_head_are_angles() -> None:
     displacements = np.zeros((CONTROL_POINT_COUNT, 3))
-    displacements[INDEX["pupil_l"], :2] = 192 * np.sin([0.2, 0.1])
+    displacements[CONTROL_POINT_INDEX["pupil_l"], :2] = 192 * np.sin([0.2, 0.1])
     pose = np.array([0.1, 0.0, 0.0, 0.3, 0.0, -3.0])  # the chin goes down: pitch is negative upwards
     values = to_faps(motion(displacements, poses=pose[None]), FAPU).values[0]
     np.testing.assert_allclose(values[[22, 23, 24, 25]], [20000, 0, -10000, 0], atol=1)
@@ -69,7 +69,7 @@ def test_without_a_pose_the_head_is_left_out() -> None:
 
 def test_a_motion_in_mesh_units_is_refused() -> None:
     with pytest.raises(ValueError, match="FAPU units"):
-        to_faps(Motion(25.0, "mesh", np.zeros((1, CONTROL_POINT_COUNT, 3), np.float32)), FAPU)
+        to_faps(MotionClip(25.0, "mesh", np.zeros((1, CONTROL_POINT_COUNT, 3), np.float32)), FAPU)
 
 
 @same_folder

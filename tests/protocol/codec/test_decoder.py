@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
-from conf.protocol.codec import LIVE, NARROW, PROFILES, RICH, Decoder, Encoder, MissingReferenceError, Profile
+from conf.protocol.codec import LIVE, NARROWBAND, PROFILES, RICH, Decoder, Encoder, MissingReferenceError, Profile
 from conf.protocol.codec.decoder import MAX_PAYLOAD
 from tests.support.synthetic_motion import talking
 
@@ -14,10 +14,10 @@ from tests.support.synthetic_motion import talking
 def call(profile: Profile, frames: int, *, ack_delay: int) -> list[tuple[int, bytes]]:
     """Return the numbered payloads of a call in which everything arrives."""
     encoder, payloads = Encoder(profile), []
-    for number in range(0, frames, profile.bundle):
+    for number in range(0, frames, profile.frames_per_datagram):
         if ack_delay:
             encoder.acknowledge(range(number - ack_delay + 1))
-        payloads.append((number, encoder.encode(talking(profile.bundle, first=number), number)))
+        payloads.append((number, encoder.encode(talking(profile.frames_per_datagram, first=number), number)))
     return payloads
 
 
@@ -28,16 +28,16 @@ def test_no_loss_makes_a_frame_wrong(profile: Profile, lost: set[int], acks_lost
     encoder, decoder = Encoder(profile), Decoder()
     acknowledged: list[tuple[int, int]] = []
     for position in range(40):
-        number = position * profile.bundle
+        number = position * profile.frames_per_datagram
         encoder.acknowledge([n for heard, n in acknowledged if heard <= number])
-        payload = encoder.encode(talking(profile.bundle, first=number), number)
+        payload = encoder.encode(talking(profile.frames_per_datagram, first=number), number)
         if position in lost:
             continue
         shown = decoder.decode(payload, number)
-        assert [frame.number for frame in shown] == list(range(number, number + profile.bundle))
+        assert [frame.number for frame in shown] == list(range(number, number + profile.frames_per_datagram))
         if position - 1 not in lost:
             for frame in shown:
-                mine = encoder.reconstruct(frame.number)
+                mine = encoder.decode_own(frame.number)
                 assert mine is not None
                 assert np.array_equal(frame.pose, mine.pose)
                 assert np.array_equal(frame.displacements, mine.displacements)
@@ -53,7 +53,7 @@ def test_a_receiver_that_joins_late_says_what_it_misses_and_recovers() -> None:
     payload = encoder.encode(talking(1, first=20), 20)
     with pytest.raises(MissingReferenceError, match="frame 19 is the reference and is not known"):
         decoder.decode(payload, 20)
-    encoder.forget()
+    encoder.drop_references()
     assert decoder.decode(encoder.encode(talking(1, first=21), 21), 21)
 
 
@@ -84,11 +84,11 @@ def test_any_bytes_give_frames_or_protocol_error(data: bytes, number: int) -> No
         pass
 
 
-@given(st.sampled_from([LIVE, NARROW, RICH]), st.integers(0, 9), st.data())
+@given(st.sampled_from([LIVE, NARROWBAND, RICH]), st.integers(0, 9), st.data())
 def test_mutations_and_truncations_give_frames_or_protocol_error(
     profile: Profile, at: int, data: st.DataObject
 ) -> None:
-    payloads = call(profile, 10 * profile.bundle, ack_delay=4)
+    payloads = call(profile, 10 * profile.frames_per_datagram, ack_delay=4)
     decoder = Decoder()
     for number, payload in payloads[:at]:
         decoder.decode(payload, number)

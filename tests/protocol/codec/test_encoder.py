@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from conf.protocol.codec import LIVE, NARROW, RICH, Decoder, Encoder
+from conf.protocol.codec import LIVE, NARROWBAND, RICH, Decoder, Encoder
 from conf.protocol.codec.model import load_models
 from conf.protocol.codec.payload_header import MAX_FRAMES
 from conf.protocol.messages import MotionFrame
@@ -14,8 +14,8 @@ def steps_off(frame: MotionFrame, displacements: np.ndarray, pose: np.ndarray) -
     """Return how far a decoded frame is from the true one, root of the summed squares, in steps of live."""
     transform = load_models()["live"].transform
     size = round(transform.log_scale(frame.pose))
-    true = transform.analyse(frame.displacements, frame.pose, log_scale=size)
-    return float(np.linalg.norm(true - transform.analyse(displacements, pose, log_scale=size)))
+    true = transform.forward(frame.displacements, frame.pose, log_scale=size)
+    return float(np.linalg.norm(true - transform.forward(displacements, pose, log_scale=size)))
 
 
 def test_acknowledged_frames_make_later_ones_smaller() -> None:
@@ -42,12 +42,12 @@ def test_a_still_face_costs_a_byte() -> None:
 def test_only_a_visible_change_is_a_change() -> None:
     encoder = Encoder()
     first, *_ = still(1)
-    assert encoder.changed(first)
+    assert encoder.differs_visibly(first)
     encoder.encode([first], 0)
-    assert not encoder.changed(first)
-    assert not encoder.changed(MotionFrame(1.0, first.displacements + 1, first.pose))
-    assert encoder.changed(talking(1)[0])
-    assert encoder.changed(MotionFrame(1.0, first.displacements, first.pose * 1.5))
+    assert not encoder.differs_visibly(first)
+    assert not encoder.differs_visibly(MotionFrame(1.0, first.displacements + 1, first.pose))
+    assert encoder.differs_visibly(talking(1)[0])
+    assert encoder.differs_visibly(MotionFrame(1.0, first.displacements, first.pose * 1.5))
 
 
 def test_what_was_never_sent_is_not_acknowledged() -> None:
@@ -65,7 +65,7 @@ def test_forgetting_makes_the_next_payload_stand_alone() -> None:
     for number, frame in enumerate(talking(10)):
         encoder.encode([frame], number)
         encoder.acknowledge([number])
-    encoder.forget()
+    encoder.drop_references()
     Decoder().decode(encoder.encode(talking(1), 10), 10)
 
 
@@ -77,7 +77,7 @@ def test_a_new_profile_starts_without_references_and_with_its_own_numbers() -> N
     encoder.profile = LIVE
     Decoder().decode(encoder.encode(talking(1), 20), 20)
     encoder.acknowledge([20])
-    encoder.profile = NARROW
+    encoder.profile = NARROWBAND
     Decoder().decode(encoder.encode(talking(3), 21), 21)
 
 
@@ -95,7 +95,7 @@ def test_a_grimace_is_carried_within_the_budget() -> None:
         sizes.append(len(payload))
     assert off[0] > 5
     assert max(off[20:]) < 4
-    assert max(sizes) <= LIVE.budget_bits / 8 + 4
+    assert max(sizes) <= LIVE.target_bits / 8 + 4
     assert np.mean(sizes) < 6
 
 
@@ -138,8 +138,8 @@ def test_reconstruct_is_what_a_receiver_shows() -> None:
     encoder, decoder = Encoder(), Decoder()
     for number, frame in enumerate(talking(5)):
         [shown] = decoder.decode(encoder.encode([frame], number), number)
-        mine = encoder.reconstruct(number)
+        mine = encoder.decode_own(number)
         assert mine is not None
         assert np.array_equal(mine.displacements, shown.displacements)
         assert np.array_equal(mine.pose, shown.pose)
-    assert encoder.reconstruct(77) is None
+    assert encoder.decode_own(77) is None

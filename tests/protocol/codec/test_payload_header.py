@@ -5,13 +5,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.protocol.codec.model import MAX_AGE
-from conf.protocol.codec.payload_header import MAX_FRAMES, MAX_STRIDE, BundleHeader, code_header, profile_of
+from conf.protocol.codec.payload_header import MAX_FRAMES, MAX_STRIDE, PayloadHeader, code_header, profile_of
 from conf.protocol.codec.profiles import PROFILES
-from conf.protocol.codec.symbol_coder import Reader, Writer
+from conf.protocol.codec.symbol_coder import SymbolReader, SymbolWriter
 
-ANY = BundleHeader("live", 1, 1, 0, companion=False)
+ANY = PayloadHeader("live", 1, 1, 0, second_reference=False)
 HEADERS = st.builds(
-    BundleHeader,
+    PayloadHeader,
     st.sampled_from(sorted(PROFILES)),
     st.integers(1, MAX_FRAMES),
     st.integers(1, MAX_STRIDE),
@@ -21,21 +21,21 @@ HEADERS = st.builds(
 
 
 @given(HEADERS)
-def test_headers_come_back(header: BundleHeader) -> None:
-    writer = Writer(trade=0.1)
+def test_headers_come_back(header: PayloadHeader) -> None:
+    writer = SymbolWriter(rd_lambda=0.1)
     assert code_header(writer, header) == header
     payload = writer.finish()
-    assert code_header(Reader(payload), ANY) == header
+    assert code_header(SymbolReader(payload), ANY) == header
     assert profile_of(payload) == PROFILES[header.profile]
 
 
 @pytest.mark.parametrize(("age", "bits"), [(0, 2), (2, 3.5), (10, 7)])
 def test_the_usual_header_is_short(age: int, bits: float) -> None:
-    writer = Writer(trade=0.1)
-    code_header(writer, BundleHeader("live", 1, 1, age, companion=age > 0))
+    writer = SymbolWriter(rd_lambda=0.1)
+    code_header(writer, PayloadHeader("live", 1, 1, age, second_reference=age > 0))
     assert writer.bits < bits
 
 
 def test_every_second_payload_is_staggered() -> None:
-    three = BundleHeader("narrow", 3, 1, 0, companion=False)
-    assert [three.staggers(number) for number in (0, 3, 6, 9)] == [False, True, False, True]
+    three = PayloadHeader("narrow", 3, 1, 0, second_reference=False)
+    assert [three.is_staggered(number) for number in (0, 3, 6, 9)] == [False, True, False, True]

@@ -4,12 +4,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.protocol.codec.model import load_models
-from conf.protocol.codec.quantised_frame import Correction, QuantisedFrame
-from conf.protocol.codec.symbol_coder import LIMIT, Reader, Writer
+from conf.protocol.codec.quantised_frame import PointResidual, QuantisedFrame
+from conf.protocol.codec.symbol_coder import LIMIT, SymbolReader, SymbolWriter
 from conf.protocol.codec.syntax import Context, FrameCoder, code_corrections
 
 MODEL = load_models()["live"]
-COUNT = len(MODEL.standing.values)
+COUNT = len(MODEL.default_reference.values)
 VALUES = st.lists(st.integers(-LIMIT, LIMIT), min_size=COUNT, max_size=COUNT)
 STEP = st.integers(-300, 300)
 CORRECTIONS = st.dictionaries(st.integers(0, MODEL.points - 1), st.tuples(STEP, STEP, STEP), max_size=12)
@@ -17,21 +17,21 @@ CORRECTIONS = st.dictionaries(st.integers(0, MODEL.points - 1), st.tuples(STEP, 
 
 @given(VALUES, VALUES, st.integers(0, len(MODEL.weights) - 1))
 def test_any_values_come_back(reference: list[int], wanted: list[int], row: int) -> None:
-    context = Context(row, QuantisedFrame(tuple(reference)), MODEL.standing)
-    writer = Writer(trade=0.1)
+    context = Context(row, QuantisedFrame(tuple(reference)), MODEL.default_reference)
+    writer = SymbolWriter(rd_lambda=0.1)
     written = FrameCoder(writer, MODEL, context)
     written.code([float(value) for value in wanted])
-    read = FrameCoder(Reader(writer.finish()), MODEL, context)
+    read = FrameCoder(SymbolReader(writer.finish()), MODEL, context)
     read.code([0.0] * COUNT)
     assert read.values == written.values
     assert all(abs(value) <= LIMIT for value in read.values)
 
 
 @given(CORRECTIONS, CORRECTIONS)
-def test_corrections_come_back(reference: dict[int, Correction], wanted: dict[int, Correction]) -> None:
-    writer = Writer(trade=0.0)
+def test_corrections_come_back(reference: dict[int, PointResidual], wanted: dict[int, PointResidual]) -> None:
+    writer = SymbolWriter(rd_lambda=0.0)
     written = code_corrections(writer, MODEL, reference, wanted)
-    assert code_corrections(Reader(writer.finish()), MODEL, reference, {}) == written
+    assert code_corrections(SymbolReader(writer.finish()), MODEL, reference, {}) == written
     expected = {point: steps for point, steps in (reference | wanted).items() if any(steps) or point not in wanted}
     assert written == expected
 
@@ -41,10 +41,10 @@ def test_a_growing_face_that_stays_where_it_is_costs_little_more() -> None:
     far, near = [0] * COUNT, [0] * COUNT
     far[4], far[0] = 120, 0
     near[0] = 4
-    near[4] = 120 - (120 * 4 * MODEL.growth >> 16)
+    near[4] = 120 - (120 * 4 * MODEL.scale_coupling >> 16)
     bits = []
     for target in (near, [4, *far[1:]]):
-        writer = Writer(trade=0.0)
+        writer = SymbolWriter(rd_lambda=0.0)
         FrameCoder(writer, MODEL, Context(MODEL.rows[2], QuantisedFrame(tuple(far)))).code(target)
         bits.append(writer.bits)
     assert bits[0] < bits[1]

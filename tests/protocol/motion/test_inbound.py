@@ -2,10 +2,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from conf.protocol.codec import LIVE, NARROW, RICH, Profile
+from conf.protocol.codec import LIVE, NARROWBAND, RICH, Profile
 from conf.protocol.messages import Presence
-from conf.protocol.motion.inbound import Inbound
-from conf.protocol.motion.outbound import Outbound
+from conf.protocol.motion.inbound import InboundMotion
+from conf.protocol.motion.outbound import OutboundMotion
 from conf.protocol.wire import Feedback, decode_body
 from tests.protocol.motion.test_outbound import PARAMETERS, frame
 
@@ -17,8 +17,8 @@ class Call:
     """Outbound and Inbound joined by a lossy link without a seal: a list of losses, reports each half second."""
 
     def __init__(self, profile: Profile = LIVE, delay: float = 0.05) -> None:
-        self.outbound = Outbound(PARAMETERS, profile=profile)
-        self.inbound = Inbound()
+        self.outbound = OutboundMotion(PARAMETERS, profile=profile)
+        self.inbound = InboundMotion()
         self.delay = delay
         self.counter = 0
         self.errors: list[float] = []
@@ -33,11 +33,11 @@ class Call:
                 feedback = decode_body(report)
                 assert isinstance(feedback, Feedback)
                 if feedback.refresh:
-                    self.outbound.forget()
-                self.outbound.arrived(feedback.report.acknowledged())
+                    self.outbound.drop_references()
+                self.outbound.on_acknowledged(feedback.report.acknowledged())
             self.outbound.send_frame(frame(stamp), now)
-            for outgoing in self.outbound.take():
-                self.outbound.sent(self.counter, outgoing)
+            for outgoing in self.outbound.drain():
+                self.outbound.on_sent(self.counter, outgoing)
                 if not (lost[self.counter % len(lost)] if lost else False):
                     size = len(outgoing.body) + OVERHEAD
                     self.inbound.receive_body(outgoing.body, self.counter, size, now + self.delay)
@@ -48,8 +48,8 @@ class Call:
             self._compare(now + self.delay)
 
     def _compare(self, now: float) -> None:
-        playout = self.inbound.play(now)
-        if playout and playout.stale_s == 0:
+        playout = self.inbound.frame_at(now)
+        if playout and playout.age_s == 0:
             truth = frame(playout.frame.timestamp)
             self.errors.append(float(abs(playout.frame.pose[1] - truth.pose[1])))
 
@@ -67,7 +67,7 @@ def test_a_clean_link_delivers_everything_and_counts_it() -> None:
 
 
 @settings(max_examples=15)
-@given(st.lists(st.booleans(), min_size=5, max_size=40), st.sampled_from([LIVE, NARROW, RICH]))
+@given(st.lists(st.booleans(), min_size=5, max_size=40), st.sampled_from([LIVE, NARROWBAND, RICH]))
 def test_whatever_is_lost_no_wrong_frame_is_shown(losses: list[bool], profile: Profile) -> None:
     call = Call(profile)
     call.run(120, losses, fps=profile.fps)
@@ -82,7 +82,7 @@ def test_loss_is_counted_and_playout_goes_on() -> None:
     call.run(150, losses)
     snapshot = call.inbound.snapshot(110)
     assert snapshot.frames_lost == pytest.approx(150 / 4, abs=3)
-    playout = call.inbound.play(110.05)
+    playout = call.inbound.frame_at(110.05)
     assert playout is not None and playout.frame.timestamp > 9.7
 
 
@@ -91,7 +91,7 @@ def test_a_receiver_that_joins_late_sees_the_face_within_a_second() -> None:
     call.run(45, [True])
     call.run(20, [], begin=3.0)
     assert call.inbound.parameters is not None
-    assert call.inbound.play(110) is not None
+    assert call.inbound.frame_at(110) is not None
 
 
 def test_frame_numbers_survive_an_outage_of_any_length() -> None:
@@ -100,18 +100,18 @@ def test_frame_numbers_survive_an_outage_of_any_length() -> None:
     call.run(15 * 20, [True], begin=2.0)
     call.errors.clear()
     call.run(30, [], begin=22.0)
-    playout = call.inbound.play(100 + 24)
+    playout = call.inbound.frame_at(100 + 24)
     assert playout is not None and playout.frame.timestamp == pytest.approx(24, abs=0.3)
     assert max(call.errors[3:]) < WRONG
 
 
 def test_no_face_is_shown_as_such() -> None:
-    outbound, inbound = Outbound(PARAMETERS), Inbound()
+    outbound, inbound = OutboundMotion(PARAMETERS), InboundMotion()
     outbound.send_absence(0.0, 0.0)
-    for counter, outgoing in enumerate(outbound.take()):
+    for counter, outgoing in enumerate(outbound.drain()):
         inbound.receive_body(outgoing.body, counter, 60, 0.0)
     assert inbound.presence is Presence.NO_FACE
-    assert not inbound.silent(1) and inbound.silent(20)
+    assert not inbound.is_silent(1) and inbound.is_silent(20)
 
 
 @given(st.lists(st.binary(max_size=40), max_size=20))
@@ -128,7 +128,7 @@ def test_bad_bodies_are_counted_and_never_raise(bodies: list[bytes]) -> None:
 def test_a_missing_reference_is_asked_for_and_never_guessed() -> None:
     call = Call()
     call.run(30, [])
-    fresh = Inbound()
+    fresh = InboundMotion()
     call.inbound = fresh
     call.outbound._arrived = None  # the new receiver gets the parameters, and motion predicted from what it never had
     call.run(30, [], begin=2.0)

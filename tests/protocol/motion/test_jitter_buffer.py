@@ -75,17 +75,17 @@ def test_silence_holds_then_eases_to_neutral() -> None:
     due = 100.0 + buffer.playout_delay_s
     held, eased = buffer.play(due + HOLD_S * 0.9), buffer.play(due + HOLD_S + EASE_S)
     assert held is not None and eased is not None
-    assert held.neutral == 0 and held.frame.displacements[0, 0] == 4
-    assert eased.neutral == 1 and not eased.frame.displacements.any()
-    assert eased.stale_s == pytest.approx(HOLD_S + EASE_S)
+    assert held.neutral_blend == 0 and held.frame.displacements[0, 0] == 4
+    assert eased.neutral_blend == 1 and not eased.frame.displacements.any()
+    assert eased.age_s == pytest.approx(HOLD_S + EASE_S)
 
 
 def test_a_still_face_is_not_a_lost_one() -> None:
     buffer = JitterBuffer()
     buffer.add(frame(0.0, 4.0), 100.0)
-    buffer.extend(5.0, 105.0)
+    buffer.repeat_until(5.0, 105.0)
     playout = buffer.play(105.0 + buffer.playout_delay_s)
-    assert playout is not None and playout.neutral == 0 and playout.frame.displacements[0, 0] == 4
+    assert playout is not None and playout.neutral_blend == 0 and playout.frame.displacements[0, 0] == 4
 
 
 def test_motion_after_a_still_face_belongs_to_its_end() -> None:

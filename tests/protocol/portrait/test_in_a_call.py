@@ -2,47 +2,47 @@
 
 import numpy as np
 
-from conf.protocol.loopback import Rehearsal
+from conf.protocol.loopback import LoopbackCall
 from conf.protocol.messages import MotionFrame
-from conf.protocol.portrait import PortraitOutbox
-from conf.protocol.sender_connection import LinkOptions
+from conf.protocol.portrait import ObjectSender
+from conf.protocol.sender_connection import RateOptions
 from tests.protocol.motion.test_outbound import FRAME_S, PARAMETERS, frame
 
 PICTURE = bytes(range(256)) * 20
 
 
-def call(seconds: float, profile: str, outbox: PortraitOutbox | None) -> Rehearsal:
-    rehearsal = Rehearsal(PARAMETERS, 0.0, link=LinkOptions(profile), portrait=outbox)
+def call(seconds: float, profile: str, outbox: ObjectSender | None) -> LoopbackCall:
+    rehearsal = LoopbackCall(PARAMETERS, 0.0, link=RateOptions(profile), portrait=outbox)
     for count in range(round(seconds / FRAME_S)):
         rehearsal.send_frame(frame(count * FRAME_S), count * FRAME_S)
     return rehearsal
 
 
-def outbox_with_a_picture(kbps: float = 4.0) -> PortraitOutbox:
-    outbox = PortraitOutbox(kbps=kbps)
-    outbox.put(0, PICTURE, urgency=0)
+def outbox_with_a_picture(kbps: float = 4.0) -> ObjectSender:
+    outbox = ObjectSender(kbps=kbps)
+    outbox.send_object(0, PICTURE, priority=0)
     return outbox
 
 
 def test_the_picture_arrives_whole_within_seconds_and_costs_no_frame() -> None:
     outbox = outbox_with_a_picture()
     rehearsal = call(6.0, "live", outbox)
-    assert list(rehearsal.inbound.portrait) == [PICTURE]
+    assert list(rehearsal.inbound.received_objects) == [PICTURE]
     assert outbox.delivered(0)
     without = call(6.0, "live", None)
     assert rehearsal.inbound.frames.count == without.inbound.frames.count
 
 
 def test_a_modem_is_left_to_the_motion() -> None:
-    assert not call(6.0, "narrow", outbox_with_a_picture()).inbound.portrait
+    assert not call(6.0, "narrow", outbox_with_a_picture()).inbound.received_objects
 
 
 def test_after_the_start_the_budget_holds() -> None:
     outbox = outbox_with_a_picture(kbps=2.0)
     for slot in range(1, 20):
-        outbox.put(slot, PICTURE, urgency=1)
+        outbox.send_object(slot, PICTURE, priority=1)
     rehearsal = call(45.0, "live", outbox)
-    assert not outbox.starting
+    assert not outbox.in_startup
     before = rehearsal.wire_bytes
     for count in range(300):
         stamp = 45.0 + count * FRAME_S
@@ -53,11 +53,11 @@ def test_after_the_start_the_budget_holds() -> None:
 
 def test_a_still_face_does_not_keep_its_picture_waiting() -> None:
     outbox = outbox_with_a_picture()
-    rehearsal = Rehearsal(PARAMETERS, 0.0, portrait=outbox)
+    rehearsal = LoopbackCall(PARAMETERS, 0.0, portrait=outbox)
     for count in range(90):
         stamp = count * FRAME_S
         rehearsal.send_frame(MotionFrame(stamp, np.zeros((50, 3), np.float32), np.zeros(6)), stamp)
-    assert list(rehearsal.inbound.portrait) == [PICTURE]
+    assert list(rehearsal.inbound.received_objects) == [PICTURE]
     assert rehearsal.wire_bytes * 8 / (90 * FRAME_S) < 16_000
 
 
@@ -65,7 +65,7 @@ def test_under_a_cap_the_picture_takes_only_what_the_motion_leaves() -> None:
     frames = [frame(count * FRAME_S) for count in range(450)]
     received = []
     for portrait in (None, outbox_with_a_picture()):
-        rehearsal = Rehearsal(PARAMETERS, 0.0, link=LinkOptions("live", kbps=7.0), portrait=portrait)
+        rehearsal = LoopbackCall(PARAMETERS, 0.0, link=RateOptions("live", kbps=7.0), portrait=portrait)
         for moment in frames:
             rehearsal.send_frame(moment, moment.timestamp)
         assert rehearsal.wire_bytes * 8 / 30 < 7_000

@@ -2,16 +2,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
-from conf.protocol.portrait import NeutralUpdate, decode_thing, encode_thing
+from conf.protocol.portrait import NeutralPoseUpdate, decode_object, encode_object
 from tests.support.portrait_objects import patch, photograph
 
-THINGS = [photograph(), patch(), NeutralUpdate(1, photograph().neutral, (6.4, 5.0, 2.5, 5.2, 0.9))]
-BYTES = [encode_thing(thing) for thing in THINGS]
+THINGS = [photograph(), patch(), NeutralPoseUpdate(1, photograph().neutral, (6.4, 5.0, 2.5, 5.2, 0.9))]
+BYTES = [encode_object(thing) for thing in THINGS]
 
 
 def test_each_thing_comes_back_as_its_kind() -> None:
     for thing, data in zip(THINGS, BYTES, strict=True):
-        assert type(decode_thing(data)) is type(thing)
+        assert type(decode_object(data)) is type(thing)
 
 
 @given(
@@ -26,7 +26,7 @@ def test_mutations_and_truncations_give_a_thing_or_the_one_error(
     for at, value in changes:
         mutated[at % len(mutated)] = value
     try:
-        decode_thing(bytes(mutated[:length]))
+        decode_object(bytes(mutated[:length]))
     except ProtocolError:
         pass
 
@@ -34,6 +34,6 @@ def test_mutations_and_truncations_give_a_thing_or_the_one_error(
 @given(st.binary(max_size=200))
 def test_any_bytes_give_a_thing_or_the_one_error(data: bytes) -> None:
     try:
-        decode_thing(data)
+        decode_object(data)
     except ProtocolError:
         pass

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
 from conf.protocol.portrait.patch import (
-    FINEST,
     MAX_SIDE,
+    MIN_STEP,
     STEP_COUNT,
     STEPS_AN_OCTAVE,
     decode_patch,
@@ -23,30 +23,30 @@ from tests.support.portrait_objects import patch
 def test_a_patch_survives(region: int) -> None:
     sent = patch(region=region)
     got = decode_patch(encode_patch(sent))
-    np.testing.assert_array_equal(got.keys, sent.keys)
+    np.testing.assert_array_equal(got.descriptor, sent.descriptor)
     np.testing.assert_allclose(got.points, sent.points, atol=0.005)
     assert (got.photograph, got.region, got.slot, got.size, got.step) == (1, region, 3, (48, 42), 7)
-    for mine, theirs in zip(sent.planes, got.planes, strict=True):
+    for mine, theirs in zip(sent.coefficients, got.coefficients, strict=True):
         np.testing.assert_array_equal(theirs, mine)
 
 
 def test_what_is_no_whole_step_is_rounded_or_left_out() -> None:
-    planes = [np.zeros_like(plane, np.float64) for plane in patch().planes]
+    planes = [np.zeros_like(plane, np.float64) for plane in patch().coefficients]
     planes[0][1, 2, :3] = (4.7, 0.2, -0.9)
     planes[0][0, 0, :3] = (0.3, -0.4, 0.3)
-    got = decode_patch(encode_patch(replace(patch(), planes=planes))).planes
+    got = decode_patch(encode_patch(replace(patch(), coefficients=planes))).coefficients
     np.testing.assert_array_equal(got[0][1, 2, :4], (5, 0, -1, 0))
     assert not got[0][0, 0].any() and not got[1].any() and not got[2].any()
 
 
 def test_a_patch_that_adds_nothing_costs_little_more_than_its_points() -> None:
-    planes = [np.zeros_like(plane) for plane in patch().planes]
-    assert len(encode_patch(patch())) > 2 * len(encode_patch(replace(patch(), planes=planes)))
+    planes = [np.zeros_like(plane) for plane in patch().coefficients]
+    assert len(encode_patch(patch())) > 2 * len(encode_patch(replace(patch(), coefficients=planes)))
 
 
 def test_steps_grow_by_octaves() -> None:
-    assert step_size(0) == FINEST
-    assert step_size(STEPS_AN_OCTAVE) == pytest.approx(2 * FINEST)
+    assert step_size(0) == MIN_STEP
+    assert step_size(STEPS_AN_OCTAVE) == pytest.approx(2 * MIN_STEP)
 
 
 def test_patches_that_cannot_travel_are_refused() -> None:

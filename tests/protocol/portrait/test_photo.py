@@ -6,9 +6,9 @@ import pytest
 
 from conf.errors import ProtocolError
 from conf.protocol.portrait.photo import (
-    LEAST_LOG_SCALE,
+    MIN_LOG_SCALE,
     POINT_STEP,
-    NeutralUpdate,
+    NeutralPoseUpdate,
     decode_neutral,
     decode_photograph,
     encode_neutral,
@@ -29,7 +29,7 @@ def test_a_photograph_survives_within_its_steps() -> None:
 
 
 def test_a_neutral_pose_survives() -> None:
-    sent = NeutralUpdate(7, photograph().neutral, (6.4, 5.0, 2.5, 5.2, 0.9))
+    sent = NeutralPoseUpdate(7, photograph().neutral, (6.4, 5.0, 2.5, 5.2, 0.9))
     got = decode_neutral(encode_neutral(sent))
     np.testing.assert_allclose(got.neutral, sent.neutral, atol=POINT_STEP / 2 + 1e-9)
     assert got.photograph == 7 and got.fapu == pytest.approx(sent.fapu)
@@ -51,7 +51,7 @@ def test_what_could_not_be_drawn_is_refused() -> None:
 
 
 def test_a_face_too_small_for_any_mesh_is_refused() -> None:
-    for log_scale, good in ((LEAST_LOG_SCALE + 0.01, True), (LEAST_LOG_SCALE - 0.01, False)):
+    for log_scale, good in ((MIN_LOG_SCALE + 0.01, True), (MIN_LOG_SCALE - 0.01, False)):
         data = encode_photograph(replace(photograph(), pose=np.array([0, 0, 0, 0, 0, log_scale])))
         with nullcontext() if good else pytest.raises(ProtocolError, match="a pose that no head has"):
             decode_photograph(data)

@@ -3,15 +3,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
-from conf.protocol.portrait.vp8 import size_of, strip, wrap
+from conf.protocol.portrait.vp8 import size_of, strip_riff, wrap_riff
 from tests.support.portrait_objects import webp
 
 
 def test_twenty_bytes_are_left_out_and_put_back() -> None:
     whole = webp(160, 120)
-    frame = strip(whole)
+    frame = strip_riff(whole)
     assert len(frame) <= len(whole) - 20
-    assert wrap(frame) == whole
+    assert wrap_riff(frame) == whole
     assert size_of(frame) == (160, 120)
 
 
@@ -25,7 +25,7 @@ def test_any_bytes_have_a_small_size_or_are_refused(data: bytes) -> None:
 
 
 def test_giant_dimensions_are_refused_before_decoding() -> None:
-    frame = bytearray(strip(webp(64, 64)))
+    frame = bytearray(strip_riff(webp(64, 64)))
     frame[6:10] = (16383).to_bytes(2, "little") * 2
     with pytest.raises(ProtocolError, match="16383 x 16383 is too large"):
         size_of(bytes(frame))
@@ -33,6 +33,6 @@ def test_giant_dimensions_are_refused_before_decoding() -> None:
 
 def test_cut_off_pictures_and_other_kinds_are_refused() -> None:
     with pytest.raises(ProtocolError, match="cut off"):
-        size_of(strip(webp(64, 64))[:12])
+        size_of(strip_riff(webp(64, 64))[:12])
     with pytest.raises(ValueError, match="simple lossy WebP"):
-        strip(b"RIFF" + bytes(30))
+        strip_riff(b"RIFF" + bytes(30))

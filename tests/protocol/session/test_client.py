@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.protocol.session.client import IDLE_S, SILENCE_S
-from conf.protocol.session.drop_reasons import Reason
-from conf.protocol.session.events import Connected, LossReason, Lost, NoAnswer, Refused, WrongCode
+from conf.protocol.session.drop_reasons import DropReason
+from conf.protocol.session.events import Connected, LossReason, NoAnswer, Refused, SessionEnded, WrongCode
 from conf.protocol.session.flood_protection import Address
 from conf.protocol.session.handshake import Refusal
 from conf.protocol.session.initiator import CONFIRM_TIMEOUT_S
@@ -128,7 +128,7 @@ def test_a_restarted_receiver_with_the_same_code_is_found_again() -> None:
     at = world.now
     keep_talking(world, 4.0)
     assert world.senders[SENDER].session in world.receiver.sessions
-    assert Lost(first, LossReason.REPLACED) in world.events(SENDER)  # type: ignore[arg-type]
+    assert SessionEnded(first, LossReason.REPLACED) in world.events(SENDER)  # type: ignore[arg-type]
     assert world.bodies()[-1] == b"motion"
     assert world.now - at <= 4.1
 
@@ -150,7 +150,7 @@ def test_a_receiver_restarted_with_another_code_ends_it_clearly() -> None:
     world.restart_receiver(code=WRONG)
     keep_talking(world, IDLE_S + 5.0)
     told = [event for event in world.events(SENDER) if not isinstance(event, Connected)]
-    assert told == [WrongCode(4, RECEIVER), Lost(told[1].session, LossReason.IDLE)]  # type: ignore[union-attr]
+    assert told == [WrongCode(4, RECEIVER), SessionEnded(told[1].session, LossReason.IDLE)]  # type: ignore[union-attr]
 
 
 def test_a_forged_hint_does_nothing_to_a_live_session_and_cannot_end_a_silent_one() -> None:
@@ -184,7 +184,7 @@ def test_an_outage_shorter_than_the_idle_time_keeps_a_session() -> None:
     keep_talking(world, 9.0)
     assert list(world.receiver.sessions) == [session]
     assert world.senders[SENDER].session in world.receiver.sessions
-    assert not any(isinstance(e, Lost) and e.reason is LossReason.IDLE for e in world.events())
+    assert not any(isinstance(e, SessionEnded) and e.reason is LossReason.IDLE for e in world.events())
 
 
 def test_a_false_receiver_gets_at_most_three_proofs_a_minute() -> None:
@@ -214,7 +214,7 @@ def test_a_silent_session_is_lost_in_the_end_but_not_given_up() -> None:
     world.run(IDLE_S + 1.0)
     assert sender.session is None
     kinds = [type(event) for event in world.events(SENDER)]
-    assert kinds == [Connected, Lost, NoAnswer]
+    assert kinds == [Connected, SessionEnded, NoAnswer]
     world.fate = at_once
     world.run(5.0)
     assert sender.session is not None
@@ -237,7 +237,7 @@ def test_an_exhausted_session_is_followed_by_a_new_one() -> None:
     sender._link.sealer.counter = 1 << 32
     assert sender.seal_body(b"motion") is None
     world.run(0.2)
-    assert [type(event) for event in world.events(SENDER)] == [Connected, Lost, Connected]
+    assert [type(event) for event in world.events(SENDER)] == [Connected, SessionEnded, Connected]
     world.send_body(b"motion")
     world.settle()
     assert world.bodies() == [b"motion"]
@@ -248,7 +248,7 @@ def test_what_belongs_to_no_handshake_is_counted() -> None:
     sender = world.senders[SENDER]
     sender.receive_datagram(handshake_datagram(Kind.RETRY, bytes(8), bytes(8)), RECEIVER, world.now)
     sender.receive_datagram(bytes((0x94, 2, (sender.session or 0) ^ 1, 0, 0xC4, 8)) + bytes(8), RECEIVER, world.now)
-    assert sender.dropped == {Reason.UNKNOWN_ATTEMPT: 1, Reason.UNKNOWN_SESSION: 1}
+    assert sender.dropped == {DropReason.UNKNOWN_ATTEMPT: 1, DropReason.UNKNOWN_SESSION: 1}
 
 
 TROUBLES = st.lists(

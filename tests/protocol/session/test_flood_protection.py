@@ -7,26 +7,26 @@ from conf.protocol.session.flood_protection import (
     COOKIE_SLOT_S,
     MAX_WRONG_CODES,
     WRONG_CODES_PERIOD_S,
-    CookieJar,
-    WrongCodeLimit,
+    AttemptLimit,
+    CookieFactory,
 )
 from tests.support.simulated_sessions import SENDER, seeded
 
 
 def test_a_cookie_is_good_for_its_address_content_and_time_only() -> None:
-    jar = CookieJar(seeded(1))
-    cookie = jar.bake(b"bound", SENDER, 100.0)
+    jar = CookieFactory(seeded(1))
+    cookie = jar.make(b"bound", SENDER, 100.0)
     assert jar.check(cookie, b"bound", SENDER, 100.0 + COOKIE_SLOT_S)
     assert not jar.check(cookie, b"bound", SENDER, 100.0 + 2 * COOKIE_SLOT_S)
     assert not jar.check(cookie, b"bounD", SENDER, 100.0)
     assert not jar.check(cookie, b"bound", (SENDER[0], SENDER[1] + 1), 100.0)
     assert not jar.check(cookie, b"bound", ("198.51.100.8", SENDER[1]), 100.0)
-    assert not CookieJar(seeded(2)).check(cookie, b"bound", SENDER, 100.0)
+    assert not CookieFactory(seeded(2)).check(cookie, b"bound", SENDER, 100.0)
 
 
 @given(st.lists(st.floats(0, 50), max_size=60))
 def test_no_minute_has_more_than_five_wrong_codes(steps: list[float]) -> None:
-    limit, now, tried = WrongCodeLimit(), 0.0, list[float]()
+    limit, now, tried = AttemptLimit(), 0.0, list[float]()
     for step in steps:
         now += step
         assert (limit.wait(now) > 0) == (limit.tries_left(now) == 0)
@@ -37,7 +37,7 @@ def test_no_minute_has_more_than_five_wrong_codes(steps: list[float]) -> None:
 
 
 def test_the_wait_ends_when_the_oldest_is_a_minute_old() -> None:
-    limit = WrongCodeLimit()
+    limit = AttemptLimit()
     for now in range(MAX_WRONG_CODES):
         assert limit.tries_left(float(now)) == MAX_WRONG_CODES - now
         limit.record(float(now))

@@ -11,8 +11,8 @@ from cryptography.hazmat.primitives.ciphers.aead import AESCCM
 from spake2 import SPAKE2_A
 
 from conf.protocol.session.drop_reasons import DatagramError
-from conf.protocol.session.packet import parse
-from conf.protocol.session.server import ReceiverSessions
+from conf.protocol.session.packet import parse_datagram
+from conf.protocol.session.server import SessionServer
 from tools.golden.session import CODE, FOLDER, SENDER, invalid, stream, valid
 
 VALID = {path.stem.removeprefix("session_"): path for path in sorted(FOLDER.glob("session_[!i]*.bin"))}
@@ -33,15 +33,15 @@ def test_the_bytes_of_the_wire_have_not_changed() -> None:
 @pytest.mark.parametrize("path", VALID.values(), ids=VALID)
 def test_a_valid_datagram_parses_and_no_truncation_of_it_does(path: Path) -> None:
     data = path.read_bytes()
-    parse(data)
+    parse_datagram(data)
     for size in range(len(data)):
         with pytest.raises(DatagramError):
-            parse(data[:size])
+            parse_datagram(data[:size])
 
 
 @pytest.mark.parametrize("name", INVALID)
 def test_an_invalid_datagram_is_dropped_for_its_reason(name: str) -> None:
-    receiver = ReceiverSessions(CODE, stream("receiver"))
+    receiver = SessionServer(CODE, stream("receiver"))
     receiver.receive_datagram(INVALID[name].read_bytes(), SENDER, 0.0)
     assert [str(reason) for reason in receiver.dropped] == [name.split("_")[0]]
     assert not receiver.datagrams_to_send(0.0)

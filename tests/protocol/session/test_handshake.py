@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.protocol.session.drop_reasons import DatagramError, Reason
+from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.handshake import proof, receiver_secrets, sender_secrets, sender_share
 from tests.support.simulated_sessions import CODE, WRONG, seeded
 
@@ -35,7 +35,7 @@ def test_any_32_bytes_are_a_share_or_a_counted_error(share: bytes) -> None:
     try:
         receiver_secrets(CODE, ATTEMPT, share, seeded("receiver"))
     except DatagramError as error:
-        assert error.reason is Reason.SHARE
+        assert error.reason is DropReason.SHARE
 
 
 @pytest.mark.parametrize("y", [0, 1, 2**255 - 20, 2**255 - 19, 2**255 - 18, 2**255, 2**256 - 1])
@@ -46,7 +46,7 @@ def test_points_of_small_order_are_no_shares_or_lead_nowhere(y: int) -> None:
         try:
             found.add(receiver_secrets(CODE, ATTEMPT, y.to_bytes(32, "little"), seeded(seed))[0])
         except DatagramError as error:
-            assert error.reason is Reason.SHARE
+            assert error.reason is DropReason.SHARE
     assert len(found) in (0, 2)
 
 

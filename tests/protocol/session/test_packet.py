@@ -5,12 +5,12 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from conf.protocol.session.drop_reasons import DatagramError, Reason
+from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.packet import (
     FIELDS,
     MAX_COUNTER,
     MAX_DATAGRAM,
-    NEAR,
+    SHORT_COUNTER_REACH,
     TAG_BYTES,
     VERSION,
     DataPacket,
@@ -18,16 +18,16 @@ from conf.protocol.session.packet import (
     Kind,
     data_header,
     handshake_datagram,
-    parse,
+    parse_datagram,
     restore_counter,
 )
 
 SEALED = st.binary(min_size=TAG_BYTES, max_size=1180)
 
 
-def reason_of(data: bytes) -> Reason | None:
+def reason_of(data: bytes) -> DropReason | None:
     try:
-        parse(data)
+        parse_datagram(data)
     except DatagramError as error:
         return error.reason
     return None
@@ -38,7 +38,7 @@ def test_a_data_datagram_is_a_msgpack_array_and_parses_back(session: int, counte
     header = data_header(session, counter, -1000, len(sealed) - TAG_BYTES)
     assert msgpack.unpackb(header + sealed) == [VERSION, session, counter, sealed]
     assert header + sealed == msgpack.packb([VERSION, session, counter, sealed])
-    assert parse(header + sealed) == DataPacket(session, counter, header, sealed)
+    assert parse_datagram(header + sealed) == DataPacket(session, counter, header, sealed)
 
 
 @pytest.mark.parametrize("kind", Kind)
@@ -47,7 +47,7 @@ def test_a_handshake_datagram_is_a_msgpack_array_and_parses_back(kind: Kind) -> 
     data = handshake_datagram(kind, *fields)
     version, on_wire, body = msgpack.unpackb(data)
     assert (version, on_wire, body[:-4]) == (VERSION, kind, bytes(range(FIELDS[kind].size)))
-    assert parse(data) == HandshakePacket(kind, fields)
+    assert parse_datagram(data) == HandshakePacket(kind, fields)
 
 
 def test_framing_and_seal_of_a_small_body_cost_14_bytes() -> None:
@@ -61,22 +61,22 @@ def test_a_counter_is_short_up_to_64_above_what_is_acknowledged() -> None:
     assert len(data_header(5, 1065, 1000, 0)) == 8
 
 
-@given(st.integers(0, MAX_COUNTER - 200), st.integers(0, NEAR - 1), st.integers(0, NEAR))
+@given(st.integers(0, MAX_COUNTER - 200), st.integers(0, SHORT_COUNTER_REACH - 1), st.integers(0, SHORT_COUNTER_REACH))
 @example(0, 0, 0)
 @example(127, 0, 1)
 def test_a_short_counter_is_restored_whatever_arrived_in_between(highest: int, ahead: int, behind: int) -> None:
     """The receiver has `highest`; the datagram is up to 64 ahead of it, or overtaken by at most 62 others."""
-    counter = highest + 1 + ahead if ahead else max(0, highest - min(behind, NEAR - 2))
+    counter = highest + 1 + ahead if ahead else max(0, highest - min(behind, SHORT_COUNTER_REACH - 2))
     acknowledged = min(highest, counter - 1)
     data = data_header(0, counter, acknowledged, 0) + bytes(TAG_BYTES)
-    packet = parse(data)
+    packet = parse_datagram(data)
     assert isinstance(packet, DataPacket)
     assert restore_counter(packet.counter, highest) == counter
 
 
 @given(st.integers(0, 127), st.integers(-1, 70))
 def test_the_first_128_counters_need_no_acknowledgement(counter: int, highest: int) -> None:
-    packet = parse(data_header(0, counter, -1, 0) + bytes(TAG_BYTES))
+    packet = parse_datagram(data_header(0, counter, -1, 0) + bytes(TAG_BYTES))
     assert isinstance(packet, DataPacket)
     assert restore_counter(packet.counter, min(highest, counter - 1)) == counter
 
@@ -119,28 +119,28 @@ TAG = "00" * 8
 @pytest.mark.parametrize(
     ("hexes", "reason"),
     [
-        ("", Reason.SIZE),
-        ("94020505c4080000", Reason.SIZE),
-        ("00" * (MAX_DATAGRAM + 1), Reason.SIZE),
-        (f"94010505c408{TAG}", Reason.VERSION),
-        (f"93010005c408{TAG}", Reason.VERSION),
-        (f"95020505c408{TAG}", Reason.SYNTAX),
-        (f"94028005c408{TAG}", Reason.SYNTAX),  # session 128
-        (f"940205cc7fc408{TAG}", Reason.SYNTAX),  # counter 127 as uint8: not its shortest form
-        (f"940205cd00ffc408{TAG}", Reason.SYNTAX),
-        (f"940205ce0000ffffc408{TAG}", Reason.SYNTAX),
-        (f"940205cf0000000100000000c408{TAG}", Reason.SYNTAX),  # counters end at 2^32
-        (f"940205d0ffc408{TAG}", Reason.SYNTAX),  # a negative counter
-        (f"94020505c50008{TAG}", Reason.SYNTAX),  # bin16 where bin8 would do
-        (f"94020505d908{TAG}", Reason.SYNTAX),  # a string
-        (f"94020505c407{TAG}", Reason.SYNTAX),  # a byte too many
-        (f"94020505c409{TAG}", Reason.SYNTAX),  # a byte too few
-        ("94020505c40700000000000000", Reason.SYNTAX),  # no room for a tag
-        ("930206c405057a4a1d9e", Reason.CHECKSUM),
-        ("930207c405057a4a1d9d", Reason.SYNTAX),  # no such kind
+        ("", DropReason.SIZE),
+        ("94020505c4080000", DropReason.SIZE),
+        ("00" * (MAX_DATAGRAM + 1), DropReason.SIZE),
+        (f"94010505c408{TAG}", DropReason.VERSION),
+        (f"93010005c408{TAG}", DropReason.VERSION),
+        (f"95020505c408{TAG}", DropReason.SYNTAX),
+        (f"94028005c408{TAG}", DropReason.SYNTAX),  # session 128
+        (f"940205cc7fc408{TAG}", DropReason.SYNTAX),  # counter 127 as uint8: not its shortest form
+        (f"940205cd00ffc408{TAG}", DropReason.SYNTAX),
+        (f"940205ce0000ffffc408{TAG}", DropReason.SYNTAX),
+        (f"940205cf0000000100000000c408{TAG}", DropReason.SYNTAX),  # counters end at 2^32
+        (f"940205d0ffc408{TAG}", DropReason.SYNTAX),  # a negative counter
+        (f"94020505c50008{TAG}", DropReason.SYNTAX),  # bin16 where bin8 would do
+        (f"94020505d908{TAG}", DropReason.SYNTAX),  # a string
+        (f"94020505c407{TAG}", DropReason.SYNTAX),  # a byte too many
+        (f"94020505c409{TAG}", DropReason.SYNTAX),  # a byte too few
+        ("94020505c40700000000000000", DropReason.SYNTAX),  # no room for a tag
+        ("930206c405057a4a1d9e", DropReason.CHECKSUM),
+        ("930207c405057a4a1d9d", DropReason.SYNTAX),  # no such kind
     ],
 )
-def test_what_is_wrong_is_counted_by_its_reason(hexes: str, reason: Reason) -> None:
+def test_what_is_wrong_is_counted_by_its_reason(hexes: str, reason: DropReason) -> None:
     assert reason_of(bytes.fromhex(hexes)) is reason
 
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.protocol.session.pairing_code import NUMBERS, WORDS, make_code, normalise_code
+from conf.protocol.session.pairing_code import NUMBERS, WORDS, generate_code, normalise_code
 from tests.support.simulated_sessions import seeded
 
 CODES = st.tuples(st.sampled_from(WORDS), st.sampled_from(WORDS), st.sampled_from(WORDS), st.integers(0, NUMBERS - 1))
@@ -22,13 +22,13 @@ def test_words_are_256_and_no_two_are_one_letter_apart() -> None:
 
 @given(st.integers())
 def test_a_made_code_is_normal(seed: int) -> None:
-    code = make_code(seeded(seed))
+    code = generate_code(seeded(seed))
     assert normalise_code(code) == code
 
 
 def test_codes_spread_over_all_words_and_numbers() -> None:
     random = seeded("spread")
-    codes = [make_code(random).split("-") for _ in range(4000)]
+    codes = [generate_code(random).split("-") for _ in range(4000)]
     assert {word for *words, _ in codes for word in words} == set(WORDS)
     assert {int(number) for *_, number in codes} == set(range(NUMBERS))
 

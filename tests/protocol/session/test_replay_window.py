@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.protocol.session.drop_reasons import DatagramError, Reason
+from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.replay_window import WINDOW, ReplayWindow
 
 
@@ -32,8 +32,8 @@ def test_check_alone_changes_nothing() -> None:
     assert (window.highest, window.received) == (3, 1)
 
 
-@pytest.mark.parametrize(("counter", "reason"), [(100, Reason.REPLAYED), (36, Reason.TOO_OLD)])
-def test_reasons(counter: int, reason: Reason) -> None:
+@pytest.mark.parametrize(("counter", "reason"), [(100, DropReason.REPLAYED), (36, DropReason.TOO_OLD)])
+def test_reasons(counter: int, reason: DropReason) -> None:
     window = ReplayWindow()
     window.accept(100)
     with pytest.raises(DatagramError) as caught:

@@ -1,9 +1,9 @@
 """The receiver against strangers: bounded work, no larger answer, five wrong codes a minute, nothing counted twice."""
 
-from conf.protocol.session.drop_reasons import DatagramError, Reason
+from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.flood_protection import MAX_WRONG_CODES, Address
 from conf.protocol.session.handshake import Refusal, proof, sender_secrets, sender_share
-from conf.protocol.session.packet import FIELDS, HandshakePacket, Kind, parse
+from conf.protocol.session.packet import FIELDS, HandshakePacket, Kind, parse_datagram
 from conf.protocol.session.responder import ATTEMPT_LIFE_S, MAX_ATTEMPTS_PER_HOST, SHARES_AT_ONCE, Responder
 from tests.support.simulated_sessions import CODE, SENDER, WRONG, seeded
 
@@ -30,7 +30,7 @@ class Caller:
 
 
 def read(data: bytes) -> HandshakePacket:
-    packet = parse(data)
+    packet = parse_datagram(data)
     assert isinstance(packet, HandshakePacket)
     return packet
 
@@ -125,5 +125,5 @@ def test_another_share_or_address_under_a_known_name_changes_nothing() -> None:
     try:
         thief.hello_twice(0.0)
     except DatagramError as error:
-        assert error.reason is Reason.UNKNOWN_ATTEMPT
+        assert error.reason is DropReason.UNKNOWN_ATTEMPT
     assert caller.hello(0.0) == answer

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.protocol.session import seal
-from conf.protocol.session.drop_reasons import DatagramError, Reason
-from conf.protocol.session.packet import DataPacket, parse
+from conf.protocol.session.drop_reasons import DatagramError, DropReason
+from conf.protocol.session.packet import DataPacket, parse_datagram
 from conf.protocol.session.seal import CounterExhausted, KeyChain, Opener, Sealer
 from tests.support.simulated_sessions import state
 
@@ -14,12 +14,12 @@ SECRET = bytes(range(32))
 
 
 def open_datagram(opener: Opener, data: bytes) -> tuple[int, bytes]:
-    packet = parse(data)
+    packet = parse_datagram(data)
     assert isinstance(packet, DataPacket)
     return opener.open(packet)
 
 
-def reason_of(opener: Opener, data: bytes) -> Reason:
+def reason_of(opener: Opener, data: bytes) -> DropReason:
     before = state(opener)
     with pytest.raises(DatagramError) as caught:
         open_datagram(opener, data)
@@ -34,7 +34,7 @@ def test_bodies_open_in_any_order_once_across_key_changes(bodies: list[bytes], e
     for index, body, data in sorted(datagrams, key=lambda d: (d[0] // 4, -d[0])):  # fours, each back to front
         assert open_datagram(opener, data) == (index, body)
     for *_, data in datagrams:
-        assert reason_of(opener, data) is Reason.REPLAYED
+        assert reason_of(opener, data) is DropReason.REPLAYED
 
 
 def test_a_key_change_costs_no_byte_and_old_keys_are_forgotten() -> None:
@@ -51,7 +51,7 @@ def test_a_key_change_costs_no_byte_and_old_keys_are_forgotten() -> None:
 
 def test_each_epoch_and_direction_has_its_own_key_and_salt() -> None:
     chain, other = KeyChain(SECRET), KeyChain(bytes(32))
-    keys = [chain.advance(), chain.advance(), other.advance()]
+    keys = [chain.next_key(), chain.next_key(), other.next_key()]
     sealed = {key.cipher.encrypt(bytes(13), b"body", b"") for key in keys}
     assert len(sealed) == len({key.salt for key in keys}) == 3
 
@@ -59,7 +59,7 @@ def test_each_epoch_and_direction_has_its_own_key_and_salt() -> None:
 def test_a_counter_beyond_the_next_epoch_is_refused_before_any_work() -> None:
     sealer, opener = Sealer(7, SECRET, epoch_length=100), Opener(SECRET, epoch_length=100)
     datagrams = [sealer.seal(b"") for _ in range(201)]
-    assert reason_of(opener, datagrams[200]) is Reason.COUNTER
+    assert reason_of(opener, datagrams[200]) is DropReason.COUNTER
     assert open_datagram(opener, datagrams[150]) == (150, b"")
     assert open_datagram(opener, datagrams[200]) == (200, b"")
 
@@ -82,7 +82,7 @@ def test_a_datagram_behind_the_window_is_too_old() -> None:
     sealer, opener = Sealer(7, SECRET), Opener(SECRET)
     datagrams = [sealer.seal(b"") for _ in range(300)]
     open_datagram(opener, datagrams[299])
-    assert reason_of(opener, datagrams[200]) is Reason.TOO_OLD
+    assert reason_of(opener, datagrams[200]) is DropReason.TOO_OLD
 
 
 def test_counters_are_never_used_twice_and_end() -> None:
@@ -112,5 +112,5 @@ def test_acknowledging_what_was_not_sent_is_ignored() -> None:
 
 
 def test_nonces_are_thirteen_bytes() -> None:
-    assert len(KeyChain(SECRET).advance().nonce(5)) == 13
+    assert len(KeyChain(SECRET).next_key().nonce(5)) == 13
     assert seal.EPOCH_LENGTH == 1 << 20

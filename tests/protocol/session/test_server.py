@@ -5,11 +5,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.protocol.session.client import SenderSession
-from conf.protocol.session.drop_reasons import DatagramError, Reason
-from conf.protocol.session.events import BodyReceived, Connected, LossReason, Lost, Roamed, WrongCode
-from conf.protocol.session.packet import VERSION, Kind, handshake_datagram, parse
+from conf.protocol.session.drop_reasons import DatagramError, DropReason
+from conf.protocol.session.events import AddressChanged, BodyReceived, Connected, LossReason, SessionEnded, WrongCode
+from conf.protocol.session.packet import VERSION, Kind, handshake_datagram, parse_datagram
 from conf.protocol.session.responder import RETRIES_PER_SECOND
-from conf.protocol.session.server import HINTS_PER_SECOND, IDLE_S, ReceiverSessions
+from conf.protocol.session.server import HINTS_PER_SECOND, IDLE_S, SessionServer
 from tests.support.simulated_sessions import CODE, RECEIVER, SENDER, WRONG, World, at_once, seeded, state
 
 ELSEWHERE = ("203.0.113.9", 40001)
@@ -43,7 +43,7 @@ def test_the_two_directions_do_not_share_keys(world: World) -> None:
     sealed = world.senders[SENDER].seal_body(b"motion")
     assert sealed is not None
     world.senders[SENDER].receive_datagram(sealed.datagram, RECEIVER, world.now)
-    assert world.senders[SENDER].dropped == {Reason.SEAL: 1}
+    assert world.senders[SENDER].dropped == {DropReason.SEAL: 1}
 
 
 def test_a_replayed_datagram_is_dropped_and_does_not_keep_a_session_alive(world: World) -> None:
@@ -53,12 +53,12 @@ def test_a_replayed_datagram_is_dropped_and_does_not_keep_a_session_alive(world:
         world.send(sealed.datagram, SENDER, RECEIVER)
     world.settle()
     assert world.bodies() == [b"motion"]
-    assert world.receiver.dropped == {Reason.REPLAYED: 2}
+    assert world.receiver.dropped == {DropReason.REPLAYED: 2}
     del world.senders[SENDER]
     for _ in range(31):
         world.run(1.0)
         world.send(sealed.datagram, SENDER, RECEIVER)
-    assert world.events()[-1] == Lost(session_of_first(world), LossReason.IDLE)
+    assert world.events()[-1] == SessionEnded(session_of_first(world), LossReason.IDLE)
 
 
 def session_of_first(world: World) -> int:
@@ -74,11 +74,11 @@ def test_a_newer_datagram_from_a_new_address_moves_the_session(world: World) -> 
     world.heard[ELSEWHERE] = []
     world.send_body(b"moved", ELSEWHERE)
     world.settle()
-    assert world.events()[-1] == Roamed(session_of(world), ELSEWHERE)
+    assert world.events()[-1] == AddressChanged(session_of(world), ELSEWHERE)
     world.send(old.datagram, SENDER, RECEIVER)
     world.settle()
     assert world.bodies() == [b"moved", b"late"]
-    assert world.events()[-1] == Roamed(session_of(world), ELSEWHERE)
+    assert world.events()[-1] == AddressChanged(session_of(world), ELSEWHERE)
     assert world.receiver.sessions[session_of(world)].address == ELSEWHERE
 
 
@@ -113,7 +113,7 @@ def test_silence_ends_a_session_and_frees_its_place() -> None:
     del world.senders[SENDER]
     assert world.receiver.get_timer() is not None
     world.run(IDLE_S + 0.2)
-    assert world.events() == [Connected(session, SENDER), Lost(session, LossReason.IDLE)]
+    assert world.events() == [Connected(session, SENDER), SessionEnded(session, LossReason.IDLE)]
     assert world.receiver.get_timer() is None
     world.add_sender(ELSEWHERE)
     world.run(0.1)
@@ -129,7 +129,7 @@ def test_the_same_address_shaking_hands_again_replaces_its_session() -> None:
     world.run(0.1)
     second = session_of(world)
     assert second != first
-    expected = [Connected(first, SENDER), Lost(first, LossReason.REPLACED), Connected(second, SENDER)]
+    expected = [Connected(first, SENDER), SessionEnded(first, LossReason.REPLACED), Connected(second, SENDER)]
     assert world.events() == expected
 
 
@@ -138,7 +138,7 @@ def test_close_frees_the_place(world: World) -> None:
     world.receiver.close(session)
     world.receiver.close(session)
     assert world.receiver.seal_body(session, b"") is None
-    assert world.receiver.next_event() == Lost(session, LossReason.CLOSED)
+    assert world.receiver.next_event() == SessionEnded(session, LossReason.CLOSED)
     assert world.receiver.next_event() is None
 
 
@@ -159,7 +159,7 @@ def test_an_unknown_session_is_answered_with_less_and_not_too_often(world: World
     answers = world.receiver.datagrams_to_send(world.now)
     assert 0 < len(answers) <= HINTS_PER_SECOND
     assert all(len(answer) < len(data) for answer, _ in answers)
-    assert world.receiver.dropped == {Reason.UNKNOWN_SESSION: 1000}
+    assert world.receiver.dropped == {DropReason.UNKNOWN_SESSION: 1000}
 
 
 def test_a_flood_of_hellos_gets_few_answers_and_no_memory(world: World) -> None:
@@ -173,7 +173,7 @@ def test_a_flood_of_hellos_gets_few_answers_and_no_memory(world: World) -> None:
         assert all(len(answer) <= len(hello) for answer, _ in answers)
     assert answered <= RETRIES_PER_SECOND
     assert state(world.receiver) == before
-    assert world.receiver.dropped[Reason.RATE] == 5000 - answered
+    assert world.receiver.dropped[DropReason.RATE] == 5000 - answered
 
 
 @given(st.data())
@@ -249,10 +249,10 @@ class FlipWorld(World):
 
 @given(st.binary(min_size=1, max_size=60))
 def test_only_counted_errors_leave_the_parser(data: bytes) -> None:
-    receiver = ReceiverSessions(CODE, seeded("r"))
+    receiver = SessionServer(CODE, seeded("r"))
     receiver.receive_datagram(data, SENDER, 0.0)
     try:
-        parse(data)
+        parse_datagram(data)
     except DatagramError:
         assert receiver.dropped.total() == 1
 
@@ -280,11 +280,11 @@ def test_a_flood_of_spoofed_hellos_does_not_hold_up_who_has_his_cookie(world: Wo
     for n in range(1000):
         hello = handshake_datagram(Kind.HELLO, n.to_bytes(8), bytes(8), bytes(32))
         world.receiver.receive_datagram(hello, ("10.0.0.1", n), world.now)
-    assert world.receiver.dropped[Reason.RATE]
+    assert world.receiver.dropped[DropReason.RATE]
     world.settle()
     assert late.session in world.receiver.sessions
 
 
 def test_no_more_sessions_than_can_be_numbered() -> None:
     with pytest.raises(ValueError, match="max_sessions must be from 1 to 127"):
-        ReceiverSessions(CODE, seeded("r"), max_sessions=128)
+        SessionServer(CODE, seeded("r"), max_sessions=128)

@@ -1,7 +1,7 @@
 import numpy as np
 
-from conf.receiver.portrait.layer import Layer, load_texture
-from conf.render.shader_programs import program
+from conf.receiver.portrait.layer import TexturedLayer, load_texture
+from conf.render.shader_programs import load_program
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.opengl import requires_gl
 
@@ -12,15 +12,15 @@ def test_a_texture_keeps_its_rows_and_alpha_lets_through() -> None:
     pixels[0], pixels[1] = (255, 0, 0), (0, 0, 255)  # blue above red
     with OffscreenWindow(8, 8) as window:
         window.begin()
-        shader = program(window.ctx, "portrait", "portrait")
+        shader = load_program(window.ctx, "portrait", "portrait")
         shader["frame"], shader["opacity"], shader["fade"] = (1.0, 1.0, 0.0, 0.0), 1.0, 0.0
         corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32)
-        layer = Layer(
+        layer = TexturedLayer(
             window.ctx,
             shader,
             window.ctx.buffer(corners.tobytes()),
             uvs=corners * (0.5, -0.5) + 0.5,
-            shares=np.ones(4),
+            alphas=np.ones(4),
             triangles=np.array([[0, 1, 2], [0, 2, 3]]),
             texture=load_texture(window.ctx, pixels),
         )

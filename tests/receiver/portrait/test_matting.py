@@ -1,8 +1,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.receiver.portrait.inpainting import person_share
-from conf.receiver.portrait.matting import cut_out
+from conf.receiver.portrait.inpainting import person_mask
+from conf.receiver.portrait.matting import estimate_matte
 
 WALL, COAT = np.array((200.0, 100.0, 50.0)), np.array((20.0, 30.0, 160.0))
 OUTLINE = np.array([(0.3, 1.0), (0.3, 0.3), (0.7, 0.3), (0.7, 1.0)])
@@ -18,8 +18,8 @@ def picture(half_width: float) -> NDArray[np.uint8]:
 
 def test_laid_over_its_background_the_person_gives_the_picture_again() -> None:
     pixels = picture(33.0)
-    cutout = cut_out(pixels, person_share(OUTLINE, SIZE))
-    share = cutout.share[..., None] / 255
+    cutout = estimate_matte(pixels, person_mask(OUTLINE, SIZE))
+    share = cutout.alpha[..., None] / 255
     again = share * cutout.colours + (1 - share) * cutout.backdrop
     assert np.abs(again - pixels).mean() < 0.5
     assert np.abs(again - pixels)[60:].max() < 12
@@ -27,20 +27,20 @@ def test_laid_over_its_background_the_person_gives_the_picture_again() -> None:
 
 def test_no_rim_of_the_old_background_is_carried_along() -> None:
     for half_width in (32.0, 33.0, 34.0):  # the outline says 32: it may be off
-        cutout = cut_out(picture(half_width), person_share(OUTLINE, SIZE))
-        seen = cutout.share[70] > 127
+        cutout = estimate_matte(picture(half_width), person_mask(OUTLINE, SIZE))
+        seen = cutout.alpha[70] > 127
         assert abs(seen.sum() / 2 - half_width) <= 1
         assert np.abs(cutout.colours[70][seen] - COAT).max() < 45
 
 
 def test_without_an_outline_everything_is_person() -> None:
     pixels = picture(32.0)
-    cutout = cut_out(pixels, person_share(OUTLINE[:0], SIZE))
-    assert cutout.colours is pixels and cutout.backdrop is pixels and cutout.share.min() == 255
+    cutout = estimate_matte(pixels, person_mask(OUTLINE[:0], SIZE))
+    assert cutout.colours is pixels and cutout.backdrop is pixels and cutout.alpha.min() == 255
 
 
 def test_the_smallest_pictures_can_be_cut() -> None:
     for width, height in ((1, 1), (2, 5), (9, 8)):
         pixels = np.zeros((height, width, 3), np.uint8)
-        cutout = cut_out(pixels, person_share(OUTLINE, (width, height)))
-        assert cutout.share.shape == (height, width)
+        cutout = estimate_matte(pixels, person_mask(OUTLINE, (width, height)))
+        assert cutout.alpha.shape == (height, width)

@@ -5,33 +5,33 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_COUNT, INDEX
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.patch_features import MOUTH
-from conf.protocol.portrait import encode_thing
+from conf.protocol.portrait import encode_object
 from conf.receiver.portrait.portrait_renderer import PortraitRenderer
-from conf.receiver.portrait.portrait_store import Album
-from conf.render.camera import View
+from conf.receiver.portrait.portrait_store import PortraitStore
+from conf.render.camera import ViewState
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.drawn_person import SIZE, draw_person, patch, photograph, to_pixels
 from tests.support.opengl import requires_gl
 from tests.support.synthetic_portrait import POSE
 
 STILL = np.zeros((CONTROL_POINT_COUNT, 3))
-AHEAD = View()
+AHEAD = ViewState()
 
 
 class Easel:
     """An album, its renderer and a window."""
 
     def __init__(self, size: tuple[int, int]) -> None:
-        self.album = Album()
+        self.album = PortraitStore()
         self.window = OffscreenWindow(*size)
         self.window.begin()
         self.renderer = PortraitRenderer(self.window.ctx, self.album)
 
     def draw(
-        self, displacements: NDArray[np.float64] = STILL, pose: HeadPose = POSE, view: View = AHEAD
+        self, displacements: NDArray[np.float64] = STILL, pose: HeadPose = POSE, view: ViewState = AHEAD
     ) -> NDArray[np.uint8]:
         self.window.begin()
         self.renderer.draw(displacements, pose, view, self.window.framebuffer)
@@ -40,7 +40,7 @@ class Easel:
 
 def easel(size: tuple[int, int] = SIZE) -> Iterator[Easel]:
     made = Easel(size)
-    made.album.receive(encode_thing(photograph()))
+    made.album.receive(encode_object(photograph()))
     yield made
     made.renderer.release()
     made.window.release()
@@ -66,19 +66,19 @@ def test_the_person_moves_and_the_background_stays() -> None:
 @requires_gl
 def test_the_hand_turns_the_face_a_little_and_never_farther() -> None:
     for made in easel():
-        front, turned = made.draw().astype(int), made.draw(view=View(yaw=0.3)).astype(int)
+        front, turned = made.draw().astype(int), made.draw(view=ViewState(yaw=0.3)).astype(int)
         assert np.abs(front - turned)[60:150, 120:210].mean() > 2
-        np.testing.assert_array_equal(made.draw(view=View(yaw=1.0)), made.draw(view=View(yaw=40.0)))
+        np.testing.assert_array_equal(made.draw(view=ViewState(yaw=1.0)), made.draw(view=ViewState(yaw=40.0)))
 
 
 @requires_gl
 def test_a_patch_shows_when_its_keys_are_near_and_only_at_its_place() -> None:
     for made in easel():
         smile = STILL.copy()
-        smile[INDEX["outer_lip_corner_l"], :2] = (200, 200)
-        smile[INDEX["outer_lip_corner_r"], :2] = (-200, 200)
+        smile[CONTROL_POINT_INDEX["outer_lip_corner_l"], :2] = (200, 200)
+        smile[CONTROL_POINT_INDEX["outer_lip_corner_r"], :2] = (-200, 200)
         before, still = made.draw(smile).astype(int), made.draw().astype(int)
-        made.album.receive(encode_thing(replace(patch(), keys=MOUTH.key(smile))))
+        made.album.receive(encode_object(replace(patch(), descriptor=MOUTH.quantised_descriptor(smile))))
         after = made.draw(smile).astype(int)
         assert np.abs(made.draw().astype(int) - still).max() < 10
         far = np.abs(after - before).max(axis=2)
@@ -90,14 +90,14 @@ def test_a_patch_shows_when_its_keys_are_near_and_only_at_its_place() -> None:
 @requires_gl
 def test_a_face_that_is_as_photographed_shows_the_photograph_though_a_patch_be_near() -> None:
     for made in easel():
-        assert made.album.sitter is not None
-        photographed = made.album.sitter.warp.photographed()
+        assert made.album.photo is not None
+        photographed = made.album.photo.warp.photo_displacements()
         trembling = photographed.copy()
-        trembling[INDEX["outer_lip_corner_l"], :2] += (40, 40)
+        trembling[CONTROL_POINT_INDEX["outer_lip_corner_l"], :2] += (40, 40)
         poses = (POSE, replace(POSE, rotation=POSE.rotation + np.array((0.0, 0.2, 0.0))))
         before = [made.draw(trembling, pose).astype(int) for pose in poses]
-        keys = MOUTH.key(photographed + 3 * (trembling - photographed))
-        made.album.receive(encode_thing(replace(patch(), keys=keys)))
+        keys = MOUTH.quantised_descriptor(photographed + 3 * (trembling - photographed))
+        made.album.receive(encode_object(replace(patch(), descriptor=keys)))
         still, turned = (
             np.abs(made.draw(trembling, pose) - picture).max() for pose, picture in zip(poses, before, strict=True)
         )
@@ -108,13 +108,22 @@ def test_a_face_that_is_as_photographed_shows_the_photograph_though_a_patch_be_n
 def test_an_open_mouth_without_a_patch_is_dark() -> None:
     for made in easel():
         opened = STILL.copy()
-        lips = [i for name, i in INDEX.items() if name.startswith(("inner_lip_lower", "outer_lip_lower", "chin"))]
+        lips = [
+            i
+            for name, i in CONTROL_POINT_INDEX.items()
+            if name.startswith(("inner_lip_lower", "outer_lip_lower", "chin"))
+        ]
         opened[lips, 1] = -800
-        points = made.album.sitter.warp.place(opened, POSE) if made.album.sitter else STILL
-        upper, lower = points[INDEX["inner_lip_upper_mid"]], points[INDEX["inner_lip_lower_mid"]]
+        points = made.album.photo.warp.deform(opened, POSE) if made.album.photo else STILL
+        upper, lower = (
+            points[CONTROL_POINT_INDEX["inner_lip_upper_mid"]],
+            points[CONTROL_POINT_INDEX["inner_lip_lower_mid"]],
+        )
         x, y = np.rint(to_pixels(((upper + lower) / 2)[None])[0]).astype(int)
         assert made.draw(opened)[y, x].max() < 90
-        made.album.receive(encode_thing(patch(slot=1)))  # of a mouth that was less open: darkened, not stretched bright
+        made.album.receive(
+            encode_object(patch(slot=1))
+        )  # of a mouth that was less open: darkened, not stretched bright
         assert made.draw(opened)[y, x].max() < 110
 
 
@@ -132,7 +141,7 @@ def test_a_cell_of_a_grid_leaves_the_others_alone() -> None:
     for made in easel((320, 120)):
         made.window.begin()
         made.window.framebuffer.viewport = (0, 0, 160, 120)
-        made.renderer.draw(STILL, POSE, View(), made.window.framebuffer)
+        made.renderer.draw(STILL, POSE, ViewState(), made.window.framebuffer)
         made.window.framebuffer.viewport = (0, 0, 320, 120)
         assert made.window.read()[:, 160:].max() == 0
 

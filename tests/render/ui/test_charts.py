@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from conf.render.ui.charts import SIZE, Bar, Dot, bar_chart, scatter_chart
+from conf.render.ui.charts import SIZE, Bar, ScatterPoint, bar_chart, scatter_chart
 from conf.render.window.offscreen import OffscreenWindow
 
 
@@ -27,7 +27,7 @@ def test_each_bar_is_as_long_as_its_logarithm() -> None:
 
 
 def test_dots_stand_where_their_numbers_say() -> None:
-    dots = [Dot("left and low", 1.0, 1.0), Dot("right and high", 100.0, 9.0)]
+    dots = [ScatterPoint("left and low", 1.0, 1.0), ScatterPoint("right and high", 100.0, 9.0)]
     mask = blue(scatter_chart("loss", ("kbit/s", "error"), dots))
     ys, xs = np.nonzero(mask)
     left, right = xs < SIZE[0] / 2, xs >= SIZE[0] / 2

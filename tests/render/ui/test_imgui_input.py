@@ -1,7 +1,7 @@
 from imgui_bundle import imgui
 
 from conf.render.ui.imgui_input import dropped_files, is_typing
-from conf.render.window.input_events import Dropped, KeyHeld, KeyPressed, Typed
+from conf.render.window.input_events import FilesDropped, KeyPressed, KeyStateChanged, TextInput
 from tests.support.imgui_stage import Stage
 
 
@@ -17,16 +17,16 @@ def test_text_arrives_whole_and_control_a_takes_all_of_it(stage: Stage) -> None:
     stage.click(60, 18, draw)
     assert is_typing()
     for key in ("left_ctrl", "a"):
-        stage.feed(KeyHeld(key, True), draw)
+        stage.feed(KeyStateChanged(key, True), draw)
     for key in ("a", "left_ctrl"):
-        stage.feed(KeyHeld(key, False), draw)
+        stage.feed(KeyStateChanged(key, False), draw)
     for letter in "/vaczx.dpc":
-        stage._hands.feed([KeyHeld(letter, True)] if letter in "acvxz" else [])
-        stage._hands.feed([Typed(letter)])
+        stage._hands.process_events([KeyStateChanged(letter, True)] if letter in "acvxz" else [])
+        stage._hands.process_events([TextInput(letter)])
     for _ in range(3):
         stage.frame(draw)
     assert text == ["/vaczx.dpc"]
 
 
 def test_dropped_files_are_found_among_events() -> None:
-    assert dropped_files([KeyPressed("w"), Dropped(("a", "b")), Dropped(("c",))]) == ["a", "b", "c"]
+    assert dropped_files([KeyPressed("w"), FilesDropped(("a", "b")), FilesDropped(("c",))]) == ["a", "b", "c"]

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from imgui_bundle import imgui
 
-from conf.render.ui.imgui_overlay import Overlay, interface_scale, lines_height, panel
+from conf.render.ui.imgui_overlay import ImGuiOverlay, interface_scale, lines_height, panel
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.image_measures import box
 from tests.support.stand_in_head import SIZE
@@ -22,7 +22,7 @@ def test_text_grows_with_the_picture_slower_than_it_and_stays_readable(width: in
     )
 
 
-def test_a_panel_covers_its_place_and_nothing_else(window: OffscreenWindow, overlay: Overlay) -> None:
+def test_a_panel_covers_its_place_and_nothing_else(window: OffscreenWindow, overlay: ImGuiOverlay) -> None:
     window.begin()
     window.framebuffer.clear(1.0, 1.0, 1.0)
     with overlay.frame(window.framebuffer, SIZE, 1.0):
@@ -37,19 +37,19 @@ def test_a_panel_covers_its_place_and_nothing_else(window: OffscreenWindow, over
 def test_the_context_can_be_made_again_after_it_was_released(window: OffscreenWindow) -> None:
     before = imgui.get_current_context()
     for _ in range(2):
-        overlay = Overlay(window.ctx)
+        overlay = ImGuiOverlay(window.ctx)
         with overlay.frame(window.framebuffer, SIZE, 1.0):
             pass
         overlay.release()
     assert imgui.get_current_context() in (None, before)
 
 
-def test_a_frame_that_fails_does_not_spoil_the_next(window: OffscreenWindow, overlay: Overlay) -> None:
+def test_a_frame_that_fails_does_not_spoil_the_next(window: OffscreenWindow, overlay: ImGuiOverlay) -> None:
     with pytest.raises(RuntimeError, match="mine"), overlay.frame(window.framebuffer, SIZE, 1.0):
         raise RuntimeError("mine")
     with overlay.frame(window.framebuffer, SIZE, 1.0):
         pass
 
 
-def test_no_settings_file_is_written(window: OffscreenWindow, overlay: Overlay) -> None:
+def test_no_settings_file_is_written(window: OffscreenWindow, overlay: ImGuiOverlay) -> None:
     assert not imgui.get_io().get_ini_filename()

@@ -1,12 +1,12 @@
 from imgui_bundle import imgui
 
-from conf.render.ui.imgui_overlay import Overlay
+from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.image_measures import box
 from tests.support.stand_in_head import SIZE
 
 
-def test_colours_and_pixels_are_exact_and_clipping_is_kept(window: OffscreenWindow, overlay: Overlay) -> None:
+def test_colours_and_pixels_are_exact_and_clipping_is_kept(window: OffscreenWindow, overlay: ImGuiOverlay) -> None:
     window.begin()
     with overlay.frame(window.framebuffer, SIZE, 1.0):
         paint = imgui.get_background_draw_list()
@@ -18,7 +18,7 @@ def test_colours_and_pixels_are_exact_and_clipping_is_kept(window: OffscreenWind
     assert pixels[22, 30].tolist() == [30, 20, 10]
 
 
-def test_glyphs_that_appear_later_reach_the_card(window: OffscreenWindow, overlay: Overlay) -> None:
+def test_glyphs_that_appear_later_reach_the_card(window: OffscreenWindow, overlay: ImGuiOverlay) -> None:
     counts = []
     for text in ("", "abc", "ÄÖÜ 0123456789 WMQ"):
         window.begin()
@@ -28,7 +28,7 @@ def test_glyphs_that_appear_later_reach_the_card(window: OffscreenWindow, overla
     assert counts[0] == 0 < counts[1] < counts[2]
 
 
-def test_panels_lie_over_the_picture_not_instead_of_it(window: OffscreenWindow, overlay: Overlay) -> None:
+def test_panels_lie_over_the_picture_not_instead_of_it(window: OffscreenWindow, overlay: ImGuiOverlay) -> None:
     window.begin()
     window.framebuffer.clear(0.0, 0.0, 1.0)
     with overlay.frame(window.framebuffer, SIZE, 1.0):

@@ -96,7 +96,7 @@ def test_keys_and_mouse_change_what_the_window_shows(session: Session) -> None:
 
     session.do("mousemove", "160", "120", "mousedown", "1", "mousemove", "200", "120", "mouseup", "1")
     turned = session.hear_event("Dragged")
-    assert turned["purpose"] == "turn" and turned["view"]["yaw"] > 0
+    assert turned["mode"] == "turn" and turned["view"]["yaw"] > 0
     assert session.key("Home")["view"]["yaw"] == 0
 
     session.do("click", "4")
@@ -106,7 +106,7 @@ def test_keys_and_mouse_change_what_the_window_shows(session: Session) -> None:
 
     session.do("keydown", "shift", "mousedown", "1", "mousemove", "200", "100", "mouseup", "1", "keyup", "shift")
     panned = session.hear_event("Dragged")
-    assert panned["purpose"] == "pan" and panned["view"]["pan"][1] > 0
+    assert panned["mode"] == "pan" and panned["view"]["pan"][1] > 0
     session.key("0")
 
     assert session.key("h")["view"]["help"]

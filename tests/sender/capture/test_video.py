@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from conf.errors import CameraError
 from conf.sender.capture import video as sources
-from conf.sender.capture.video import DEFAULT_FPS, Camera, Clip, open_camera, open_clip
+from conf.sender.capture.video import DEFAULT_FPS, Camera, VideoFile, open_camera, open_clip
 
 WIDTH, HEIGHT = 64, 48
 
@@ -55,12 +55,12 @@ class FakeCapture:
         self.released = True
 
 
-def fake_clip(times: list[float], path: Path, *, fps: float = 25.0, loop: bool = False) -> Clip:
+def fake_clip(times: list[float], path: Path, *, fps: float = 25.0, loop: bool = False) -> VideoFile:
     path.write_bytes(b"")
     return open_clip(path, loop=loop, opener=lambda _: FakeCapture(times, fps=fps))
 
 
-def stamps(clip: Clip, most: int = 100) -> list[float]:
+def stamps(clip: VideoFile, most: int = 100) -> list[float]:
     return [frame.timestamp for _ in range(most) if (frame := clip.read()) is not None]
 
 

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from conf.face.control_points import INDEX, LANDMARKS, indices
+from conf.face.control_points import CONTROL_POINT_INDEX, CONTROL_POINT_LANDMARKS, control_point_indices
 from conf.face.fapu import Fapu
 from conf.face.head_pose import HeadPose
-from conf.sender.motion.extractor import MotionExtractor, to_displacements, turn_from_camera
+from conf.sender.motion.extractor import MotionExtractor, off_axis_angle, to_displacements
 from conf.sender.motion.mean_face import MEAN_FACE
 from conf.sender.tracking.blendshape_network import INDEX as SHAPE
-from conf.sender.tracking.blendshape_network import BlendshapeFinder
+from conf.sender.tracking.blendshape_network import BlendshapeNetwork
 from conf.sender.tracking.canonical_face import CanonicalFace
 from conf.sender.tracking.pose_removal import FLIP
-from conf.sender.tracking.tracker import Tracking
+from conf.sender.tracking.tracker import TrackedFace
 
 SIZE = (320, 240)
 QUIET = np.zeros(52, np.float32)
@@ -26,16 +26,18 @@ def tracking(
     *,
     pose: HeadPose = STRAIGHT,
     shapes: NDArray[np.float32] = QUIET,
-) -> Tracking:
+) -> TrackedFace:
     """What the tracker would say of a face with these control points, (n, 3) cm, in this pose."""
     face = np.zeros((478, 3))
     face[:468] = canonical.vertices
-    free = ~np.isin(LANDMARKS, canonical.rigid)  # the pose is found by the rigid ones: they stay canonical
-    face[LANDMARKS[free]] = points[free]
+    free = ~np.isin(
+        CONTROL_POINT_LANDMARKS, canonical.rigid
+    )  # the pose is found by the rigid ones: they stay canonical
+    face[CONTROL_POINT_LANDMARKS[free]] = points[free]
     picture = np.exp(pose.log_scale) * face @ pose.matrix().T
     picture[:, :2] += pose.position
     landmarks = picture * SIZE[1] * FLIP + [SIZE[0] / 2, SIZE[1] / 2, 0]
-    return Tracking(landmarks.astype(np.float32), shapes, 1.0)
+    return TrackedFace(landmarks.astype(np.float32), shapes, 1.0)
 
 
 def settle(extractor: MotionExtractor, canonical: CanonicalFace, seconds: float = 4.0) -> float:
@@ -64,21 +66,21 @@ def test_a_mouth_opens_by_what_it_opens(canonical: CanonicalFace) -> None:
     extractor = MotionExtractor(canonical, SIZE)
     now = settle(extractor, canonical)
     open_mouth = MEAN_FACE.copy()
-    open_mouth[indices("inner_lip_lower", "outer_lip_lower", "chin"), 1] -= 1.0
+    open_mouth[control_point_indices("inner_lip_lower", "outer_lip_lower", "chin"), 1] -= 1.0
     shapes = QUIET.copy()
     shapes[SHAPE["jawOpen"]] = 0.5
     for i in range(10):
         motion = extractor.update(tracking(canonical, open_mouth, shapes=shapes), now + i / 25)
     moved = motion.displacements * extractor.fapu.lengths()
-    assert moved[INDEX["inner_lip_lower_mid"], 1] == pytest.approx(-1.0, abs=0.03)
-    assert np.abs(moved[indices("brow", "inner_lip_upper", "eyelid")]).max() < 0.03
+    assert moved[CONTROL_POINT_INDEX["inner_lip_lower_mid"], 1] == pytest.approx(-1.0, abs=0.03)
+    assert np.abs(moved[control_point_indices("brow", "inner_lip_upper", "eyelid")]).max() < 0.03
 
 
 def test_a_blink_of_two_frames_shuts_the_eye_on_any_face(canonical: CanonicalFace) -> None:
     extractor = MotionExtractor(canonical, SIZE)
     now = settle(extractor, canonical)
     shut = MEAN_FACE.copy()
-    shut[indices("eyelid_upper"), 1] = shut[indices("eyelid_lower"), 1] + 0.1
+    shut[control_point_indices("eyelid_upper"), 1] = shut[control_point_indices("eyelid_lower"), 1] + 0.1
     shapes = QUIET.copy()
     shapes[[SHAPE["eyeBlinkLeft"], SHAPE["eyeBlinkRight"]]] = 0.8
     for i in range(2):
@@ -87,67 +89,73 @@ def test_a_blink_of_two_frames_shuts_the_eye_on_any_face(canonical: CanonicalFac
     units = Fapu.measure(receiver).lengths()
     drawn = receiver + motion.displacements * units
     for side in "lr":
-        gap = drawn[INDEX[f"eyelid_upper_{side}"], 1] - drawn[INDEX[f"eyelid_lower_{side}"], 1]
-        usual = receiver[INDEX[f"eyelid_upper_{side}"], 1] - receiver[INDEX[f"eyelid_lower_{side}"], 1]
+        gap = (
+            drawn[CONTROL_POINT_INDEX[f"eyelid_upper_{side}"], 1]
+            - drawn[CONTROL_POINT_INDEX[f"eyelid_lower_{side}"], 1]
+        )
+        usual = (
+            receiver[CONTROL_POINT_INDEX[f"eyelid_upper_{side}"], 1]
+            - receiver[CONTROL_POINT_INDEX[f"eyelid_lower_{side}"], 1]
+        )
         assert abs(gap) < 0.05 * usual
     for i in range(3):
         motion = extractor.update(tracking(canonical, MEAN_FACE), now + (2 + i) / 25)
-    assert abs(motion.displacements[indices("eyelid"), 1]).max() < 60  # and open again at once
+    assert abs(motion.displacements[control_point_indices("eyelid"), 1]).max() < 60  # and open again at once
 
 
 def test_pupils_are_measured_from_their_own_eye() -> None:
     fapu = Fapu.measure(MEAN_FACE)
     moved = MEAN_FACE.copy()
-    moved[indices("eye_inner_corner_l", "eye_outer_corner_l", "pupil_l")] += [
+    moved[control_point_indices("eye_inner_corner_l", "eye_outer_corner_l", "pupil_l")] += [
         0.2,
         0.1,
         0.0,
     ]  # the eye shifts as a whole
-    moved[indices("pupil_r"), 0] += 0.3  # the eyeball turns
+    moved[control_point_indices("pupil_r"), 0] += 0.3  # the eyeball turns
     units = to_displacements(moved, MEAN_FACE, fapu, np.ones(2))
-    assert np.allclose(units[INDEX["pupil_l"]], 0)
-    assert units[INDEX["pupil_r"]] == pytest.approx([0.3 / fapu.es0 * 1024, 0, 0])
+    assert np.allclose(units[CONTROL_POINT_INDEX["pupil_l"]], 0)
+    assert units[CONTROL_POINT_INDEX["pupil_r"]] == pytest.approx([0.3 / fapu.es0 * 1024, 0, 0])
 
 
 def test_calibrate_now_takes_the_face_as_it_is(canonical: CanonicalFace) -> None:
     extractor = MotionExtractor(canonical, SIZE)
     raised = MEAN_FACE.copy()
-    raised[indices("brow"), 1] += 0.5
-    extractor.calibrate_now()  # before there is a face: the first will do
+    raised[control_point_indices("brow"), 1] += 0.5
+    extractor.set_neutral_now()  # before there is a face: the first will do
     motion = extractor.update(tracking(canonical, raised), 0.0)
     assert extractor.calibrated
-    assert np.abs(motion.displacements[indices("brow")]).max() < 1
+    assert np.abs(motion.displacements[control_point_indices("brow")]).max() < 1
     for i in range(1, 30):
         extractor.update(tracking(canonical, MEAN_FACE), i / 25)
-    extractor.calibrate_now()
+    extractor.set_neutral_now()
     motion = extractor.update(tracking(canonical, MEAN_FACE), 30 / 25)
-    assert np.abs(motion.displacements[indices("brow")]).max() < 5
+    assert np.abs(motion.displacements[control_point_indices("brow")]).max() < 5
 
 
 def test_old_blendshapes_teach_nothing(canonical: CanonicalFace) -> None:
     extractor = MotionExtractor(canonical, SIZE)
     for i in range(50):
         seen = tracking(canonical, MEAN_FACE)
-        extractor.update(Tracking(seen.landmarks, seen.blendshapes, 1.0, blendshapes_age=1), i / 25)
+        extractor.update(TrackedFace(seen.landmarks, seen.blendshapes, 1.0, blendshapes_age=1), i / 25)
     assert not extractor.calibrated
 
 
 def test_restart_keeps_the_neutral_pose(canonical: CanonicalFace) -> None:
     extractor = MotionExtractor(canonical, SIZE)
     settle(extractor, canonical)
-    before = extractor.fapu_lengths()
+    before = extractor.fapu_distances()
     extractor.restart()
     motion = extractor.update(tracking(canonical, MEAN_FACE), 0.0)
-    assert extractor.fapu_lengths() == pytest.approx(before, rel=0.01)
+    assert extractor.fapu_distances() == pytest.approx(before, rel=0.01)
     assert np.abs(motion.displacements).max() < 5
 
 
 def test_turn_is_the_angle_of_the_nose_to_the_camera() -> None:
-    assert turn_from_camera(STRAIGHT) == 0
+    assert off_axis_angle(STRAIGHT) == 0
     aside = HeadPose(np.array([0.0, 0.5, 0.0]), np.zeros(2), 0.0)
     rolled = HeadPose(np.array([0.0, 0.0, 0.5]), np.zeros(2), 0.0)
-    assert turn_from_camera(aside) == pytest.approx(0.5)
-    assert turn_from_camera(rolled) == pytest.approx(0, abs=1e-7)
+    assert off_axis_angle(aside) == pytest.approx(0.5)
+    assert off_axis_angle(rolled) == pytest.approx(0, abs=1e-7)
 
 
 def gap(landmarks: NDArray[np.float32], a: int, b: int) -> float:
@@ -161,14 +169,16 @@ def test_motion_of_real_people_follows_what_the_tracker_saw(
 ) -> None:
     track = np.load(shared / "motion" / f"{clip}.npz")
     fps, size = float(track["fps"]), (int(track["width"]), int(track["height"]))
-    finder = BlendshapeFinder(models)
+    finder = BlendshapeNetwork(models)
     extractor = MotionExtractor(canonical, size)
     rows = []
     for i, landmarks in enumerate((track["landmarks"][:200] / track["scale"]).astype(np.float32)):
-        seen = Tracking(landmarks, finder.find(landmarks), 1.0)
+        seen = TrackedFace(landmarks, finder.predict(landmarks), 1.0)
         moved = extractor.update(seen, i / fps).displacements
-        mouth = moved[INDEX["inner_lip_upper_mid"], 1] - moved[INDEX["inner_lip_lower_mid"], 1]
-        lid = moved[INDEX["eyelid_upper_l"], 1] - moved[INDEX["eyelid_lower_l"], 1]
+        mouth = (
+            moved[CONTROL_POINT_INDEX["inner_lip_upper_mid"], 1] - moved[CONTROL_POINT_INDEX["inner_lip_lower_mid"], 1]
+        )
+        lid = moved[CONTROL_POINT_INDEX["eyelid_upper_l"], 1] - moved[CONTROL_POINT_INDEX["eyelid_lower_l"], 1]
         rows.append([mouth, gap(landmarks, 13, 14), lid, gap(landmarks, 386, 374)])
     mouth, mouth_gap, lid, lid_gap = np.array(rows)[25:].T  # after the first second
     assert np.corrcoef(mouth, mouth_gap)[0, 1] > 0.97

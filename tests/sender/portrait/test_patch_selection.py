@@ -4,7 +4,7 @@ import pytest
 from conf.face.portrait.patch_features import MOUTH
 from conf.protocol.portrait.patch import POINT_STEPS, STEP_COUNT, encode_patch
 from conf.protocol.portrait.probability_model import load_portrait_model
-from conf.sender.portrait.patch_selection import PatchBudget, Patchwork, cut_out, make_patch, match_light
+from conf.sender.portrait.patch_selection import PatchBudget, PatchSet, extract_patch, make_patch, match_colour
 from tests.support.drawn_person import draw_person
 from tests.support.portrait_subjects import landmarks
 
@@ -16,18 +16,18 @@ def keys(*values: int) -> np.ndarray[tuple[int], np.dtype[np.int8]]:
 
 
 def test_novelty_is_distance_from_all_that_is_kept() -> None:
-    work = Patchwork(MOUTH, PatchBudget(200, 4, 10.0), keys(0, 0))
+    work = PatchSet(MOUTH, PatchBudget(200, 4, 10.0), keys(0, 0))
     assert work.novelty(keys(3, 4)) == pytest.approx(0.5)
     assert work.novelty(keys(30, 0)) == pytest.approx(3)
-    work.take(keys(30, 0))
+    work.assign_slot(keys(30, 0))
     assert work.novelty(keys(30, 0)) == 0
 
 
 def test_the_patch_missed_least_makes_room() -> None:
-    work = Patchwork(MOUTH, PatchBudget(200, 3, 10.0), keys(0, 0))
-    slots = [work.take(keys(*key)) for key in ((50, 0), (0, 50), (4, 50))]
+    work = PatchSet(MOUTH, PatchBudget(200, 3, 10.0), keys(0, 0))
+    slots = [work.assign_slot(keys(*key)) for key in ((50, 0), (0, 50), (4, 50))]
     assert slots == [0, 1, 2]
-    assert work.take(keys(-50, 0)) in (1, 2)
+    assert work.assign_slot(keys(-50, 0)) in (1, 2)
 
 
 def test_more_slots_than_travel_are_refused() -> None:
@@ -37,7 +37,7 @@ def test_more_slots_than_travel_are_refused() -> None:
 
 def test_a_cut_out_has_its_points_where_they_are_seen() -> None:
     pixels = draw_person()
-    cut = cut_out(pixels, landmarks(), MOUTH, centimetre=7.2)
+    cut = extract_patch(pixels, landmarks(), MOUTH, centimetre=7.2)
     assert cut.pixels.shape[1] > cut.pixels.shape[0]
     upper = cut.points[MOUTH.points.index(1)] * cut.pixels.shape[1::-1]
     x, y = landmarks()[13, :2].astype(int)
@@ -47,14 +47,14 @@ def test_a_cut_out_has_its_points_where_they_are_seen() -> None:
 
 def test_a_face_at_the_picture_s_edge_is_cut_all_the_same() -> None:
     aside = landmarks() + np.array([150, 110, 0], np.float32)
-    cut = cut_out(draw_person(), aside, MOUTH, centimetre=7.2)
+    cut = extract_patch(draw_person(), aside, MOUTH, centimetre=7.2)
     assert min(cut.pixels.shape[:2]) >= 8 and cut.seen.shape == cut.pixels.shape[:2]
 
 
 def test_light_is_matched_along_the_border() -> None:
-    crop = cut_out(draw_person(), landmarks(), MOUTH, centimetre=7.2).pixels
+    crop = extract_patch(draw_person(), landmarks(), MOUTH, centimetre=7.2).pixels
     dark = np.clip(crop * 0.7, 0, 255).astype(np.uint8)
-    matched = match_light(dark, crop.astype(np.float64))
+    matched = match_colour(dark, crop.astype(np.float64))
     assert np.abs(matched - crop).mean() < 4 < np.abs(dark.astype(float) - crop).mean()
 
 
@@ -63,7 +63,7 @@ def test_a_patch_is_as_fine_as_its_budget_allows() -> None:
     points, key = MODEL.points.mean / POINT_STEPS, np.zeros(len(MODEL.key_spread), np.int8)
     sizes, steps = [], []
     for budget in (150, 400, 1200):
-        patch = make_patch(noise, points, key, where=(1, 0, 2), budget=budget)
+        patch = make_patch(noise, points, key, target=(1, 0, 2), budget=budget)
         sizes.append(len(encode_patch(patch)) / budget)
         steps.append(patch.step)
     assert all(0.6 < size <= 1 for size in sizes) and steps == sorted(steps, reverse=True)
@@ -71,4 +71,4 @@ def test_a_patch_is_as_fine_as_its_budget_allows() -> None:
 
 def test_a_budget_for_nothing_gives_the_coarsest_patch() -> None:
     points, key = MODEL.points.mean / POINT_STEPS, np.zeros(len(MODEL.key_spread), np.int8)
-    assert make_patch(np.zeros((8, 8, 3)), points, key, where=(0, 0, 0), budget=1).step == STEP_COUNT - 1
+    assert make_patch(np.zeros((8, 8, 3)), points, key, target=(0, 0, 0), budget=1).step == STEP_COUNT - 1

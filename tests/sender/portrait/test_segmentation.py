@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from conf.sender.portrait.segmentation import MAX_CORNERS, outline_person
+from conf.sender.portrait.segmentation import MAX_CORNERS, segment_person
 from tests.support.drawn_person import SIZE, draw_person
 from tests.support.portrait_subjects import landmarks
 
@@ -28,7 +28,7 @@ def overlap(outline: NDArray[np.float64], mask: NDArray[np.bool_]) -> float:
 @pytest.mark.parametrize("wall", [(200, 120, 20), (60, 180, 60)], ids=["blue", "green"])
 def test_a_person_before_a_plain_wall_is_cut_out_by_colour(wall: tuple[int, int, int]) -> None:
     pixels, mask = drawn(wall)
-    assert overlap(outline_person(pixels, landmarks()), mask) > 0.85
+    assert overlap(segment_person(pixels, landmarks()), mask) > 0.85
 
 
 def test_a_person_in_a_room_is_cut_out_by_the_landmarks() -> None:
@@ -36,7 +36,7 @@ def test_a_person_in_a_room_is_cut_out_by_the_landmarks() -> None:
     room = cv2.resize(rng.integers(90, 250, (12, 16, 3), dtype=np.uint8), SIZE, interpolation=cv2.INTER_CUBIC)
     room[..., 0] = 250 - room[..., 2]
     pixels, mask = drawn(np.asarray(room, np.uint8))
-    outline = outline_person(pixels, landmarks())
+    outline = segment_person(pixels, landmarks())
     assert overlap(outline, mask) > 0.7
     assert 3 <= len(outline) <= MAX_CORNERS and outline.min() >= 0 and outline.max() <= 1
 
@@ -44,4 +44,4 @@ def test_a_person_in_a_room_is_cut_out_by_the_landmarks() -> None:
 def test_the_same_picture_gives_the_same_cut() -> None:
     noise = np.random.default_rng(1).integers(0, 255, (240, 320, 3), dtype=np.uint8)
     pixels, _ = drawn(noise)
-    np.testing.assert_array_equal(outline_person(pixels, landmarks()), outline_person(pixels, landmarks()))
+    np.testing.assert_array_equal(segment_person(pixels, landmarks()), segment_person(pixels, landmarks()))

@@ -9,19 +9,19 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from conf.sender.tracking.detector import (
-    Face,
+    DetectedFace,
     FaceDetector,
+    caller_score,
     decode,
+    iou,
     make_anchors,
-    merge_overlapping,
-    overlap,
-    prominence,
     tiles,
+    weighted_nms,
 )
 
 
-def face(left: float, top: float, side: float, score: float = 0.9) -> Face:
-    return Face(np.array([left, top, left + side, top + side]), np.full((2, 2), left), score)
+def face(left: float, top: float, side: float, score: float = 0.9) -> DetectedFace:
+    return DetectedFace(np.array([left, top, left + side, top + side]), np.full((2, 2), left), score)
 
 
 def test_there_are_896_anchors_inside_the_square() -> None:
@@ -41,7 +41,7 @@ def test_an_answer_is_an_offset_in_pixels_from_its_anchor() -> None:
 
 
 def test_detections_of_one_face_are_averaged_by_score_and_others_kept() -> None:
-    merged = merge_overlapping([face(0, 0, 10, 0.6), face(1, 0, 10, 0.9), face(100, 0, 10, 0.7)])
+    merged = weighted_nms([face(0, 0, 10, 0.6), face(1, 0, 10, 0.9), face(100, 0, 10, 0.7)])
     assert [m.score for m in merged] == [0.9, 0.7]
     assert merged[0].box[0] == pytest.approx(0.6)
     assert merged[1].box[0] == 100
@@ -50,17 +50,17 @@ def test_detections_of_one_face_are_averaged_by_score_and_others_kept() -> None:
 @given(st.lists(st.tuples(st.floats(0, 50), st.floats(0, 50), st.floats(1, 30), st.floats(0.5, 1)), max_size=12))
 def test_every_detection_ends_in_one_face(found: list[tuple[float, float, float, float]]) -> None:
     faces = [face(*f) for f in found]
-    merged = merge_overlapping(faces)
+    merged = weighted_nms(faces)
     assert len(merged) <= len(faces)
     assert (len(merged) > 0) == (len(faces) > 0)
     assert max((m.score for m in merged), default=0) == max((f.score for f in faces), default=0)
 
 
 def test_overlap_is_intersection_over_union() -> None:
-    assert overlap(face(0, 0, 10).box, face(0, 0, 10).box) == 1
-    assert overlap(face(0, 0, 10).box, face(5, 0, 10).box) == pytest.approx(1 / 3)
-    assert overlap(face(0, 0, 10).box, face(20, 0, 10).box) == 0
-    assert overlap(face(0, 0, 0).box, face(0, 0, 0).box) == 0
+    assert iou(face(0, 0, 10).box, face(0, 0, 10).box) == 1
+    assert iou(face(0, 0, 10).box, face(5, 0, 10).box) == pytest.approx(1 / 3)
+    assert iou(face(0, 0, 10).box, face(20, 0, 10).box) == 0
+    assert iou(face(0, 0, 0).box, face(0, 0, 0).box) == 0
 
 
 @given(st.integers(64, 2000), st.integers(64, 2000))
@@ -76,12 +76,12 @@ def test_tiles_cover_the_picture_and_stay_inside_it(width: int, height: int) -> 
 
 def test_the_large_and_central_face_comes_first() -> None:
     middle = np.array([160.0, 120.0])
-    assert prominence(face(100, 80, 60), middle) > prominence(face(100, 80, 30), middle)
-    assert prominence(face(130, 90, 60), middle) > prominence(face(0, 0, 60), middle)
+    assert caller_score(face(100, 80, 60), middle) > caller_score(face(100, 80, 30), middle)
+    assert caller_score(face(130, 90, 60), middle) > caller_score(face(0, 0, 60), middle)
 
 
 def test_a_face_is_found_where_it_is(models: Path, carphone: list[NDArray[np.uint8]]) -> None:
-    [found] = FaceDetector(models).find(carphone[0])
+    [found] = FaceDetector(models).detect(carphone[0])
     assert 60 < found.centre[0] < 110
     assert 30 < found.centre[1] < 90
     assert found.eyes[0, 0] < found.eyes[1, 0]  # the subject's right eye is on the picture's left
@@ -91,11 +91,11 @@ def test_a_small_face_is_found_by_tiles(models: Path, carphone: list[NDArray[np.
     wide = np.full((720, 1280, 3), 90, np.uint8)
     small = cv2.resize(carphone[0], (264, 216))  # the face is then 75 px in 1280: a seventeenth
     wide[400:616, 900:1164] = small
-    [found] = FaceDetector(models).find(wide)
+    [found] = FaceDetector(models).detect(wide)
     assert 990 < found.centre[0] < 1065
     assert 445 < found.centre[1] < 535
 
 
 def test_nothing_is_found_where_nothing_is(models: Path) -> None:
-    assert FaceDetector(models).find(np.full((480, 640, 3), 127, np.uint8)) == []
-    assert FaceDetector(models).find(np.zeros((1, 1, 3), np.uint8)) == []
+    assert FaceDetector(models).detect(np.full((480, 640, 3), 127, np.uint8)) == []
+    assert FaceDetector(models).detect(np.zeros((1, 1, 3), np.uint8)) == []

@@ -5,7 +5,7 @@ import pytest
 
 from conf.errors import ModelError
 from conf.sender.tracking import inference as network
-from conf.sender.tracking.inference import Backend, choose_backend, open_network
+from conf.sender.tracking.inference import Backend, choose_backend, load_network
 from conf.sender.tracking.model_files import BLENDSHAPES, DETECTOR, LANDMARKS
 
 has_litert = choose_backend("auto") == "litert"
@@ -25,8 +25,8 @@ def test_both_backends_give_the_same_numbers(
     models: Path, name: str, shape: tuple[int, ...], outputs: tuple[str, ...], tolerance: float
 ) -> None:
     values = np.random.default_rng(1).random(shape, dtype=np.float32) * (200 if len(shape) == 3 else 1)
-    by_opencv = open_network(models / name, outputs, backend="opencv")(values)
-    by_litert = open_network(models / name, outputs, backend="litert")(values)
+    by_opencv = load_network(models / name, outputs, backend="opencv")(values)
+    by_litert = load_network(models / name, outputs, backend="litert")(values)
     assert len(by_opencv) == len(by_litert) == len(outputs)
     for ours, oracle in zip(by_opencv, by_litert, strict=True):
         assert np.allclose(ours.ravel(), oracle.ravel(), atol=tolerance)
@@ -34,7 +34,7 @@ def test_both_backends_give_the_same_numbers(
 
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_an_answer_is_not_overwritten_by_the_next(models: Path, backend: Backend) -> None:
-    run = open_network(models / BLENDSHAPES, ("StatefulPartitionedCall:0",), backend=backend)
+    run = load_network(models / BLENDSHAPES, ("StatefulPartitionedCall:0",), backend=backend)
     values = np.random.default_rng(1).random((1, 146, 2), dtype=np.float32) * 200
     [first] = run(values)
     kept = first.copy()
@@ -46,11 +46,11 @@ def test_an_answer_is_not_overwritten_by_the_next(models: Path, backend: Backend
 def test_a_missing_and_a_damaged_file_say_what_to_do(tmp_path: Path, backend: Backend) -> None:
     path = tmp_path / "net.tflite"
     with pytest.raises(ModelError) as missing:
-        open_network(path, ("out",), backend=backend)
+        load_network(path, ("out",), backend=backend)
     assert str(missing.value) == f"{path} is not there: run `conf models fetch`."
     path.write_bytes(b"TFL3 but not really" * 10)
     with pytest.raises(ModelError) as damaged:
-        open_network(path, ("out",), backend=backend)
+        load_network(path, ("out",), backend=backend)
     assert str(damaged.value) == f"{path} is damaged: run `conf models fetch` to get it again."
 
 

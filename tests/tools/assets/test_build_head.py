@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from scipy.spatial import KDTree
 
-from conf.face.control_points import CONTROL_POINTS, INDEX
+from conf.face.control_points import CONTROL_POINT_INDEX, CONTROL_POINTS
 from conf.face.deformation.face_model import DEFAULT_HEAD
 from conf.face.formats.ppc import read_ppc
 from conf.face.head_pose import ES0_CM
@@ -74,23 +74,31 @@ def test_control_points_lie_on_vertices(mesh: Mesh, points: NDArray[np.float64])
 
 
 def test_eyes_are_as_far_apart_as_the_pose_expects(points: NDArray[np.float64]) -> None:
-    apart = np.linalg.norm(points[INDEX["pupil_l"]] - points[INDEX["pupil_r"]])
+    apart = np.linalg.norm(points[CONTROL_POINT_INDEX["pupil_l"]] - points[CONTROL_POINT_INDEX["pupil_r"]])
     assert apart == pytest.approx(ES0_CM, abs=0.01)
 
 
 def test_control_points_are_symmetric(points: NDArray[np.float64]) -> None:
     for point in CONTROL_POINTS:
         if point.name.endswith("_l"):
-            other = points[INDEX[point.name[:-2] + "_r"]]
+            other = points[CONTROL_POINT_INDEX[point.name[:-2] + "_r"]]
             assert np.abs(points[point.index] - other * [-1, 1, 1]).max() < 0.05, point.name
 
 
 def test_lips_are_closed_and_lids_open(points: NDArray[np.float64]) -> None:
     for pair in ("mid", "l", "r"):
-        upper, lower = points[INDEX[f"inner_lip_upper_{pair}"]], points[INDEX[f"inner_lip_lower_{pair}"]]
+        upper, lower = (
+            points[CONTROL_POINT_INDEX[f"inner_lip_upper_{pair}"]],
+            points[CONTROL_POINT_INDEX[f"inner_lip_lower_{pair}"]],
+        )
         assert -0.1 < upper[1] - lower[1] < 0.02, pair
     for side in "lr":
-        assert 0.8 < points[INDEX[f"eyelid_upper_{side}"], 1] - points[INDEX[f"eyelid_lower_{side}"], 1] < 1.2
+        assert (
+            0.8
+            < points[CONTROL_POINT_INDEX[f"eyelid_upper_{side}"], 1]
+            - points[CONTROL_POINT_INDEX[f"eyelid_lower_{side}"], 1]
+            < 1.2
+        )
 
 
 def test_shapes_move_the_skin_and_leave_the_rigid_parts(mesh: Mesh, shapes: dict[str, NDArray[np.float64]]) -> None:
@@ -103,7 +111,7 @@ def test_shapes_move_the_skin_and_leave_the_rigid_parts(mesh: Mesh, shapes: dict
 
 
 def test_jaw_opens_downwards(mesh: Mesh, points: NDArray[np.float64], shapes: dict[str, NDArray[np.float64]]) -> None:
-    _, chin = KDTree(mesh.vertices).query(points[INDEX["chin_bottom"]])
+    _, chin = KDTree(mesh.vertices).query(points[CONTROL_POINT_INDEX["chin_bottom"]])
     assert shapes["jawOpen"][chin][1] < -1.0
 
 

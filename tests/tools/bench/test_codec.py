@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from conf.protocol.codec import LIVE, NARROW, RICH, Profile
+from conf.protocol.codec import LIVE, NARROWBAND, RICH, Profile
 from tools.bench.codec_link import HELD_OUT, Link, Result, measure, total
 from tools.bench.tracks import Track, TrackReader
 
@@ -37,7 +37,9 @@ def test_live_keeps_its_promises(tracks: dict[int, list[Track]]) -> None:
     assert acknowledged.kbps <= 5.8
 
 
-@pytest.mark.parametrize(("profile", "kbps", "error"), [(NARROW, 2.4, 1.2), (RICH, 11.0, 0.8)], ids=["narrow", "rich"])
+@pytest.mark.parametrize(
+    ("profile", "kbps", "error"), [(NARROWBAND, 2.4, 1.2), (RICH, 11.0, 0.8)], ids=["narrow", "rich"]
+)
 def test_the_other_profiles_keep_theirs(
     tracks: dict[int, list[Track]], profile: Profile, kbps: float, error: float
 ) -> None:

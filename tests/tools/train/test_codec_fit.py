@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from conf.protocol.codec.range_coder import TOTAL
-from conf.protocol.codec.symbol_coder import ESCAPE, REACH, Tables
+from conf.protocol.codec.symbol_coder import ESCAPE, MAX_TABLE_MAGNITUDE, Tables
 from conf.protocol.codec.syntax import LOG_ONE
 from tools.train.codec_fit import SCALES, fit_tables, fit_weights, predict_scales
 
@@ -33,5 +33,5 @@ def test_tables_are_whole_even_when_nothing_was_seen() -> None:
 def test_tables_move_to_what_was_counted() -> None:
     seen = np.array([0] * 9000 + [1] * 500 + [-1] * 500 + [999])
     table = fit_tables(np.full(len(seen), 7), seen)[7]
-    assert table[REACH] / TOTAL == pytest.approx(0.9, abs=0.02)
-    assert table[REACH + 1] == pytest.approx(table[REACH - 1], abs=2)
+    assert table[MAX_TABLE_MAGNITUDE] / TOTAL == pytest.approx(0.9, abs=0.02)
+    assert table[MAX_TABLE_MAGNITUDE + 1] == pytest.approx(table[MAX_TABLE_MAGNITUDE - 1], abs=2)

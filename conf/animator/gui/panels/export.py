@@ -5,10 +5,10 @@ from pathlib import Path
 
 from imgui_bundle import imgui
 
-from conf.animator.commands import CancelExport, Request, WriteFile
+from conf.animator.commands import CancelExport, Export, Request
 from conf.animator.file_export import WRITERS
-from conf.animator.gui.widgets import choice, field, heading, quiet
-from conf.animator.state.editor import RECORDING, SHOWN, Desk, Facts
+from conf.animator.gui.widgets import combo_box, field, heading, hint
+from conf.animator.state.editor import CURRENT_VIEW, RECORDING, EditorState, StatusInfo
 
 KINDS = {
     ".jpg": "picture, JPEG",
@@ -23,16 +23,16 @@ KINDS = {
 }
 
 
-def draw_export(desk: Desk, facts: Facts) -> tuple[Desk, list[Request]]:
+def draw_export(desk: EditorState, facts: StatusInfo) -> tuple[EditorState, list[Request]]:
     """Draw the panel's tab."""
     requests: list[Request] = []
     fields = desk.fields
     heading("what")
-    sources = [SHOWN, *([RECORDING] if facts.player else []), *facts.emotions.names]
-    fields = replace(fields, source=choice("source", fields.source, sources))
+    sources = [CURRENT_VIEW, *([RECORDING] if facts.player else []), *facts.emotions.names]
+    fields = replace(fields, source=combo_box("source", fields.source, sources))
     suffix = Path(fields.output).suffix.lower()
     known = {suffix: text for suffix, text in KINDS.items() if suffix in WRITERS}
-    kind = choice("kind", known.get(suffix, ""), list(known.values()))
+    kind = combo_box("kind", known.get(suffix, ""), list(known.values()))
     picked = next(s for s, text in known.items() if text == kind)
     if picked != suffix and suffix in known:
         fields = replace(fields, output=str(Path(fields.output or "face").with_suffix(picked)))
@@ -43,10 +43,10 @@ def draw_export(desk: Desk, facts: Facts) -> tuple[Desk, list[Request]]:
         fields = replace(fields, fps=field("frames a s", fields.fps))
     if facts.progress is None:
         if imgui.button("Export##button", imgui.ImVec2(-1, 0)):
-            requests.append(WriteFile())
+            requests.append(Export())
     else:
         imgui.progress_bar(facts.progress, imgui.ImVec2(-1, 0), f"{100 * facts.progress:.0f} %")
         if imgui.button("Cancel export", imgui.ImVec2(-1, 0)):
             requests.append(CancelExport())
-    quiet("Pictures and clips look as the view does: style, turn, zoom. S saves a picture, R records what you see.")
+    hint("Pictures and clips look as the view does: style, turn, zoom. S saves a picture, R records what you see.")
     return replace(desk, fields=fields), requests

@@ -6,23 +6,23 @@ from imgui_bundle import imgui
 from numpy.typing import NDArray
 
 from conf.animator.gui.theme import AMBER, GREEN
-from conf.animator.picking import Rect, nearest_mark
-from conf.animator.state.point_placement import Placing
+from conf.animator.picking import Rect, nearest_point
+from conf.animator.state.point_placement import PointPlacement
 from conf.face.control_points import CONTROL_POINTS
 from conf.face.deformation.face_model import FaceModel
 from conf.face.head_pose import HeadPose
-from conf.render.camera import View, clip_matrix
+from conf.render.camera import ViewState, clip_matrix
 from conf.render.face_renderer import FaceRenderer
-from conf.render.ui.imgui_overlay import ACCENT, Overlay
+from conf.render.ui.imgui_overlay import ACCENT, ImGuiOverlay
 
 SIDE = 640  # pixels, width of the picture of the reference face
-SPAN_CM = 20.0  # what its height shows
+HEIGHT_CM = 20.0  # what its height shows
 MIDDLE = (0.0, -2.0)  # cm: what is in the middle of the picture
 REACH = 11.0  # pixels at scale 1: a click nearer than this picks a point
 NUMBER_PX = 10.5
 DOT = 2.6
 # Where the number of a point stands beside it, by the first of these that begins its name: x right, y down.
-BESIDE = {
+LABEL_OFFSETS = {
     "inner_lip_upper": (0, -1), "inner_lip_lower": (0, 1), "inner_lip_corner_l": (-0.7, -1.0),
     "inner_lip_corner_r": (0.7, -1.0), "outer_lip_upper": (0, -1), "cupids": (0, -1), "outer_lip_lower": (0, 1),
     "outer_lip_corner_l": (1, 0.2), "outer_lip_corner_r": (-1, 0.2), "eyelid_upper": (0, -1),
@@ -31,15 +31,15 @@ BESIDE = {
     "eye_inner_corner_l": (-1, 0.3), "eye_inner_corner_r": (1, 0.3), "brow": (0, -1), "nostril_border_l": (1, 0),
     "nostril_border_r": (-1, 0), "nose_bottom": (0, 1), "pupil_l": (1, 0), "pupil_r": (-1, 0),
 }  # fmt: skip
-BELOW = (0.0, 1.0)
+DEFAULT_LABEL_OFFSET = (0.0, 1.0)
 
 
-POSE = HeadPose(np.zeros(3), -np.array(MIDDLE) / SPAN_CM, float(np.log(1 / SPAN_CM)))
+POSE = HeadPose(np.zeros(3), -np.array(MIDDLE) / HEIGHT_CM, float(np.log(1 / HEIGHT_CM)))
 
 
-def reference_clip(size: tuple[int, int]) -> NDArray[np.float64]:
+def reference_clip_matrix(size: tuple[int, int]) -> NDArray[np.float64]:
     """Return the (4, 4) clip matrix of the reference face in a picture of (W, H) pixels."""
-    return clip_matrix(POSE, View(), aspect=size[0] / size[1])
+    return clip_matrix(POSE, ViewState(), aspect=size[0] / size[1])
 
 
 class ReferenceFace:
@@ -52,17 +52,17 @@ class ReferenceFace:
         self._texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         depth = ctx.depth_renderbuffer(size)
         framebuffer = ctx.framebuffer(self._texture, depth)
-        self._clip = reference_clip(size)
+        self._clip = reference_clip_matrix(size)
         renderer = FaceRenderer(ctx, face)
         framebuffer.use()
         framebuffer.clear()
-        renderer.draw(face.neutral, POSE, View(), framebuffer)
+        renderer.draw(face.neutral, POSE, ViewState(), framebuffer)
         self._texture.build_mipmaps()
         self._texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
         for thing in (renderer, framebuffer, depth):
             thing.release()
 
-    def draw(self, overlay: Overlay, rect: Rect, placing: Placing) -> int | None:
+    def draw(self, overlay: ImGuiOverlay, rect: Rect, placing: PointPlacement) -> int | None:
         """Draw it into a rectangle of the panel that is open. Returns the point that was clicked."""
         corner = imgui.ImVec2(rect.x, rect.y)
         imgui.set_cursor_screen_pos(corner)
@@ -72,7 +72,7 @@ class ReferenceFace:
         ink.add_image(overlay.show_texture(self._texture), corner, end, imgui.ImVec2(0, 1), imgui.ImVec2(1, 0))
         marks = rect.to_pixels(self._points, self._clip)
         mouse = imgui.get_mouse_pos()
-        near = nearest_mark(mouse.x, mouse.y, marks, reach=REACH * overlay.scale) if imgui.is_item_hovered() else None
+        near = nearest_point(mouse.x, mouse.y, marks, reach=REACH * overlay.scale) if imgui.is_item_hovered() else None
         for point in CONTROL_POINTS:
             self._mark(overlay, ink, marks[point.index], point.index, placing)
         if near is not None:
@@ -84,7 +84,12 @@ class ReferenceFace:
         self._texture.release()
 
     def _mark(
-        self, overlay: Overlay, ink: imgui.ImDrawList, place: NDArray[np.float64], point: int, placing: Placing
+        self,
+        overlay: ImGuiOverlay,
+        ink: imgui.ImDrawList,
+        place: NDArray[np.float64],
+        point: int,
+        placing: PointPlacement,
     ) -> None:
         scale, chosen = overlay.scale, point == placing.selected
         colour = ACCENT if chosen else GREEN if placing.placed[point] else AMBER
@@ -96,7 +101,9 @@ class ReferenceFace:
         ink.add_circle_filled(at, radius, bright)
         size = (NUMBER_PX + 3.0 * chosen) * scale
         name = CONTROL_POINTS[point].name
-        x, y = next((beside for prefix, beside in BESIDE.items() if name.startswith(prefix)), BELOW)
+        x, y = next(
+            (beside for prefix, beside in LABEL_OFFSETS.items() if name.startswith(prefix)), DEFAULT_LABEL_OFFSET
+        )
         text = str(point)
         width = 0.56 * size * len(text)
         corner = (place[0] + x * (radius + 1 + width / 2) - width / 2, place[1] + y * (radius + 0.5 * size) - size / 2)

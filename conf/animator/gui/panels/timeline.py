@@ -7,45 +7,45 @@ from imgui_bundle import imgui
 
 from conf.animator.commands import (
     CloseRecording,
-    Open,
-    RecordTake,
+    OpenFile,
     Request,
     Seek,
     SetLoop,
     SetSpeed,
-    Step,
+    StepFrames,
     Stop,
+    ToggleMotionRecording,
     TogglePlaying,
 )
-from conf.animator.gui.widgets import lit, path_field
-from conf.animator.motion_player import Player
-from conf.animator.state.editor import Desk, Facts
+from conf.animator.gui.widgets import highlighted, path_field
+from conf.animator.motion_player import MotionPlayer
+from conf.animator.state.editor import EditorState, StatusInfo
 from conf.face.animation.playback import SPEEDS
-from conf.render.ui.imgui_overlay import QUIET
+from conf.render.ui.imgui_overlay import MUTED
 
 BUTTON = 58.0  # pixels at scale 1
 NARROW = 30.0
 
 
-def draw_timeline(desk: Desk, facts: Facts, scale: float) -> tuple[Desk, list[Request]]:
+def draw_timeline(desk: EditorState, facts: StatusInfo, scale: float) -> tuple[EditorState, list[Request]]:
     """Draw the panel."""
     requests: list[Request] = []
     recording = desk.fields.recording
     if facts.player is None:
         imgui.align_text_to_frame_padding()
-        imgui.text_colored(imgui.ImVec4(*QUIET), "No recording. Open a DPC file (conf extract makes them), or")
+        imgui.text_colored(imgui.ImVec4(*MUTED), "No recording. Open a DPC file (conf extract makes them), or")
         imgui.same_line()
         _take_button(facts, requests)
         recording, go = path_field("DPC file", recording, "Open")
         if go:
-            requests.append(Open(Path(recording)))
+            requests.append(OpenFile(Path(recording)))
     else:
         _draw_seek_bar(facts.player, facts.now, requests)
         _draw_buttons(facts, facts.player, scale, requests)
     return replace(desk, fields=replace(desk.fields, recording=recording)), requests
 
 
-def _draw_seek_bar(player: Player, now: float, requests: list[Request]) -> None:
+def _draw_seek_bar(player: MotionPlayer, now: float, requests: list[Request]) -> None:
     position, duration = player.clock.position(now), player.recording.duration
     imgui.set_next_item_width(-1)
     frames = len(player.recording.motion.displacements)
@@ -57,13 +57,13 @@ def _draw_seek_bar(player: Player, now: float, requests: list[Request]) -> None:
         requests.append(Seek(place))
 
 
-def _draw_buttons(facts: Facts, player: Player, scale: float, requests: list[Request]) -> None:
+def _draw_buttons(facts: StatusInfo, player: MotionPlayer, scale: float, requests: list[Request]) -> None:
     playing = player.clock.is_playing(facts.now)
     row: tuple[tuple[str, float, Request], ...] = (
         ("Pause" if playing else "Play", BUTTON, TogglePlaying()),
         ("Stop", BUTTON, Stop()),
-        ("<", NARROW, Step(-1)),
-        (">", NARROW, Step(1)),
+        ("<", NARROW, StepFrames(-1)),
+        (">", NARROW, StepFrames(1)),
     )
     for text, width, request in row:
         if imgui.button(text, imgui.ImVec2(width * scale, 0)):
@@ -84,10 +84,10 @@ def _draw_buttons(facts: Facts, player: Player, scale: float, requests: list[Req
     if imgui.button("Close"):
         requests.append(CloseRecording())
     imgui.same_line()
-    imgui.text_colored(imgui.ImVec4(*QUIET), player.recording.name)
+    imgui.text_colored(imgui.ImVec4(*MUTED), player.recording.name)
 
 
-def _take_button(facts: Facts, requests: list[Request]) -> None:
-    with lit(facts.taking):
-        if imgui.button("End the take" if facts.taking else "Record a take"):
-            requests.append(RecordTake())
+def _take_button(facts: StatusInfo, requests: list[Request]) -> None:
+    with highlighted(facts.recording):
+        if imgui.button("End the take" if facts.recording else "Record a take"):
+            requests.append(ToggleMotionRecording())

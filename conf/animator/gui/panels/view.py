@@ -7,45 +7,45 @@ from imgui_bundle import imgui
 
 from conf.animator.commands import Request
 from conf.animator.gui.influence_colours import REGIONS
-from conf.animator.gui.widgets import buttons, check, choice, heading, quiet
-from conf.animator.state.editor import Desk, Facts
+from conf.animator.gui.widgets import buttons, checkbox, combo_box, heading, hint
+from conf.animator.state.editor import EditorState, StatusInfo
 from conf.animator.state.view_settings import STYLES
 from conf.face.control_points import CONTROL_POINTS
 from conf.render.lighting import LIGHTS
-from conf.render.render_target import PLAIN, WALLS
+from conf.render.render_target import BACKDROPS, SOLID_COLOURS
 
 ALL = "all regions"
 ANGLES = {"front": 0.0, "half left": math.pi / 5, "half right": -math.pi / 5, "left": math.pi / 2,
           "right": -math.pi / 2, "behind": math.pi}  # fmt: skip
 
 
-def draw_view(desk: Desk, facts: Facts) -> tuple[Desk, list[Request]]:
+def draw_view(desk: EditorState, facts: StatusInfo) -> tuple[EditorState, list[Request]]:
     """Draw the panel's tab."""
     look = desk.look
     heading("style")
     style = buttons(STYLES, 3, look.style)
     look = replace(look, style=style or look.style)
-    look = replace(look, view=replace(look.view, points=check("control points", look.view.points)))
-    look = replace(look, eye_contact=check("eye contact: the eyes look at you", look.eye_contact))
+    look = replace(look, view=replace(look.view, points=checkbox("control points", look.view.points)))
+    look = replace(look, eye_contact=checkbox("eye contact: the eyes look at you", look.eye_contact))
     heading("light and background")
-    look = replace(look, lights=choice("light", look.lights, list(LIGHTS)))
-    look = replace(look, background=choice("background", look.background, [*WALLS, *PLAIN]))
+    look = replace(look, lights=combo_box("light", look.lights, list(LIGHTS)))
+    look = replace(look, background=combo_box("background", look.background, [*BACKDROPS, *SOLID_COLOURS]))
     heading("direction")
     angle = buttons(tuple(ANGLES), 3)
     if angle:
         look = replace(look, view=replace(look.view, yaw=ANGLES[angle], pitch=0.0))
     if imgui.button("Reset turn, place and zoom", imgui.ImVec2(-1, 0)):
         look = replace(look, view=look.view.reset())
-    quiet("Drag turns, shift and drag moves, the wheel zooms.")
+    hint("Drag turns, shift and drag moves, the wheel zooms.")
     if look.style == "regions":
         names = [ALL, *(f"{p.index} {p.name.replace('_', ' ')}" for p in CONTROL_POINTS)]
         heading("influence")
-        chosen = choice("of", names[0 if look.influence is None else look.influence + 1], names)
+        chosen = combo_box("of", names[0 if look.influence is None else look.influence + 1], names)
         look = replace(look, influence=None if chosen == ALL else int(chosen.split()[0]))
         if look.influence is None:
             _draw_legend()
         if facts.subject.points is None:
-            quiet("Regions show when the control points are placed.")
+            hint("Regions show when the control points are placed.")
     return replace(desk, look=look), []
 
 

@@ -2,7 +2,7 @@ from collections.abc import Callable
 
 import pytest
 
-from conf.animator.commands import Play, Release
+from conf.animator.commands import PlayExpression, ReleaseExpressions
 from conf.animator.gui.panels.expressions import draw_emotions
 from tests.animator.conftest import Worked
 
@@ -11,7 +11,7 @@ def test_buttons_play_and_sliders_hold_action_units(work: Callable[..., Worked])
     panel = work(draw_emotions)
     panel.press("fear")
     panel.press("Release")
-    assert panel.requests == [Play("fear"), Release()]
+    assert panel.requests == [PlayExpression("fear"), ReleaseExpressions()]
     panel.press("##26 jaw drop")
     assert panel.desk.expressing.units == {26: pytest.approx(0.5, abs=0.03)}
     panel.press("idle life: blinks, glances, sways")

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from conf.animator.commands import AcceptPoints, FitPoints, PlacePoints, Stand
-from conf.animator.face_document import open_subject
+from conf.animator.commands import ApplyPoints, FitPoints, PlacePoints, SetAxes
+from conf.animator.face_document import open_face_document
 from conf.animator.gui.panels import face as module
 from conf.animator.gui.panels.face import draw_face
-from conf.animator.state.point_placement import Placing
+from conf.animator.state.point_placement import PointPlacement
 from tests.animator.conftest import Worked
 
 
@@ -18,19 +18,19 @@ def test_placing_is_asked_for_and_ok_only_when_all_are_placed(work: Callable[...
     panel.press("Place points ...")
     assert panel.requests == [PlacePoints()]
     panel.requests.clear()
-    panel.desk = replace(panel.desk, placing=Placing())
+    panel.desk = replace(panel.desk, placing=PointPlacement())
     panel.press("OK")
     assert panel.requests == []
-    panel.desk = replace(panel.desk, placing=Placing(np.ones((50, 3))))
+    panel.desk = replace(panel.desk, placing=PointPlacement(np.ones((50, 3))))
     panel.press("OK")
-    assert panel.requests == [AcceptPoints()]
+    assert panel.requests == [ApplyPoints()]
 
 
 def test_points_can_be_found_and_the_mesh_be_stood_upright_where_there_are_none(
     work: Callable[..., Worked], stranger: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     panel = work(draw_face)
-    panel.facts = replace(panel.facts, subject=open_subject(stranger), fits=True)
+    panel.facts = replace(panel.facts, subject=open_face_document(stranger), can_fit=True)
     panel.press("Find points")
     assert panel.requests == [FitPoints()]
     panel.requests.clear()
@@ -41,7 +41,7 @@ def test_points_can_be_found_and_the_mesh_be_stood_upright_where_there_are_none(
         offered[text] = names
         return answers[text]
 
-    monkeypatch.setattr(module, "choice", choice)
+    monkeypatch.setattr(module, "combo_box", choice)
     panel.press("Place points ...")
-    assert Stand("z", "x") in panel.requests
+    assert SetAxes("z", "x") in panel.requests
     assert "z" in offered["crown towards"] and not {"z", "-z"} & set(offered["nose towards"])
