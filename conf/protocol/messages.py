@@ -6,6 +6,8 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.protocol.feedback import Report
+
 
 @dataclass(frozen=True)
 class StreamParameters:
@@ -56,3 +58,70 @@ class KeepAlive:
 
     timestamp: float
     presence: Presence
+
+
+@dataclass(frozen=True)
+class MotionPayload:
+    """One or more coded frames.
+
+    number : of the first frame, its low seven bits
+    payload : as the codec wrote it
+    """
+
+    number: int
+    payload: bytes
+
+
+@dataclass(frozen=True)
+class Feedback:
+    """A report, and whether the receiver misses a reference: then nothing may be predicted from what it had."""
+
+    report: Report
+    refresh: bool
+
+
+@dataclass(frozen=True)
+class RoundTripMessage:
+    """The sender tells the receiver, who cannot know it, how long the way there and back is."""
+
+    milliseconds: int
+
+
+@dataclass(frozen=True)
+class Bye:
+    """The sender hangs up."""
+
+
+@dataclass(frozen=True)
+class PortraitChunk:
+    """A piece of a picture of the sender. data : as conf.protocol.portrait wrote it, and checks it"""
+
+    data: bytes
+
+
+@dataclass(frozen=True)
+class PortraitAck:
+    """What the receiver has of the sender's picture. data : as conf.protocol.portrait wrote it, and checks it"""
+
+    data: bytes
+
+
+@dataclass(frozen=True)
+class MotionWithChunk:
+    """Motion and a piece of a picture in one datagram: the headers are paid once."""
+
+    motion: MotionPayload
+    piece: PortraitChunk
+
+
+Body = (
+    MotionPayload
+    | StreamParameters
+    | KeepAlive
+    | Feedback
+    | RoundTripMessage
+    | Bye
+    | PortraitChunk
+    | PortraitAck
+    | MotionWithChunk
+)

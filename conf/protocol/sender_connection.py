@@ -11,7 +11,16 @@ from conf.errors import ProtocolError
 from conf.protocol.codec import NARROWBAND, PROFILES
 from conf.protocol.congestion import RATE_LEVELS, CircuitBreaker, CongestionControl, RateLimiter
 from conf.protocol.feedback import RoundTripEstimator
-from conf.protocol.messages import MotionFrame, StreamParameters
+from conf.protocol.messages import (
+    Bye,
+    Feedback,
+    MotionFrame,
+    MotionWithChunk,
+    PortraitAck,
+    PortraitChunk,
+    RoundTripMessage,
+    StreamParameters,
+)
 from conf.protocol.motion.outbound import OutboundMotion, OutgoingBody
 from conf.protocol.portrait import ObjectSender
 from conf.protocol.portrait.object_sender import WIRE_PIECE_BYTES
@@ -19,16 +28,7 @@ from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import BodyReceived, Connected, Event
 from conf.protocol.session.flood_protection import Address
 from conf.protocol.statistics import HEADER_BYTES, RateWindow
-from conf.protocol.wire import (
-    Bye,
-    Feedback,
-    MotionWithChunk,
-    PortraitAck,
-    PortraitChunk,
-    RoundTripMessage,
-    decode_body,
-    encode_body,
-)
+from conf.protocol.wire import decode_body, encode_body
 
 AUTOMATIC = "auto"
 SEALED_BYTES = 19  # what framing and seal add at the most

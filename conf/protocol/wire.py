@@ -6,14 +6,25 @@ of small integers. `decode_body` returns a body or raises ProtocolError, whateve
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import msgpack
 
 from conf.errors import ProtocolError
-from conf.protocol.feedback import Report, decode_report, encode_report
-from conf.protocol.messages import KeepAlive, Presence, StreamParameters
+from conf.protocol.feedback import decode_report, encode_report
+from conf.protocol.messages import (
+    Body,
+    Bye,
+    Feedback,
+    KeepAlive,
+    MotionPayload,
+    MotionWithChunk,
+    PortraitAck,
+    PortraitChunk,
+    Presence,
+    RoundTripMessage,
+    StreamParameters,
+)
 
 MOTION_BIT = 0x80
 NUMBER_BITS = 7
@@ -22,73 +33,6 @@ MAX_POINTS = 64
 MILLISECONDS = 1000
 FAPU_STEPS = 1000  # a centimetre
 PARAMETERS, KEEP_ALIVE, REPORT, ROUND_TRIP, GOODBYE, PORTRAIT_PIECE, PORTRAIT_ANSWER, TOGETHER = range(8)
-
-
-@dataclass(frozen=True)
-class MotionPayload:
-    """One or more coded frames.
-
-    number : of the first frame, its low seven bits
-    payload : as the codec wrote it
-    """
-
-    number: int
-    payload: bytes
-
-
-@dataclass(frozen=True)
-class Feedback:
-    """A report, and whether the receiver misses a reference: then nothing may be predicted from what it had."""
-
-    report: Report
-    refresh: bool
-
-
-@dataclass(frozen=True)
-class RoundTripMessage:
-    """The sender tells the receiver, who cannot know it, how long the way there and back is."""
-
-    milliseconds: int
-
-
-@dataclass(frozen=True)
-class Bye:
-    """The sender hangs up."""
-
-
-@dataclass(frozen=True)
-class PortraitChunk:
-    """A piece of a picture of the sender. data : as conf.protocol.portrait wrote it, and checks it"""
-
-    data: bytes
-
-
-@dataclass(frozen=True)
-class PortraitAck:
-    """What the receiver has of the sender's picture. data : as conf.protocol.portrait wrote it, and checks it"""
-
-    data: bytes
-
-
-@dataclass(frozen=True)
-class MotionWithChunk:
-    """Motion and a piece of a picture in one datagram: the headers are paid once."""
-
-    motion: MotionPayload
-    piece: PortraitChunk
-
-
-Body = (
-    MotionPayload
-    | StreamParameters
-    | KeepAlive
-    | Feedback
-    | RoundTripMessage
-    | Bye
-    | PortraitChunk
-    | PortraitAck
-    | MotionWithChunk
-)
 
 
 def encode_body(body: Body) -> bytes:

@@ -4,7 +4,8 @@ import pytest
 
 from conf.errors import ProtocolError
 from conf.protocol.codec import Decoder, MissingReferenceError
-from conf.protocol.wire import MotionPayload, decode_body
+from conf.protocol.messages import MotionPayload
+from conf.protocol.wire import decode_body
 from tools.golden.wire import BODIES, FOLDER, invalid, payloads, valid
 
 

@@ -5,18 +5,18 @@ from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
 from conf.protocol.feedback import Report
-from conf.protocol.messages import KeepAlive, Presence, StreamParameters
-from conf.protocol.wire import (
-    MAX_BODY,
+from conf.protocol.messages import (
     Body,
     Feedback,
+    KeepAlive,
     MotionPayload,
     MotionWithChunk,
     PortraitAck,
     PortraitChunk,
-    decode_body,
-    encode_body,
+    Presence,
+    StreamParameters,
 )
+from conf.protocol.wire import MAX_BODY, decode_body, encode_body
 
 BODIES: list[Body] = [
     MotionPayload(number=77, payload=b"\x01\x02\x03"),

@@ -14,8 +14,17 @@ from conf.protocol.codec.decoder import MAX_PAYLOAD
 from conf.protocol.codec.payload_header import PayloadHeader, code_header
 from conf.protocol.codec.symbol_coder import SymbolWriter
 from conf.protocol.feedback import Report
-from conf.protocol.messages import KeepAlive, Presence, StreamParameters
-from conf.protocol.wire import MAX_BODY, Body, Bye, Feedback, MotionPayload, RoundTripMessage, encode_body
+from conf.protocol.messages import (
+    Body,
+    Bye,
+    Feedback,
+    KeepAlive,
+    MotionPayload,
+    Presence,
+    RoundTripMessage,
+    StreamParameters,
+)
+from conf.protocol.wire import MAX_BODY, encode_body
 
 FOLDER = Path(__file__).resolve().parents[2] / "tests" / "data"
 

@@ -6,24 +6,25 @@ from conf.errors import ProtocolError
 from conf.protocol.codec import Decoder, MissingReferenceError
 from conf.protocol.codec.payload_header import profile_of
 from conf.protocol.feedback import ReceptionStats
-from conf.protocol.messages import KeepAlive, MotionFrame, Presence, StreamParameters
-from conf.protocol.motion.jitter_buffer import JitterBuffer, PlayoutFrame
-from conf.protocol.portrait import ObjectReceiver
-from conf.protocol.sequence import unwrap
-from conf.protocol.statistics import RateWindow, TrafficSnapshot, raw_frame_bytes
-from conf.protocol.wire import (
-    NUMBER_BITS,
+from conf.protocol.messages import (
     Body,
     Bye,
     Feedback,
+    KeepAlive,
+    MotionFrame,
     MotionPayload,
     MotionWithChunk,
     PortraitAck,
     PortraitChunk,
+    Presence,
     RoundTripMessage,
-    decode_body,
-    encode_body,
+    StreamParameters,
 )
+from conf.protocol.motion.jitter_buffer import JitterBuffer, PlayoutFrame
+from conf.protocol.portrait import ObjectReceiver
+from conf.protocol.sequence import unwrap
+from conf.protocol.statistics import RateWindow, TrafficSnapshot, raw_frame_bytes
+from conf.protocol.wire import NUMBER_BITS, decode_body, encode_body
 
 SILENCE_S = 3.0
 MAX_OBJECTS = 64  # parts of a picture that nobody has taken yet

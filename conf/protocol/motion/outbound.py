@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 from conf.protocol.codec import LIVE, Encoder, Profile
 from conf.protocol.codec.payload_header import MAX_FRAMES, MAX_STRIDE
-from conf.protocol.messages import KeepAlive, MotionFrame, Presence, StreamParameters
-from conf.protocol.wire import MotionPayload, encode_body
+from conf.protocol.messages import KeepAlive, MotionFrame, MotionPayload, Presence, StreamParameters
+from conf.protocol.wire import encode_body
 
 REPEAT_S = 1.0  # parameters that are not acknowledged, and keep-alives
 FAPU_TOLERANCE = 0.02  # a neutral face that settles by less than this is not told again

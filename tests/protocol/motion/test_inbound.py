@@ -3,10 +3,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from conf.protocol.codec import LIVE, NARROWBAND, RICH, Profile
-from conf.protocol.messages import Presence
+from conf.protocol.messages import Feedback, Presence
 from conf.protocol.motion.inbound import InboundMotion
 from conf.protocol.motion.outbound import OutboundMotion
-from conf.protocol.wire import Feedback, decode_body
+from conf.protocol.wire import decode_body
 from tests.protocol.motion.test_outbound import PARAMETERS, frame
 
 OVERHEAD = 42

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from conf.protocol.codec import LIVE, NARROWBAND
-from conf.protocol.messages import KeepAlive, MotionFrame, Presence, StreamParameters
+from conf.protocol.messages import KeepAlive, MotionFrame, MotionPayload, Presence, StreamParameters
 from conf.protocol.motion.outbound import OutboundMotion, OutgoingBody
-from conf.protocol.wire import MotionPayload, decode_body
+from conf.protocol.wire import decode_body
 
 PARAMETERS = StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1))
 FRAME_S = 1 / 15
