@@ -1,8 +1,8 @@
-"""Every error a user or a peer can cause. Texts say what to do about it."""
+"""Every error that a user or a peer can cause. The messages say what to do about it."""
 
 
 class ConfError(Exception):
-    """The user's or the machine's fault: one sentence that says what to do, printed by the command line."""
+    """An error of the user or the machine; the command line prints its message, one sentence that says what to do."""
 
 
 class CameraError(ConfError):
@@ -10,27 +10,31 @@ class CameraError(ConfError):
 
 
 class ModelError(ConfError):
-    """The tracker's files are missing or damaged and cannot be fetched."""
+    """The tracker's files are missing or damaged and cannot be downloaded."""
 
 
 class GraphicsError(ConfError):
-    """OpenGL or the window cannot be had on this machine."""
+    """OpenGL or a window is not available on this machine."""
 
 
 class NetworkError(ConfError):
-    """A socket cannot be opened, bound or written."""
+    """A socket cannot be opened, bound or written to."""
+
+
+class RecordingError(ConfError):
+    """An image, clip or recording cannot be written."""
 
 
 class FileFormatError(ConfError):
-    """A file that cannot be read as what it should be: names the file, the line and what was expected."""
+    """A file does not have the expected format; the message names the file, the line and what was expected."""
 
     def __init__(self, path: object, line: int | None, expected: str) -> None:
-        where = f"{path}, line {line}" if line is not None else f"{path}"
-        super().__init__(f"{where}: {expected}")
+        position = f"{path}, line {line}" if line is not None else f"{path}"
+        super().__init__(f"{position}: {expected}")
         self.path = str(path)
         self.line = line
         self.expected = expected
 
 
 class ProtocolError(Exception):
-    """The peer's fault: a datagram that breaks WIRE.md. Raised in decoding, caught in one place, counted."""
+    """An error of the peer: a datagram that breaks WIRE.md. Raised in decoding, caught in one place, counted."""

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.errors import ConfError
+from conf.errors import RecordingError
 
 JPEG_QUALITY = 93
 PICTURES: dict[str, list[int]] = {
@@ -22,10 +22,6 @@ MIN_FREE_BYTES = 16 << 20  # bytes: OpenCV does not say when it can write no mor
 DISK_CHECK_INTERVAL = 30  # pictures
 
 Kind = TypeVar("Kind")
-
-
-class RecordingError(ConfError):
-    """A picture or clip cannot be written."""
 
 
 def next_free_path(folder: Path, stem: str, suffix: str) -> Path:

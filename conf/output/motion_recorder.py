@@ -4,9 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from conf.errors import FileFormatError
+from conf.errors import FileFormatError, RecordingError
 from conf.face.formats.dpc import MotionClip, write_dpc
-from conf.output.media_writer import RecordingError
 from conf.protocol.messages import MotionFrame
 
 FPS = 30.0

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from conf.output.media_writer import RecordingError, VideoWriter, next_free_path, save_picture
+from conf.errors import RecordingError
+from conf.output.media_writer import VideoWriter, next_free_path, save_picture
 
 
 def ramp(width: int = 64, height: int = 48) -> NDArray[np.uint8]:

@@ -3,8 +3,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from conf.errors import RecordingError
 from conf.face.formats.dpc import read_dpc
-from conf.output.media_writer import RecordingError
 from conf.output.motion_recorder import FPS, MotionRecorder
 from conf.protocol.messages import MotionFrame
 
