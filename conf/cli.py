@@ -265,7 +265,7 @@ def _export(options: argparse.Namespace) -> None:
 
 
 def _fit(options: argparse.Namespace) -> None:
-    from conf.commands.fit import fit
+    from conf.mesh_fitting.fit import fit
 
     output = options.output or options.face.with_suffix(".ppc")
     with _status_line(options) as show:

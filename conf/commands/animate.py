@@ -9,11 +9,11 @@ from conf.animator.app import AnimatorApp
 from conf.animator.background_fit import FitResult
 from conf.animator.commands import OpenFile, PlayExpression
 from conf.animator.face_document import open_face_document
-from conf.commands.fit import fit
 from conf.errors import ConfError
 from conf.face.animation.action_units import load_emotions
 from conf.face.formats.epc import read_epc
 from conf.face.formats.ppc import read_ppc
+from conf.mesh_fitting.fit import fit
 from conf.render.window.glfw_window import GlfwWindow
 
 SIZE = (1280, 800)

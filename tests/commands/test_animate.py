@@ -5,9 +5,9 @@ import pytest
 
 from conf.commands import animate as command
 from conf.commands.animate import FaceOptions, animate, fit_points
-from conf.commands.fit import FitReport
 from conf.errors import ConfError, FileFormatError
 from conf.face.formats.ppc import write_ppc
+from conf.mesh_fitting.fit import FitReport
 
 
 def test_what_is_wrong_is_said_before_a_window_opens(tmp_path: Path) -> None:

@@ -22,13 +22,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.commands.fit import fit
 from conf.face.control_points import CONTROL_POINT_INDEX, CONTROL_POINTS, LOWER_LIP, UPPER_LIP
 from conf.face.deformation.face_model import FaceModel, load_face
 from conf.face.formats.ppc import read_ppc, write_ppc
 from conf.face.mesh.axes import axes_rotation
 from conf.face.mesh.mesh import load_mesh
 from conf.face.mesh.surface_graph import SurfaceGraph
+from conf.mesh_fitting.fit import fit
 from conf.render.camera import ViewState, clip_matrix, project
 from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow

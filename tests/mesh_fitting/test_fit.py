@@ -1,4 +1,4 @@
-"""`conf fit` on the default head, written anew in another format, unit and orientation."""
+"""Fit the default head, exported in another format, unit and orientation."""
 
 import os
 from pathlib import Path
@@ -8,20 +8,20 @@ import pytest
 import trimesh
 from numpy.typing import NDArray
 
-from conf.commands.fit import TRACKER_MESH_NOTE, fit, points_of_landmark_mesh
 from conf.errors import ConfError, FileFormatError, GraphicsError, ModelError
 from conf.face.control_points import CONTROL_POINT_INDEX, CONTROL_POINT_LANDMARKS, PUPILS
 from conf.face.deformation.face_model import DEFAULT_HEAD
 from conf.face.formats.ppc import read_ppc
 from conf.face.mesh.axes import axes_rotation
 from conf.face.mesh.mesh import Mesh, load_mesh
+from conf.mesh_fitting.fit import TRACKER_MESH_NOTE, fit, points_of_landmark_mesh
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.tracking.canonical_face import CanonicalFace, read_canonical_face
 from conf.sender.tracking.model_files import fetch_models
 
 
 @pytest.fixture(autouse=True)
-def _means() -> None:
+def _require_gl_and_models() -> None:
     """Skip without OpenGL or the tracker's files; fail where CONF_REQUIRE_GL says that they must be there."""
     try:
         OffscreenWindow(8, 8).release()
@@ -44,26 +44,26 @@ def errors_mm(found: NDArray[np.float64], truth: NDArray[np.float64]) -> NDArray
 @pytest.mark.parametrize(
     ("suffix", "unit", "axes", "up"), [(".ply", 0.01, ("-y", "z"), "-y"), (".stl", 10.0, ("z", "x"), None)]
 )
-def test_a_plain_head_is_found_and_its_points_placed(
+def test_the_default_head_without_its_points_is_fitted(
     tmp_path: Path, suffix: str, unit: float, axes: tuple[str, str], up: str | None
 ) -> None:
     mesh, truth = load_mesh(DEFAULT_HEAD), read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
-    shown = np.concatenate([mesh.triangles[mesh.groups[name]] for name in ("skin", "mouth", "eye_l", "eye_r")])
-    turn = axes_rotation(*axes) * unit
+    triangles = np.concatenate([mesh.triangles[mesh.groups[name]] for name in ("skin", "mouth", "eye_l", "eye_r")])
+    rotation = axes_rotation(*axes) * unit
     path, output = tmp_path / f"head{suffix}", tmp_path / "head.ppc"
-    trimesh.Trimesh(mesh.vertices @ turn, shown, process=False).export(path)
-    told: list[str] = []
-    report = fit(path, output, up=up, on_progress=told.append)
+    trimesh.Trimesh(mesh.vertices @ rotation, triangles, process=False).export(path)
+    messages: list[str] = []
+    report = fit(path, output, up=up, on_progress=messages.append)
     assert (report.up, report.front) == axes
     assert report.mouth_open and report.lip_lines == 3
     assert report.eye_distance == pytest.approx(6.4 * unit, rel=0.03)
-    errors = errors_mm(read_ppc(output), truth @ turn)
+    errors = errors_mm(read_ppc(output), truth @ rotation)
     assert errors.mean() < 2.0
     assert errors.max() < 6.0
-    assert told[0].startswith("looking for the face")
+    assert messages[0].startswith("looking for the face")
 
 
-def test_a_mesh_of_landmarks_knows_its_points(tmp_path: Path, canonical: CanonicalFace) -> None:
+def test_a_mesh_of_landmarks_needs_no_tracking(tmp_path: Path, canonical: CanonicalFace) -> None:
     path, output = tmp_path / "mask.obj", tmp_path / "mask.ppc"
     lines = [f"v {x} {y} {z}" for x, y, z in canonical.vertices]
     lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in canonical.triangles]
@@ -74,39 +74,39 @@ def test_a_mesh_of_landmarks_knows_its_points(tmp_path: Path, canonical: Canonic
     points = read_ppc(output)
     known = len(canonical.vertices) > CONTROL_POINT_LANDMARKS
     np.testing.assert_allclose(points[known], canonical.vertices[CONTROL_POINT_LANDMARKS[known]], atol=1e-5)
-    left = points[CONTROL_POINT_INDEX["pupil_l"]]
-    assert (
-        points[CONTROL_POINT_INDEX["eye_inner_corner_l"], 0]
-        < left[0]
-        < points[CONTROL_POINT_INDEX["eye_outer_corner_l"], 0]
+    inner, pupil, outer = (
+        points[CONTROL_POINT_INDEX[name], 0] for name in ("eye_inner_corner_l", "pupil_l", "eye_outer_corner_l")
     )
+    assert inner < pupil < outer
 
 
-def test_any_other_mesh_is_no_mesh_of_landmarks(canonical: CanonicalFace) -> None:
+def test_a_mesh_with_other_triangles_is_no_mesh_of_landmarks(canonical: CanonicalFace) -> None:
     numbers = np.random.default_rng(0).permutation(len(canonical.vertices)).astype(np.int32)
-    nothing = np.empty(0)
-    shuffled = Mesh(canonical.vertices, numbers[canonical.triangles], nothing, nothing, nothing, {})  # type: ignore[arg-type]
+    empty = np.empty(0)
+    shuffled = Mesh(canonical.vertices, numbers[canonical.triangles], empty, empty, empty, {})  # type: ignore[arg-type]
     assert points_of_landmark_mesh(shuffled, canonical) is None
 
 
-def test_what_shows_no_face_is_refused_in_one_sentence(tmp_path: Path) -> None:
+def test_a_mesh_without_a_face_is_an_error(tmp_path: Path) -> None:
     path = tmp_path / "ball.stl"
     trimesh.creation.icosphere(subdivisions=2).export(path)
-    with pytest.raises(ConfError, match="no face is seen with y up and z to the front: check the mesh, name its axes"):
+    with pytest.raises(
+        ConfError, match="no face was found with y up and z to the front: check the mesh, name its axes"
+    ):
         fit(path, tmp_path / "ball.ppc", up="y", front="z")
-    with pytest.raises(ConfError, match="--up y and --front -y name one line"):
+    with pytest.raises(ConfError, match="--up y and --front -y are the same line"):
         fit(path, tmp_path / "ball.ppc", up="y", front="-y")
     assert not (tmp_path / "ball.ppc").exists()
 
 
-def test_a_mesh_without_any_depth_is_refused_too(tmp_path: Path) -> None:
+def test_a_flat_mesh_is_an_error(tmp_path: Path) -> None:
     path = tmp_path / "flat.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    with pytest.raises(ConfError, match="no face is seen from any side"):
+    with pytest.raises(ConfError, match="no face was found from any side"):
         fit(path, tmp_path / "flat.ppc")
 
 
-def test_files_that_cannot_be_read_or_written_are_named(tmp_path: Path, canonical: CanonicalFace) -> None:
+def test_errors_name_the_file_that_cannot_be_read_or_written(tmp_path: Path, canonical: CanonicalFace) -> None:
     with pytest.raises(FileFormatError, match=r"nobody\.obj"):
         fit(tmp_path / "nobody.obj", tmp_path / "nobody.ppc")
     path = tmp_path / "mask.obj"
