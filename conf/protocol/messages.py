@@ -68,7 +68,7 @@ class MotionPayload:
     payload : as the codec wrote it
     """
 
-    number: int
+    frame_number: int
     payload: bytes
 
 
@@ -111,7 +111,7 @@ class MotionWithChunk:
     """Motion and a piece of a picture in one datagram: the headers are paid once."""
 
     motion: MotionPayload
-    piece: PortraitChunk
+    chunk: PortraitChunk
 
 
 Body = (

@@ -32,13 +32,13 @@ MAX_BODY = 1100
 MAX_POINTS = 64
 MILLISECONDS = 1000
 FAPU_STEPS = 1000  # a centimetre
-PARAMETERS, KEEP_ALIVE, REPORT, ROUND_TRIP, GOODBYE, PORTRAIT_PIECE, PORTRAIT_ANSWER, TOGETHER = range(8)
+PARAMETERS, KEEP_ALIVE, REPORT, ROUND_TRIP, BYE, PORTRAIT_CHUNK, PORTRAIT_ACK, MOTION_WITH_CHUNK = range(8)
 
 
 def encode_body(body: Body) -> bytes:
     """Return the bytes of a body."""
     if isinstance(body, MotionPayload):
-        return bytes((MOTION_BIT | body.number & (MOTION_BIT - 1),)) + body.payload
+        return bytes((MOTION_BIT | body.frame_number & (MOTION_BIT - 1),)) + body.payload
     kind, rest = _ENCODERS[type(body)](body)
     return bytes((kind,)) + rest
 
@@ -117,7 +117,7 @@ def _decode_round_trip(data: bytes) -> RoundTripMessage:
 
 
 def _encode_goodbye(body: Bye) -> tuple[int, bytes]:
-    return GOODBYE, b""
+    return BYE, b""
 
 
 def _decode_goodbye(data: bytes) -> Bye:
@@ -128,7 +128,7 @@ def _decode_goodbye(data: bytes) -> Bye:
 
 def _encode_together(body: MotionWithChunk) -> tuple[int, bytes]:
     motion = encode_body(body.motion)
-    return TOGETHER, bytes((len(motion),)) + motion + body.piece.data
+    return MOTION_WITH_CHUNK, bytes((len(motion),)) + motion + body.chunk.data
 
 
 def _decode_together(data: bytes) -> MotionWithChunk:
@@ -146,16 +146,16 @@ _ENCODERS: dict[type, Callable[[Any], tuple[int, bytes]]] = {
     RoundTripMessage: _encode_round_trip,
     Bye: _encode_goodbye,
     MotionWithChunk: _encode_together,
-    PortraitChunk: lambda body: (PORTRAIT_PIECE, body.data),
-    PortraitAck: lambda body: (PORTRAIT_ANSWER, body.data),
+    PortraitChunk: lambda body: (PORTRAIT_CHUNK, body.data),
+    PortraitAck: lambda body: (PORTRAIT_ACK, body.data),
 }
 _DECODERS: dict[int, Callable[[bytes], Body]] = {
     PARAMETERS: _decode_parameters,
     KEEP_ALIVE: _decode_keep_alive,
     REPORT: _decode_feedback,
     ROUND_TRIP: _decode_round_trip,
-    GOODBYE: _decode_goodbye,
-    PORTRAIT_PIECE: PortraitChunk,
-    TOGETHER: _decode_together,
-    PORTRAIT_ANSWER: PortraitAck,
+    BYE: _decode_goodbye,
+    PORTRAIT_CHUNK: PortraitChunk,
+    MOTION_WITH_CHUNK: _decode_together,
+    PORTRAIT_ACK: PortraitAck,
 }

@@ -42,4 +42,4 @@ def test_an_invalid_payload_is_refused_and_nothing_is_remembered(name: str) -> N
     decoder = Decoder()
     with pytest.raises(MissingReferenceError if name == "missing_reference" else ProtocolError):
         decoder.decode(PAYLOADS[name], 10)
-    assert all(not list(history.numbers()) for history in decoder._histories.values())
+    assert all(not list(history.numbers()) for history in decoder._references.values())

@@ -19,7 +19,7 @@ from conf.protocol.messages import (
 from conf.protocol.wire import MAX_BODY, decode_body, encode_body
 
 BODIES: list[Body] = [
-    MotionPayload(number=77, payload=b"\x01\x02\x03"),
+    MotionPayload(frame_number=77, payload=b"\x01\x02\x03"),
     StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1), clock=12.345),
     KeepAlive(3.25, Presence.NO_FACE),
     Feedback(Report(highest=100, missing=5, lost=7, jitter_ms=12, ack_delay_ms=30), refresh=True),

@@ -15,13 +15,13 @@ from conf.protocol.codec.payload_header import PayloadHeader, code_header
 from conf.protocol.codec.symbol_coder import SymbolReader
 from conf.protocol.motion import jitter_buffer
 from conf.protocol.portrait.patch import encode_patch
-from conf.protocol.portrait.photo import decode_photograph, encode_photograph
+from conf.protocol.portrait.photo import decode_photo, encode_photo
 from conf.protocol.portrait.probability_model import REGIONS
 from conf.protocol.session.drop_reasons import DropReason
 from conf.protocol.session.packet import parse_datagram
 from conf.protocol.wire import decode_body
 from tests.protocol.independent_decoder import PayloadReader, read_patch, read_shape
-from tests.support.portrait_objects import patch, photograph
+from tests.support.portrait_objects import example_patch, example_photo
 from tools.golden.wire import BODIES, FOLDER, HEADS
 
 TEXT = (Path(bodies.__file__).parent / "WIRE.md").read_text()
@@ -70,8 +70,8 @@ def test_the_payload_decodes_to_what_is_said_of_it() -> None:
 
 
 def test_a_photographs_shape_is_read_by_the_text_alone() -> None:
-    photo = decode_photograph(encode_photograph(photograph()))
-    _, shape, _ = msgpack.unpackb(encode_photograph(photo))
+    photo = decode_photo(encode_photo(example_photo()))
+    _, shape, _ = msgpack.unpackb(encode_photo(photo))
     points, neutral, outline = read_shape(shape, len(photo.outline))
     np.testing.assert_allclose(np.array(points) * 0.02, photo.points, atol=1e-9)
     np.testing.assert_allclose(np.array(neutral) * 0.02, photo.neutral, atol=1e-9)
@@ -80,7 +80,7 @@ def test_a_photographs_shape_is_read_by_the_text_alone() -> None:
 
 @pytest.mark.parametrize("region", range(len(REGIONS)))
 def test_a_patch_is_read_by_the_text_alone(region: int) -> None:
-    sent = patch(region=region)
+    sent = example_patch(region=region)
     told = read_patch(encode_patch(sent)[3:], REGIONS[region])
     assert (told.keys, told.size, told.step) == (sent.descriptor.tolist(), sent.size, sent.step)
     np.testing.assert_array_equal(told.points, np.rint(sent.points * 127.5))

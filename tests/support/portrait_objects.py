@@ -21,12 +21,12 @@ def webp(width: int, height: int) -> bytes:
     return file.getvalue()
 
 
-def photograph(number: int = 1) -> Photo:
+def example_photo(number: int = 1) -> Photo:
     """Return a photograph with points at random."""
     rng = np.random.default_rng(number)
     model = load_portrait_model()
     places = rng.uniform(-9, 9, model.face.mean.shape)
-    controls = len(model.stir_spread)
+    controls = len(model.neutral_difference_scale)
     return Photo(
         number,
         (320, 240),
@@ -39,12 +39,12 @@ def photograph(number: int = 1) -> Photo:
     )
 
 
-def patch(photograph: int = 1, region: int = 0) -> Patch:
+def example_patch(example_photo: int = 1, region: int = 0) -> Patch:
     """Return a patch with points at random, and a few coefficients in every other block."""
     rng = np.random.default_rng(3)
     known = load_portrait_model().regions[region]
-    keys = rng.integers(-100, 100, len(known.key_spread)).astype(np.int8)
+    keys = rng.integers(-100, 100, len(known.descriptor_scale)).astype(np.int8)
     planes = [np.zeros(shape, np.int64) for shape in plane_shapes(48, 42)]
     for plane in planes:
         plane[::2, :, :5] = rng.integers(-9, 10, (*plane[::2].shape[:2], 5))
-    return Patch(photograph, region, 3, keys, rng.uniform(0, 1, known.points.mean.shape), (48, 42), 7, planes)
+    return Patch(example_photo, region, 3, keys, rng.uniform(0, 1, known.points.mean.shape), (48, 42), 7, planes)

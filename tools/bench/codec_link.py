@@ -136,10 +136,10 @@ def measure(track: Track, profile: Profile, link: Link, /, *, models: Mapping[st
         times.append(encoded + time.perf_counter() - began)
         recovered += len(decoded) if lost else 0
         for frame in decoded:
-            errors.append(track.picture_errors(frame.number, frame.displacements, frame.pose))
+            errors.append(track.picture_errors(frame.frame_number, frame.displacements, frame.pose))
         if link.ack_delay and random.random() >= link.loss:
-            heard = decoded[-1].number + link.ack_delay
-            acknowledged.setdefault(heard, []).extend(frame.number for frame in decoded)
+            heard = decoded[-1].frame_number + link.ack_delay
+            acknowledged.setdefault(heard, []).extend(frame.frame_number for frame in decoded)
     return Result(
         fps=profile.fps,
         frames=len(track.frames),

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from conf.face.portrait.patch_features import FEATURES
 from conf.face.portrait.patch_prediction import forward_dct
 from conf.protocol.codec.range_coder import TOTAL
-from conf.protocol.codec.symbol_coder import SCALES_AN_OCTAVE
+from conf.protocol.codec.symbol_coder import SCALES_PER_OCTAVE
 from conf.protocol.portrait.dct_coding import Planes
 from conf.protocol.portrait.patch import Patch, encode_patch, step_size
 from conf.protocol.portrait.probability_model import BlockModel, PortraitModel
@@ -69,7 +69,7 @@ class PatchCounts:
         coded = np.clip(np.rint(chance * TOTAL), 64, TOTAL - 64).astype(np.int64)
         last = np.array([_whole(_smooth(row)) for row in self.last])
         mean = np.array([_smooth(row) for row in self.levels / self.told])
-        spread = np.rint(UNIT_SCALE + SCALES_AN_OCTAVE * np.log2(mean / np.log(4)))
+        spread = np.rint(UNIT_SCALE + SCALES_PER_OCTAVE * np.log2(mean / np.log(4)))
         return BlockModel(coded, last, np.maximum(spread, 0).astype(np.int64))
 
 

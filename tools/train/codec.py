@@ -45,7 +45,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, control_point_indices
-from conf.protocol.codec.encoder import code_motion
+from conf.protocol.codec.encoder import code_frame
 from conf.protocol.codec.model import CodecModel, build_models
 from conf.protocol.codec.profiles import PROFILES, Profile
 from conf.protocol.codec.quantised_frame import FACE_CENTRE, LOG_SCALE, POSE_VALUES, ROTATION, QuantisedFrame
@@ -214,7 +214,7 @@ def learn_statistics(model: CodecModel, tracks: Sequence[Track], /) -> Arrays:
     plain = {age: observe(model, tracks, age, companion=False) for age in (0, *AGES)}
     accompanied = {age: observe(model, tracks, age, companion=True) for age in AGES}
     rows = [(model.rows[age], seen) for age, seen in plain.items()]
-    rows += [(model.companion_rows[age], seen) for age, seen in accompanied.items()]
+    rows += [(model.second_reference_rows[age], seen) for age, seen in accompanied.items()]
     for row, seen in rows:
         for value in range(weights.shape[1]):
             here = seen.features[:, value], seen.differences[:, value]
@@ -241,7 +241,7 @@ def observe(model: CodecModel, tracks: Sequence[Track], age: int, *, companion: 
             recorder.asked.clear()
             writer = RecordingWriter(trade=model.profile.rd_lambda)
             context = _context(model, coded, age, companion=companion)
-            coded.append(code_motion(writer, recorder, context, frame)[0])
+            coded.append(code_frame(writer, recorder, context, frame)[0])
             if number >= age + companion:  # earlier frames have no such reference
                 features.append(list(recorder.asked))
                 differences.append(writer.numbers)
@@ -280,7 +280,7 @@ def _context(model: CodecModel, coded: list[QuantisedFrame], age: int, *, compan
     if not 0 < age <= len(coded):
         return Context(model.rows[0], replace(model.default_reference, staggered=len(coded) % 2 == 1))
     if companion and age < len(coded):
-        return Context(model.companion_rows[age], coded[-age], coded[-age - 1])
+        return Context(model.second_reference_rows[age], coded[-age], coded[-age - 1])
     return Context(model.rows[age], coded[-age])
 
 

@@ -13,7 +13,7 @@ from scipy.special import expit
 
 from conf.protocol.codec.model import WEIGHT_ONE
 from conf.protocol.codec.range_coder import TOTAL
-from conf.protocol.codec.symbol_coder import ESCAPE, MAX_TABLE_MAGNITUDE, SCALES_AN_OCTAVE
+from conf.protocol.codec.symbol_coder import ESCAPE, MAX_TABLE_MAGNITUDE, SCALES_PER_OCTAVE
 from conf.protocol.codec.syntax import LOG_ONE
 
 MIXTURE = ((0.65, 0.7), (0.35, 1.7))  # share of each logistic and its scale, relative
@@ -33,20 +33,20 @@ def fit_weights(features: NDArray[np.int64], differences: NDArray[np.int64], /) 
     differences : (M,) whole steps
     """
     inputs = features / LOG_ONE
-    octaves = np.log(2) / SCALES_AN_OCTAVE * LOG_ONE
+    octaves = np.log(2) / SCALES_PER_OCTAVE * LOG_ONE
 
     def loss(weights: Floats) -> tuple[float, Floats]:
         index = inputs @ weights * LOG_ONE
-        log_scale = np.clip((index - UNIT_SCALE) * np.log(2) / SCALES_AN_OCTAVE, -4, 8)
+        log_scale = np.clip((index - UNIT_SCALE) * np.log(2) / SCALES_PER_OCTAVE, -4, 8)
         chance, slope = _chance(differences, log_scale)
         gradient = inputs.T @ (-slope / chance) * octaves / len(differences)
-        pull = PULL * np.concatenate([[0.0], weights[1:] * LOG_ONE / SCALES_AN_OCTAVE])
-        penalty = float(pull[1:] @ weights[1:]) * LOG_ONE / SCALES_AN_OCTAVE
-        return float(-np.log(chance).mean()) + penalty, gradient + 2 * pull * LOG_ONE / SCALES_AN_OCTAVE
+        pull = PULL * np.concatenate([[0.0], weights[1:] * LOG_ONE / SCALES_PER_OCTAVE])
+        penalty = float(pull[1:] @ weights[1:]) * LOG_ONE / SCALES_PER_OCTAVE
+        return float(-np.log(chance).mean()) + penalty, gradient + 2 * pull * LOG_ONE / SCALES_PER_OCTAVE
 
     start = np.zeros(features.shape[1])
     spread = max(float(np.abs(differences).mean()), 0.05)
-    start[0] = (UNIT_SCALE + SCALES_AN_OCTAVE * np.log2(0.6 * spread + 0.05)) / LOG_ONE
+    start[0] = (UNIT_SCALE + SCALES_PER_OCTAVE * np.log2(0.6 * spread + 0.05)) / LOG_ONE
     found = minimize(loss, start, jac=True, method="L-BFGS-B", options={"maxiter": 60}).x
     limit = np.iinfo(np.int16).max
     return np.clip(np.rint(found * WEIGHT_ONE), -limit, limit).astype(np.int16)
@@ -65,7 +65,7 @@ def fit_tables(scales: NDArray[np.int64], differences: NDArray[np.int64], /) -> 
     numbers = np.arange(-MAX_TABLE_MAGNITUDE, MAX_TABLE_MAGNITUDE + 1)
     tables = np.empty((SCALES, ESCAPE + 1), dtype=np.uint16)
     for scale in range(SCALES):
-        log_scale = np.full(len(numbers), (scale - UNIT_SCALE) * np.log(2) / SCALES_AN_OCTAVE)
+        log_scale = np.full(len(numbers), (scale - UNIT_SCALE) * np.log(2) / SCALES_PER_OCTAVE)
         shape = np.append(_chance(numbers, log_scale)[0], 0.0)
         shape[ESCAPE] = max(1.0 - float(shape.sum()), 1e-5)
         seen = differences[scales == scale]

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from conf.face.portrait import contours
 from conf.face.portrait.patch_features import FEATURES
-from conf.protocol.codec.symbol_coder import SCALES_AN_OCTAVE
+from conf.protocol.codec.symbol_coder import SCALES_PER_OCTAVE
 from conf.protocol.portrait.patch import MAX_SIDE, POINT_STEPS
 from conf.protocol.portrait.probability_model import MODEL_FILE, PointTree, PortraitModel, RegionModel, Steps
 from conf.protocol.portrait.shape_coding import POINT_STEP, encode_shape
@@ -127,7 +127,7 @@ def grow_tree(off: Steps, *, first: int) -> dict[int, int]:
 def spread_of(differences: NDArray[np.integer]) -> Steps:
     """Return the scale index (...) that fits differences (N, ...) around zero: that of a logistic distribution."""
     width = np.maximum(np.abs(differences).mean(axis=0), LEAST_SPREAD) / np.log(4)  # of a logistic: mean magnitude
-    return np.asarray(np.rint(UNIT_SCALE + SCALES_AN_OCTAVE * np.log2(width)), np.int64)
+    return np.asarray(np.rint(UNIT_SCALE + SCALES_PER_OCTAVE * np.log2(width)), np.int64)
 
 
 def cost_of(model: PortraitModel, track: Poses) -> float:

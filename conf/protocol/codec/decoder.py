@@ -14,7 +14,7 @@ from conf.protocol.codec.profiles import LIVE
 from conf.protocol.codec.quantised_frame import QuantisedFrame
 from conf.protocol.codec.reference_frames import ReferenceFrames
 from conf.protocol.codec.symbol_coder import SymbolReader
-from conf.protocol.codec.syntax import FrameCoder, code_corrections
+from conf.protocol.codec.syntax import FrameCoder, code_point_residuals
 
 MAX_PAYLOAD = 1100
 _ANY_HEADER = PayloadHeader(LIVE.name, count=1, stride=1, age=0, second_reference=False)
@@ -29,7 +29,7 @@ class DecodedFrame:
     pose : (6,) float64, as in conf.protocol.messages
     """
 
-    number: int
+    frame_number: int
     displacements: NDArray[np.float32]
     pose: NDArray[np.float64]
 
@@ -39,7 +39,7 @@ class Decoder:
 
     def __init__(self, models: Mapping[str, CodecModel] | None = None) -> None:
         self._models = load_models() if models is None else models
-        self._histories = {name: ReferenceFrames() for name in self._models}  # each profile counts its own ticks
+        self._references = {name: ReferenceFrames() for name in self._models}  # each profile counts its own ticks
 
     def decode(self, payload: bytes, number: int) -> list[DecodedFrame]:
         """Return the frames of a payload, oldest first.
@@ -52,7 +52,7 @@ class Decoder:
             raise ProtocolError("payload too long")
         header, frames = self._read(payload, number)
         transform = self._models[header.profile].transform
-        history = self._histories[header.profile]
+        history = self._references[header.profile]
         decoded = []
         for position, frame in enumerate(frames):
             at = number + position * header.stride
@@ -65,12 +65,12 @@ class Decoder:
         reader = SymbolReader(payload)
         header = code_header(reader, _ANY_HEADER)
         model = self._models[header.profile]
-        context = first_context(model, header, number, self._histories[header.profile].require)
+        context = first_context(model, header, number, self._references[header.profile].require)
         frames: list[QuantisedFrame] = []
         for _ in range(header.count):
             frame = FrameCoder(reader, model, context)
             frame.code(model.default_reference.values)
-            corrections = code_corrections(reader, model, context.reference.corrections, {})
+            corrections = code_point_residuals(reader, model, context.reference.residuals, {})
             frames.append(QuantisedFrame(tuple(frame.values), context.reference.staggered, corrections))
             context = next_context(model, header, frames)
         reader.finish()

@@ -14,7 +14,7 @@ from conf.protocol.codec.profiles import LIVE, Profile
 from conf.protocol.codec.quantised_frame import LOG_SCALE, POSE_VALUES, QuantisedFrame
 from conf.protocol.codec.reference_frames import ReferenceFrames
 from conf.protocol.codec.symbol_coder import LIMIT, SymbolCoder, SymbolWriter
-from conf.protocol.codec.syntax import Context, FrameCoder, code_corrections
+from conf.protocol.codec.syntax import Context, FrameCoder, code_point_residuals
 from conf.protocol.messages import MotionFrame
 
 LAMBDA_FACTORS = (
@@ -35,7 +35,7 @@ class Encoder:
     def __init__(self, profile: Profile = LIVE, models: Mapping[str, CodecModel] | None = None) -> None:
         self._profile = profile
         self._models = load_models() if models is None else models
-        self._histories = {name: ReferenceFrames() for name in self._models}  # each profile counts its own ticks
+        self._references_by_profile = {name: ReferenceFrames() for name in self._models}
         self._acknowledged: set[int] = set()
         self._newest: QuantisedFrame | None = None
 
@@ -61,19 +61,19 @@ class Encoder:
         self._check(frames, number, stride)
         model = self._models[self.profile.name]
         header = self._header(len(frames), number, stride)
-        context = first_context(model, header, number, self._history.require)
+        context = first_context(model, header, number, self._references.require)
         trade = self.profile.rd_lambda * (INTER_LAMBDA_FACTOR if header.age else 1.0)
         attempts = [_attempt(model, header, context, frames, thrift * trade) for thrift in LAMBDA_FACTORS]
         best = min(attempts, key=lambda attempt: attempt.error + 8 * trade * len(attempt.payload))
         for position, quantised in enumerate(best.frames):
-            self._history.add(number + position * stride, quantised)
+            self._references.add(number + position * stride, quantised)
         self._newest = best.frames[-1]
         return best.payload
 
     def acknowledge(self, numbers: Iterable[int]) -> None:
         """Note the numbers of frames that the receiver has decoded: later ones may be predicted from them."""
         self._acknowledged.update(numbers)
-        self._acknowledged.intersection_update(self._history.numbers())
+        self._acknowledged.intersection_update(self._references.numbers())
 
     def drop_references(self) -> None:
         """Predict from nothing until the next acknowledgement: the receiver misses a reference."""
@@ -88,21 +88,21 @@ class Encoder:
         values[LOG_SCALE] = model.transform.log_scale(frame.pose)
         if (np.abs(values - model.transform.dequantise(shown)) > SKIP_THRESHOLD).any():
             return True
-        known = shown.corrections
+        known = shown.residuals
         return bool(
             choose_point_residuals(model, frame.displacements, known, threshold=MIN_RESIDUAL_INTRA, bits_spent=0.0)
         )
 
     def decode_own(self, number: int, *, stride: int = 1) -> DecodedFrame | None:
         """Return frame `number` as a receiver shows it that has missed nothing, while it is remembered."""
-        frame, before = self._history.get(number), self._history.get(number - stride)
+        frame, before = self._references.get(number), self._references.get(number - stride)
         if frame is None:
             return None
         return DecodedFrame(number, *self._models[self.profile.name].transform.inverse(frame, before))
 
     def _check(self, frames: Sequence[MotionFrame], number: int, stride: int) -> None:
-        if number <= self._history.newest:
-            raise ValueError(f"number {number} is not greater than {self._history.newest}")
+        if number <= self._references.newest:
+            raise ValueError(f"number {number} is not greater than {self._references.newest}")
         if not 1 <= len(frames) <= MAX_FRAMES:
             raise ValueError(f"a bundle has 1 to {MAX_FRAMES} frames, not {len(frames)}")
         if not 1 <= stride <= MAX_STRIDE:
@@ -112,11 +112,11 @@ class Encoder:
                 raise ValueError("a frame is not finite, or its pose is absurd")
 
     @property
-    def _history(self) -> ReferenceFrames:
-        return self._histories[self.profile.name]
+    def _references(self) -> ReferenceFrames:
+        return self._references_by_profile[self.profile.name]
 
     def _usable(self, number: int) -> bool:
-        return number in self._acknowledged and self._history.get(number) is not None
+        return number in self._acknowledged and self._references.get(number) is not None
 
     def _header(self, count: int, number: int, stride: int) -> PayloadHeader:
         age = next((age for age in range(1, MAX_AGE + 1) if self._usable(number - age)), 0)
@@ -141,18 +141,18 @@ def _attempt(
     coded: list[QuantisedFrame] = []
     total = 0.0
     for position, frame in enumerate(frames):
-        plain, error = code_motion(writer, model, context, frame)
+        plain, error = code_frame(writer, model, context, frame)
         total += error
-        known = context.reference.corrections
+        known = context.reference.residuals
         threshold = MIN_RESIDUAL if header.age or position else MIN_RESIDUAL_INTRA
         spent = writer.bits - position * model.profile.target_bits
         chosen = choose_point_residuals(model, frame.displacements, known, threshold=threshold, bits_spent=spent)
-        coded.append(replace(plain, corrections=code_corrections(writer, model, known, chosen)))
+        coded.append(replace(plain, residuals=code_point_residuals(writer, model, known, chosen)))
         context = next_context(model, header, coded)
     return _Attempt(writer.finish(), coded, total)
 
 
-def code_motion(
+def code_frame(
     coder: SymbolCoder, model: CodecModel, context: Context, frame: MotionFrame
 ) -> tuple[QuantisedFrame, float]:
     """Code a frame, changes of corrections apart; return it and the sum of their squared errors, in steps."""

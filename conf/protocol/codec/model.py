@@ -14,7 +14,7 @@ import numpy as np
 
 from conf.protocol.codec.profiles import PROFILES, Profile
 from conf.protocol.codec.quantised_frame import QuantisedFrame
-from conf.protocol.codec.symbol_coder import SCALES_AN_OCTAVE, Tables
+from conf.protocol.codec.symbol_coder import SCALES_PER_OCTAVE, Tables
 from conf.protocol.codec.transform import MotionTransform
 
 FILE = "codec.npz"
@@ -39,7 +39,7 @@ class CodecModel:
     tables: Tables
     default_reference: QuantisedFrame
     rows: tuple[int, ...]
-    companion_rows: tuple[int, ...]
+    second_reference_rows: tuple[int, ...]
     weights: list[list[list[int]]]
     scale_coupling: int
     points: int
@@ -47,7 +47,7 @@ class CodecModel:
     def scale(self, row: int, index: int, features: tuple[int, ...]) -> int:
         """Return how far from its prediction value `index` will lie: an index on the scale grid."""
         scale: int = sum(map(mul, self.weights[row][index], features)) // WEIGHT_ONE
-        return max(0, min(self.tables.last + RAW_OCTAVES * SCALES_AN_OCTAVE, scale))
+        return max(0, min(self.tables.last + RAW_OCTAVES * SCALES_PER_OCTAVE, scale))
 
 
 @cache
@@ -72,7 +72,7 @@ def _build_model(profile: Profile, arrays: Mapping[str, np.ndarray[Any, Any]]) -
         tables=Tables.from_frequencies(arrays[f"{profile.name}_frequencies"].tolist()),
         default_reference=QuantisedFrame(tuple(arrays[f"{profile.name}_standing"].tolist())),
         rows=rows,
-        companion_rows=tuple(row and row + len(ages) for row in rows),
+        second_reference_rows=tuple(row and row + len(ages) for row in rows),
         weights=arrays[f"{profile.name}_weights"].tolist(),
         scale_coupling=int(arrays[f"{profile.name}_growth"]),
         points=len(arrays["correction"]),
@@ -89,8 +89,8 @@ def build_transform(profile: Profile, arrays: Mapping[str, np.ndarray[Any, Any]]
         inverse_matrix=step * basis.T / weight,
         pose_steps=step * arrays["pose_unit"].astype(np.float64),
         face_centre=arrays["middle"].astype(np.float64),
-        usual_log_scale=float(arrays["usual_log_scale"]),
-        correction_steps=arrays["correction"].astype(np.float64),
+        typical_log_scale=float(arrays["usual_log_scale"]),
+        residual_steps=arrays["correction"].astype(np.float64),
         coupling=arrays["coupling"].astype(np.float64),
         stagger=arrays["stagger"].astype(np.float64),
         reconstruction_shift=arrays[f"{profile.name}_lean"].astype(np.float64),

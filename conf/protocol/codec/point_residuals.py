@@ -13,18 +13,18 @@ from numpy.typing import NDArray
 from conf.protocol.codec.model import CodecModel
 from conf.protocol.codec.quantised_frame import PointResidual
 from conf.protocol.codec.symbol_coder import LIMIT
-from conf.protocol.codec.syntax import MAX_CORRECTIONS
+from conf.protocol.codec.syntax import MAX_RESIDUALS
 
-Corrections = dict[int, PointResidual]
+PointResiduals = dict[int, PointResidual]
 
 MIN_RESIDUAL = 2.5  # steps: a point that is off by less is never corrected
 MIN_RESIDUAL_INTRA = 4.0  # the same where there is no reference
-BITS_EACH = 18  # what one costs, about
+BITS_PER_RESIDUAL = 18  # what one costs, about
 
 
 def choose_point_residuals(
-    model: CodecModel, displacements: NDArray[np.float32], known: Corrections, *, threshold: float, bits_spent: float
-) -> Corrections:
+    model: CodecModel, displacements: NDArray[np.float32], known: PointResiduals, *, threshold: float, bits_spent: float
+) -> PointResiduals:
     """Return the corrections that improve a frame most, the worst point first; most frames need none.
 
     displacements : (n, 3) FAPU units, what is to be shown
@@ -40,7 +40,7 @@ def choose_point_residuals(
     if size.max() <= threshold:
         return {}
     worst = np.argsort(-size, kind="stable")[: _room(model, bits_spent)]
-    chosen: Corrections = {}
+    chosen: PointResiduals = {}
     for point in worst[size[worst] > threshold].tolist():
         x, y, z = np.rint(np.clip(residual[point], -LIMIT, LIMIT)).astype(int).tolist()
         chosen[point] = (x, y, z)
@@ -48,5 +48,5 @@ def choose_point_residuals(
 
 
 def _room(model: CodecModel, bits_spent: float) -> int:
-    room = int(model.profile.target_bits - bits_spent) // BITS_EACH
-    return max(1, min(MAX_CORRECTIONS, room))
+    room = int(model.profile.target_bits - bits_spent) // BITS_PER_RESIDUAL
+    return max(1, min(MAX_RESIDUALS, room))

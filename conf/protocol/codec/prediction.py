@@ -20,12 +20,12 @@ def first_context(model: CodecModel, header: PayloadHeader, number: int, recall:
         return Context(model.rows[0], replace(model.default_reference, staggered=header.is_staggered(number)))
     at = number - header.age
     if header.second_reference:
-        return Context(model.companion_rows[header.age], recall(at), recall(at - header.stride))
+        return Context(model.second_reference_rows[header.age], recall(at), recall(at - header.stride))
     return Context(model.rows[header.age], recall(at))
 
 
 def next_context(model: CodecModel, header: PayloadHeader, before: Sequence[QuantisedFrame]) -> Context:
     """Return what the frame after those `before` it in the bundle is predicted from."""
     if len(before) > 1:
-        return Context(model.companion_rows[header.stride], before[-1], before[-2])
+        return Context(model.second_reference_rows[header.stride], before[-1], before[-2])
     return Context(model.rows[header.stride], before[-1])

@@ -19,4 +19,4 @@ class QuantisedFrame:
 
     values: tuple[int, ...]
     staggered: bool = False
-    corrections: dict[int, PointResidual] = field(default_factory=dict)
+    residuals: dict[int, PointResidual] = field(default_factory=dict)

@@ -19,7 +19,7 @@ from conf.protocol.codec.range_coder import PRECISION, TOTAL, RangeDecoder, Rang
 
 MAX_TABLE_MAGNITUDE = 20  # the largest magnitude with a frequency of its own
 ESCAPE = 2 * MAX_TABLE_MAGNITUDE + 1  # the symbol for everything larger
-SCALES_AN_OCTAVE = 4
+SCALES_PER_OCTAVE = 4
 MAX_BITS = 13  # of any magnitude: beyond it a payload is garbage
 LIMIT = (1 << MAX_BITS) - 1
 
@@ -190,5 +190,5 @@ def _code_bits(coder: SymbolCoder, count: int, value: int) -> int:
 
 def _split(scale: int, last: int) -> tuple[int, int]:
     """Return a scale that has a table and by how many bits the number is shifted to fit it."""
-    shift = -(-(scale - last) // SCALES_AN_OCTAVE)
-    return scale - shift * SCALES_AN_OCTAVE, shift
+    shift = -(-(scale - last) // SCALES_PER_OCTAVE)
+    return scale - shift * SCALES_PER_OCTAVE, shift

@@ -25,8 +25,8 @@ _LOG: list[int] = [
     ((1 + x) ** LOG_ONE).bit_length() - 1 for x in range(_LOG_REACH + 1)
 ]  # floor(16 log2(1 + x)), in whole numbers
 
-CORRECTION_SCALE = 24
-MAX_CORRECTIONS = 12
+RESIDUAL_SCALE = 24
+MAX_RESIDUALS = 12
 _CORRECTION_COUNT = weighted_table([3000, 12, 10, 8, 6, 4, 4, 3, 2, 2, 2, 1, 1])
 
 
@@ -36,7 +36,7 @@ class Context:
 
     row: int
     reference: QuantisedFrame
-    companion: QuantisedFrame | None = None
+    second_reference: QuantisedFrame | None = None
 
 
 class FrameCoder:
@@ -74,7 +74,7 @@ class FrameCoder:
         return max(-LIMIT, min(LIMIT, guess))
 
 
-def code_corrections(
+def code_point_residuals(
     coder: SymbolCoder, model: CodecModel, reference: dict[int, PointResidual], wanted: dict[int, PointResidual]
 ) -> dict[int, PointResidual]:
     """Code the corrections that change; the reference's others stay. Raises ProtocolError as above."""
@@ -85,8 +85,7 @@ def code_corrections(
         before = reference.get(point, (0, 0, 0))
         after = wanted.get(point, (0, 0, 0))
         x, y, z = (
-            _checked(b + coder.number(model.tables, CORRECTION_SCALE, a - b))
-            for a, b in zip(after, before, strict=True)
+            _checked(b + coder.number(model.tables, RESIDUAL_SCALE, a - b)) for a, b in zip(after, before, strict=True)
         )
         corrections.pop(point, None)
         if x or y or z:
@@ -96,16 +95,16 @@ def code_corrections(
 
 def _frame_features(context: Context) -> tuple[int, int, int]:
     expression = _log(sum(map(abs, context.reference.values[POSE_VALUES:])))
-    if context.companion is None:
+    if context.second_reference is None:
         return expression, 0, 0
-    motion = [abs(a - b) for a, b in zip(context.reference.values, context.companion.values, strict=True)]
+    motion = [abs(a - b) for a, b in zip(context.reference.values, context.second_reference.values, strict=True)]
     return expression, _log(sum(motion[:POSE_VALUES])), _log(sum(motion[POSE_VALUES:]))
 
 
 def _own_motion(context: Context) -> list[int]:
-    if context.companion is None:
+    if context.second_reference is None:
         return [0] * len(context.reference.values)
-    return [_log(abs(a - b)) for a, b in zip(context.reference.values, context.companion.values, strict=True)]
+    return [_log(abs(a - b)) for a, b in zip(context.reference.values, context.second_reference.values, strict=True)]
 
 
 def _log(magnitude: int) -> int:

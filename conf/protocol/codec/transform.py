@@ -43,15 +43,15 @@ class MotionTransform:
     inverse_matrix: NDArray[np.float64]
     pose_steps: NDArray[np.float64]
     face_centre: NDArray[np.float64]
-    usual_log_scale: float
-    correction_steps: NDArray[np.float64]
+    typical_log_scale: float
+    residual_steps: NDArray[np.float64]
     coupling: NDArray[np.float64]
     stagger: NDArray[np.float64]
     reconstruction_shift: NDArray[np.float64]
 
     def log_scale(self, pose: NDArray[np.float64], /) -> float:
         """Return a pose's log scale in steps from the usual."""
-        return float((pose[5] - self.usual_log_scale) / self.pose_steps[LOG_SCALE])
+        return float((pose[5] - self.typical_log_scale) / self.pose_steps[LOG_SCALE])
 
     def forward(
         self, displacements: NDArray[np.float32], pose: NDArray[np.float64], /, *, log_scale: int
@@ -60,7 +60,7 @@ class MotionTransform:
 
         displacements : (n, 3) FAPU units; pose : (6,) as in conf.protocol.messages
         """
-        size = exp(self.usual_log_scale + log_scale * self.pose_steps[LOG_SCALE])
+        size = exp(self.typical_log_scale + log_scale * self.pose_steps[LOG_SCALE])
         middle = pose[3:5] + exp(pose[5]) * self._turned_middle(pose[:3])
         return np.concatenate(
             [
@@ -75,7 +75,7 @@ class MotionTransform:
         """Return what the components cannot carry of displacements (n, 3), in steps of a correction."""
         flat = displacements.reshape(-1)
         left = flat - flat @ self.forward_matrix @ self.inverse_matrix
-        return np.asarray(left.reshape(-1, 3) / self.correction_steps)
+        return np.asarray(left.reshape(-1, 3) / self.residual_steps)
 
     def compensate_pose_error(self, pose_error: NDArray[np.float64], /) -> NDArray[np.float64]:
         """Return what to add to the components (K,) so that they make up for a pose that is off by some steps (6,)."""
@@ -97,10 +97,10 @@ class MotionTransform:
         if before is not None:
             numbers += self._lean(self.dequantise(before) - numbers)
         displacements = (numbers[POSE_VALUES:] @ self.inverse_matrix).reshape(-1, 3)
-        for point, steps in frame.corrections.items():
-            displacements[point] += self.correction_steps[point] * steps
+        for point, steps in frame.residuals.items():
+            displacements[point] += self.residual_steps[point] * steps
         scaled = numbers[:POSE_VALUES] * self.pose_steps
-        log_scale = scaled[LOG_SCALE] + self.usual_log_scale
+        log_scale = scaled[LOG_SCALE] + self.typical_log_scale
         rotation = scaled[ROTATION]
         position = exp(log_scale) * (scaled[FACE_CENTRE] - self._turned_middle(rotation))
         return displacements.astype(np.float32), np.array([*rotation, *position, log_scale])

@@ -135,7 +135,7 @@ class InboundMotion:
                 self.round_trip_ms = float(milliseconds)
             case PortraitChunk(data=data):
                 self._take_piece(data)
-            case MotionWithChunk(motion=motion, piece=piece):
+            case MotionWithChunk(motion=motion, chunk=piece):
                 self._take_piece(piece.data)
                 return self._take_motion(motion, now)
             case Bye():
@@ -151,12 +151,12 @@ class InboundMotion:
 
     def _take_motion(self, body: MotionPayload, now: float) -> float:
         profile = profile_of(body.payload)
-        number = self._number(body.number, profile.fps, now)
+        number = self._number(body.frame_number, profile.fps, now)
         decoded = self._decoder.decode(body.payload, number)
         self._motion_datagrams += 1
         self.presence = Presence.FACE
         for frame in decoded:
-            timestamp = frame.number / profile.fps
+            timestamp = frame.frame_number / profile.fps
             self.frames.add(1, now)
             self._buffer.add(MotionFrame(timestamp, frame.displacements, frame.pose), now)
         self._clock = max(self._clock or (timestamp, now), (timestamp, now))

@@ -8,20 +8,20 @@ from conf.protocol.portrait.photo import (
     NeutralPoseUpdate,
     Photo,
     decode_neutral,
-    decode_photograph,
+    decode_photo,
     encode_neutral,
-    encode_photograph,
+    encode_photo,
 )
 
 PortraitObject = Photo | NeutralPoseUpdate | Patch
-PHOTOGRAPH, NEUTRAL, PATCH = 0, 1, 2
+PHOTO, NEUTRAL, PATCH = 0, 1, 2
 
 
 def encode_object(thing: PortraitObject, /) -> bytes:
     """Return the bytes of an object."""
     match thing:
         case Photo():
-            return bytes((PHOTOGRAPH,)) + encode_photograph(thing)
+            return bytes((PHOTO,)) + encode_photo(thing)
         case NeutralPoseUpdate():
             return bytes((NEUTRAL,)) + encode_neutral(thing)
         case Patch():
@@ -37,7 +37,7 @@ def decode_object(data: bytes, /) -> PortraitObject:
 
 
 _DECODERS: dict[int, Callable[[bytes], PortraitObject]] = {
-    PHOTOGRAPH: decode_photograph,
+    PHOTO: decode_photo,
     NEUTRAL: decode_neutral,
     PATCH: decode_patch,
 }

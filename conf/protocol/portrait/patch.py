@@ -38,7 +38,7 @@ class Patch:
     planes : blocks of coefficients of brightness and two tints, in steps; whole numbers once they have travelled
     """
 
-    photograph: int
+    photo_number: int
     region: int
     slot: int
     descriptor: NDArray[np.int8]
@@ -65,7 +65,7 @@ def encode_patch(patch: Patch, /, *, model: PortraitModel | None = None) -> byte
         model,
         (patch.region, patch.descriptor.astype(np.int64), points, patch.size, patch.step, patch.coefficients),
     )
-    return bytes((patch.photograph, patch.region, patch.slot)) + writer.finish()
+    return bytes((patch.photo_number, patch.region, patch.slot)) + writer.finish()
 
 
 def decode_patch(data: bytes, /) -> Patch:
@@ -78,7 +78,7 @@ def decode_patch(data: bytes, /) -> Patch:
         raise ProtocolError("a patch for no region or slot")
     known = model.regions[region]
     reader = SymbolReader(data[_HEAD:])
-    nothing = (region, np.zeros_like(known.key_spread), np.zeros_like(known.points.mean), (0, 0), 0, None)
+    nothing = (region, np.zeros_like(known.descriptor_scale), np.zeros_like(known.points.mean), (0, 0), 0, None)
     keys, points, size, step, planes = _code(reader, model, nothing)
     reader.finish()
     if np.abs(keys).max() > 127 or np.abs(points).max() > 2 * POINT_STEPS:
@@ -94,7 +94,7 @@ def _code(
 ) -> tuple[Steps, Steps, tuple[int, int], int, Planes]:
     region, keys, points, (width, height), step, planes = wanted
     known = model.regions[region]
-    keys = code_numbers(coder, known.key_spread, keys)
+    keys = code_numbers(coder, known.descriptor_scale, keys)
     points = known.points.code(coder, points)
     width, height = (coder.symbol(_SIDES, side - 1) + 1 for side in (width, height))
     step = coder.symbol(_STEPS, step)

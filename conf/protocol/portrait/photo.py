@@ -17,7 +17,7 @@ from conf.protocol.portrait.shape_coding import (
     encode_neutral_shape,
     encode_shape,
 )
-from conf.protocol.portrait.vp8 import size_of
+from conf.protocol.portrait.vp8 import read_frame_size
 
 POSE_STEPS = np.array([5e-4, 5e-4, 5e-4, 5e-4, 5e-4, 5e-4])  # radians, picture heights, log
 FAPU_STEP = 1e-3  # cm
@@ -58,12 +58,12 @@ class NeutralPoseUpdate:
     neutral : (n, 3) cm; fapu : five distances, cm
     """
 
-    photograph: int
+    photo_number: int
     neutral: NDArray[np.float64]
     fapu: tuple[float, ...]
 
 
-def encode_photograph(photo: Photo, /) -> bytes:
+def encode_photo(photo: Photo, /) -> bytes:
     """Return the bytes of a photograph."""
     numbers = [photo.number, *photo.size, len(photo.outline)]
     numbers += [round(value) for value in photo.pose / POSE_STEPS] + _fapu_steps(photo.fapu)
@@ -72,7 +72,7 @@ def encode_photograph(photo: Photo, /) -> bytes:
     return _pack([numbers, shape, photo.frame])
 
 
-def decode_photograph(data: bytes, /) -> Photo:
+def decode_photo(data: bytes, /) -> Photo:
     """Return the photograph. Raises ProtocolError."""
     numbers, shape, frame = _unpack(data, 3)
     values = check_numbers(numbers, 15)
@@ -81,7 +81,7 @@ def decode_photograph(data: bytes, /) -> Photo:
         raise ProtocolError("a photograph of an impossible size")
     if not 0 <= corners <= MAX_OUTLINE:
         raise ProtocolError("an outline with too many corners")
-    size_of(frame)
+    read_frame_size(frame)
     points, neutral, outline = decode_shape(shape, corners, load_portrait_model())
     if outline.size and not 0 <= outline.min() <= outline.max() <= OUTLINE_STEPS:
         raise ProtocolError("an outline outside the picture")
@@ -100,7 +100,7 @@ def decode_photograph(data: bytes, /) -> Photo:
 def encode_neutral(update: NeutralPoseUpdate, /) -> bytes:
     """Return the bytes of a neutral pose."""
     shape = encode_neutral_shape(_point_steps(update.neutral), load_portrait_model())
-    return _pack([[update.photograph, *_fapu_steps(update.fapu)], shape])
+    return _pack([[update.photo_number, *_fapu_steps(update.fapu)], shape])
 
 
 def decode_neutral(data: bytes, /) -> NeutralPoseUpdate:

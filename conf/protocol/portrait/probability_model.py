@@ -24,7 +24,7 @@ from conf.protocol.codec.symbol_coder import SymbolCoder, Tables
 MODEL_FILE = Path(str(files("conf"))) / "assets" / "portrait.npz"
 REGIONS = ("mouth", "eyes")  # that patches show, in the order of their numbers
 TREE = {"mean": "mean", "order": "order", "parents": "parents", "spread": "scale"}  # array of the file -> field
-BLOCKS = ("coded", "last", "level_spread")
+BLOCKS = {"coded": "coded", "last": "last", "level_spread": "coefficient_scale"}
 
 Steps = NDArray[np.int64]
 Arrays = dict[str, NDArray[Any]]
@@ -66,7 +66,7 @@ class RegionModel:
     """A region that patches show. points : of a patch; key_spread : (k,) scale of each key."""
 
     points: PointTree
-    key_spread: Steps
+    descriptor_scale: Steps
 
 
 @dataclass(frozen=True)
@@ -80,13 +80,13 @@ class BlockModel:
 
     coded: Steps
     last: Steps
-    level_spread: Steps
+    coefficient_scale: Steps
 
     def tables(self) -> tuple[list[list[list[int]]], list[list[int]], list[list[int]]]:
         """Return cumulative frequencies of coded and last, and the scales, as lists."""
         whole = sum(self.last[0].tolist())
         coded = [[[0, whole - chance, whole] for chance in row] for row in self.coded.tolist()]
-        return coded, [[0, *accumulate(row)] for row in self.last.tolist()], self.level_spread.tolist()
+        return coded, [[0, *accumulate(row)] for row in self.last.tolist()], self.coefficient_scale.tolist()
 
 
 @dataclass(frozen=True)
@@ -100,18 +100,18 @@ class PortraitModel:
     """
 
     face: PointTree
-    stir_spread: Steps
+    neutral_difference_scale: Steps
     regions: Sequence[RegionModel]
     blocks: BlockModel
 
     def save(self, path: Path) -> None:
         """Write the file."""
-        arrays: Arrays = {"stir_spread": self.stir_spread}
+        arrays: Arrays = {"stir_spread": self.neutral_difference_scale}
         arrays |= {f"face_{key}": getattr(self.face, field) for key, field in TREE.items()}
         for name, region in zip(REGIONS, self.regions, strict=True):
             arrays |= {f"{name}_{key}": getattr(region.points, field) for key, field in TREE.items()}
-            arrays[f"{name}_key_spread"] = region.key_spread
-        arrays |= {name: getattr(self.blocks, name) for name in BLOCKS}
+            arrays[f"{name}_key_spread"] = region.descriptor_scale
+        arrays |= {key: getattr(self.blocks, field) for key, field in BLOCKS.items()}
         small: dict[str, Any] = {name: array.astype(np.int16) for name, array in arrays.items()}
         np.savez(path, **small)
 

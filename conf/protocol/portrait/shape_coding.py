@@ -23,7 +23,11 @@ def encode_shape(points: Steps, neutral: Steps, outline: Steps, model: PortraitM
 def decode_shape(data: bytes, outline_points: int, model: PortraitModel, /) -> tuple[Steps, Steps, Steps]:
     """Return points, neutral pose and outline of `corners` corners. Raises ProtocolError."""
     reader = SymbolReader(data)
-    nothing = np.zeros_like(model.face.mean), np.zeros_like(model.stir_spread), np.zeros((outline_points, 2), np.int64)
+    nothing = (
+        np.zeros_like(model.face.mean),
+        np.zeros_like(model.neutral_difference_scale),
+        np.zeros((outline_points, 2), np.int64),
+    )
     found = _code_shape(reader, model, nothing)
     reader.finish()
     return found
@@ -39,7 +43,7 @@ def encode_neutral_shape(neutral: Steps, model: PortraitModel, /) -> bytes:
 def decode_neutral_shape(data: bytes, model: PortraitModel, /) -> Steps:
     """Return the neutral pose (n, 3). Raises ProtocolError."""
     reader = SymbolReader(data)
-    neutral = model.face.code(reader, np.zeros_like(model.stir_spread))
+    neutral = model.face.code(reader, np.zeros_like(model.neutral_difference_scale))
     reader.finish()
     return neutral
 
@@ -50,7 +54,7 @@ def _code_shape(
     points, neutral, outline = wanted
     told = model.face.code(coder, points)
     controls = told[: len(neutral)]
-    stir = code_numbers(coder, model.stir_spread, neutral - controls)
+    stir = code_numbers(coder, model.neutral_difference_scale, neutral - controls)
     sides = np.diff(outline, axis=0, prepend=0)
     told_sides = code_numbers(coder, np.full_like(sides, _CORNER_SPREAD), sides)
     return told, controls + stir, np.cumsum(told_sides, axis=0)

@@ -29,7 +29,7 @@ def wrap_riff(frame: bytes, /) -> bytes:
     return _RIFF.pack(b"RIFF", len(padded) + _RIFF.size - 8, b"WEBP", b"VP8 ", len(frame)) + padded
 
 
-def size_of(frame: bytes, /) -> tuple[int, int]:
+def read_frame_size(frame: bytes, /) -> tuple[int, int]:
     """Return width and height of a VP8 key frame that is worth decoding. Raises ProtocolError."""
     if len(frame) < 10 or frame[0] & 1 or frame[3:6] != _START_CODE:
         raise ProtocolError("not a VP8 key frame")

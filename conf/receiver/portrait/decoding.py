@@ -9,12 +9,12 @@ from conf.face.portrait.patch_features import FEATURES
 from conf.face.portrait.patch_prediction import inverse_dct, predict_patch, region_points_in_photo
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.portrait.patch import Patch, step_size
-from conf.protocol.portrait.vp8 import size_of, wrap_riff
+from conf.protocol.portrait.vp8 import read_frame_size, wrap_riff
 
 
 def decode_picture(frame: bytes, /) -> NDArray[np.uint8]:
     """Return (H, W, 3) uint8 BGR. Raises ProtocolError if the bytes are no picture of the size they say."""
-    width, height = size_of(frame)
+    width, height = read_frame_size(frame)
     try:
         pixels = cv2.imdecode(np.frombuffer(wrap_riff(frame), np.uint8), cv2.IMREAD_COLOR)
     except cv2.error as error:

@@ -84,7 +84,7 @@ class PortraitStore:
         self.patches.clear()
         early, self._early = self._early, []
         for thing in early:
-            if thing.photograph == photo.number:
+            if thing.photo_number == photo.number:
                 self._take_early(thing)
 
     def _take_early(self, thing: Patch | NeutralPoseUpdate) -> None:
@@ -94,13 +94,13 @@ class PortraitStore:
             self._take_neutral(thing)
 
     def _take_neutral(self, update: NeutralPoseUpdate) -> None:
-        if self.photo is None or self.photo.number != update.photograph:
+        if self.photo is None or self.photo.number != update.photo_number:
             self._early = [*self._early[-MAX_PENDING:], update]
             return
         self.photo.warp.set_neutral(update.neutral, Fapu(*update.fapu).lengths())
 
     def _take_patch(self, patch: Patch) -> None:
-        if self.photo is None or self.photo.number != patch.photograph:
+        if self.photo is None or self.photo.number != patch.photo_number:
             self._early = [*self._early[-MAX_PENDING:], patch]
             return
         try:

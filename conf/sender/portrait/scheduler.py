@@ -22,8 +22,8 @@ from conf.protocol.portrait.photo import (
     MIN_LOG_SCALE,
     NeutralPoseUpdate,
     Photo,
-    decode_photograph,
-    encode_photograph,
+    decode_photo,
+    encode_photo,
 )
 from conf.protocol.rate_limit import TokenBucket
 from conf.sender.portrait.patch_selection import PatchBudget, PatchSet, make_patch
@@ -166,7 +166,7 @@ class PortraitScheduler:
             return
         candidate = developing.candidate
         self._is_draft, self._developing, self._changed_at = developing.draft, None, None
-        self._reference = ReferencePhoto.create(decode_photograph(encode_photograph(photo)), candidate.shot, now)
+        self._reference = ReferencePhoto.create(decode_photo(encode_photo(photo)), candidate.shot, now)
         self._shown = candidate
         self._patch_sets = [
             PatchSet(f, BUDGETS[f.name], f.quantised_descriptor(candidate.motion.displacements)) for f in FEATURES

@@ -34,15 +34,15 @@ def test_no_loss_makes_a_frame_wrong(profile: Profile, lost: set[int], acks_lost
         if position in lost:
             continue
         shown = decoder.decode(payload, number)
-        assert [frame.number for frame in shown] == list(range(number, number + profile.frames_per_datagram))
+        assert [frame.frame_number for frame in shown] == list(range(number, number + profile.frames_per_datagram))
         if position - 1 not in lost:
             for frame in shown:
-                mine = encoder.decode_own(frame.number)
+                mine = encoder.decode_own(frame.frame_number)
                 assert mine is not None
                 assert np.array_equal(frame.pose, mine.pose)
                 assert np.array_equal(frame.displacements, mine.displacements)
         if position not in acks_lost:
-            acknowledged += [(number + delay, frame.number) for frame in shown]
+            acknowledged += [(number + delay, frame.frame_number) for frame in shown]
 
 
 def test_a_receiver_that_joins_late_says_what_it_misses_and_recovers() -> None:
@@ -71,7 +71,7 @@ def test_datagrams_may_overtake_each_other() -> None:
 def test_strides_space_the_numbers() -> None:
     encoder, decoder = Encoder(), Decoder()
     payload = encoder.encode(talking(4), 8, stride=3)
-    assert [frame.number for frame in decoder.decode(payload, 8)] == [8, 11, 14, 17]
+    assert [frame.frame_number for frame in decoder.decode(payload, 8)] == [8, 11, 14, 17]
 
 
 @given(st.binary(max_size=64), st.integers(0, 1 << 40))

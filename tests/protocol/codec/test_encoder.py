@@ -90,7 +90,7 @@ def test_a_grimace_is_carried_within_the_budget() -> None:
         encoder.acknowledge([number - 2])
         payload = encoder.encode([frame], number)
         [shown] = decoder.decode(payload, number)
-        left = (frame.displacements - shown.displacements) / transform.correction_steps
+        left = (frame.displacements - shown.displacements) / transform.residual_steps
         off.append(float(np.linalg.norm(left, axis=1).max()))
         sizes.append(len(payload))
     assert off[0] > 5

@@ -19,9 +19,9 @@ def test_the_file_is_small() -> None:
 
 @pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
 def test_every_age_has_rows_of_weights_and_every_value_a_weight_for_each_feature(model: CodecModel) -> None:
-    assert len(model.rows) == len(model.companion_rows) == MAX_AGE + 1
-    assert model.rows[0] == model.companion_rows[0] == 0
-    assert max(model.companion_rows) == len(model.weights) - 1
+    assert len(model.rows) == len(model.second_reference_rows) == MAX_AGE + 1
+    assert model.rows[0] == model.second_reference_rows[0] == 0
+    assert max(model.second_reference_rows) == len(model.weights) - 1
     weights = np.array(model.weights)
     assert weights.shape[1:] == (len(model.default_reference.values), FEATURE_COUNT)
 

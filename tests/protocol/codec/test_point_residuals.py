@@ -5,7 +5,7 @@ import numpy as np
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.protocol.codec.model import load_models
 from conf.protocol.codec.point_residuals import MIN_RESIDUAL, choose_point_residuals
-from conf.protocol.codec.syntax import MAX_CORRECTIONS
+from conf.protocol.codec.syntax import MAX_RESIDUALS
 from tests.support.synthetic_motion import grimace, still
 
 MODEL = load_models()["live"]
@@ -22,7 +22,7 @@ def test_the_worst_point_comes_first_and_room_is_kept() -> None:
     one = choose_point_residuals(MODEL, frame.displacements, {}, threshold=MIN_RESIDUAL, bits_spent=1000)
     sizes = [np.linalg.norm(steps) for steps in many.values()]
     assert sizes == sorted(sizes, reverse=True)
-    assert 1 < len(many) <= MAX_CORRECTIONS
+    assert 1 < len(many) <= MAX_RESIDUALS
     assert list(one) == list(many)[:1]
     assert next(iter(many)) in {
         CONTROL_POINT_INDEX["nose_bottom_edge_l"],

@@ -21,13 +21,13 @@ def history() -> ReferenceFrames:
 
 def test_without_a_reference_the_standing_frame_is_it() -> None:
     context = first_context(MODEL, PayloadHeader("live", 1, 1, 0, second_reference=False), 4, history().require)
-    assert (context.row, context.reference, context.companion) == (0, MODEL.default_reference, None)
+    assert (context.row, context.reference, context.second_reference) == (0, MODEL.default_reference, None)
 
 
 def test_the_reference_and_its_companion_are_found_by_age() -> None:
     context = first_context(MODEL, PayloadHeader("live", 1, 1, 2, second_reference=True), 5, history().require)
-    assert (context.reference, context.companion) == (FRAMES[3], FRAMES[2])
-    assert context.row == MODEL.companion_rows[2]
+    assert (context.reference, context.second_reference) == (FRAMES[3], FRAMES[2])
+    assert context.row == MODEL.second_reference_rows[2]
 
 
 def test_an_unknown_companion_is_missed_as_well() -> None:
@@ -38,5 +38,5 @@ def test_an_unknown_companion_is_missed_as_well() -> None:
 def test_within_a_bundle_the_frames_before_serve() -> None:
     header = PayloadHeader("live", 3, 2, 0, second_reference=False)
     one, two = next_context(MODEL, header, FRAMES[:1]), next_context(MODEL, header, FRAMES[:2])
-    assert (one.row, one.reference, one.companion) == (MODEL.rows[2], FRAMES[0], None)
-    assert (two.row, two.reference, two.companion) == (MODEL.companion_rows[2], FRAMES[1], FRAMES[0])
+    assert (one.row, one.reference, one.second_reference) == (MODEL.rows[2], FRAMES[0], None)
+    assert (two.row, two.reference, two.second_reference) == (MODEL.second_reference_rows[2], FRAMES[1], FRAMES[0])

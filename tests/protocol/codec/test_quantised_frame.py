@@ -9,6 +9,6 @@ def test_the_pose_comes_first_and_is_whole() -> None:
 
 
 def test_frames_are_equal_by_value() -> None:
-    assert QuantisedFrame((1, 2)) == QuantisedFrame((1, 2), staggered=False, corrections={})
+    assert QuantisedFrame((1, 2)) == QuantisedFrame((1, 2), staggered=False, residuals={})
     assert QuantisedFrame((1, 2)) != QuantisedFrame((1, 2), staggered=True)
-    assert QuantisedFrame((1, 2)) != QuantisedFrame((1, 2), corrections={3: (1, 0, 0)})
+    assert QuantisedFrame((1, 2)) != QuantisedFrame((1, 2), residuals={3: (1, 0, 0)})

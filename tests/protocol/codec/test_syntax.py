@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from conf.protocol.codec.model import load_models
 from conf.protocol.codec.quantised_frame import PointResidual, QuantisedFrame
 from conf.protocol.codec.symbol_coder import LIMIT, SymbolReader, SymbolWriter
-from conf.protocol.codec.syntax import Context, FrameCoder, code_corrections
+from conf.protocol.codec.syntax import Context, FrameCoder, code_point_residuals
 
 MODEL = load_models()["live"]
 COUNT = len(MODEL.default_reference.values)
@@ -30,8 +30,8 @@ def test_any_values_come_back(reference: list[int], wanted: list[int], row: int)
 @given(CORRECTIONS, CORRECTIONS)
 def test_corrections_come_back(reference: dict[int, PointResidual], wanted: dict[int, PointResidual]) -> None:
     writer = SymbolWriter(rd_lambda=0.0)
-    written = code_corrections(writer, MODEL, reference, wanted)
-    assert code_corrections(SymbolReader(writer.finish()), MODEL, reference, {}) == written
+    written = code_point_residuals(writer, MODEL, reference, wanted)
+    assert code_point_residuals(SymbolReader(writer.finish()), MODEL, reference, {}) == written
     expected = {point: steps for point, steps in (reference | wanted).items() if any(steps) or point not in wanted}
     assert written == expected
 

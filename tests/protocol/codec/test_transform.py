@@ -54,6 +54,6 @@ def test_staggered_values_count_from_half_a_step() -> None:
 
 def test_the_residual_is_what_components_cannot_carry() -> None:
     [frame] = talking(1)
-    residual = TRANSFORM.residual(frame.displacements) * TRANSFORM.correction_steps
+    residual = TRANSFORM.residual(frame.displacements) * TRANSFORM.residual_steps
     inside = (frame.displacements - residual).astype(np.float32)
     assert np.abs(TRANSFORM.residual(inside)).max() < 1e-3

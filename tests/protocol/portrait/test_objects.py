@@ -3,9 +3,9 @@ from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
 from conf.protocol.portrait import NeutralPoseUpdate, decode_object, encode_object
-from tests.support.portrait_objects import patch, photograph
+from tests.support.portrait_objects import example_patch, example_photo
 
-THINGS = [photograph(), patch(), NeutralPoseUpdate(1, photograph().neutral, (6.4, 5.0, 2.5, 5.2, 0.9))]
+THINGS = [example_photo(), example_patch(), NeutralPoseUpdate(1, example_photo().neutral, (6.4, 5.0, 2.5, 5.2, 0.9))]
 BYTES = [encode_object(thing) for thing in THINGS]
 
 

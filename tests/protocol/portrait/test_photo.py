@@ -10,16 +10,16 @@ from conf.protocol.portrait.photo import (
     POINT_STEP,
     NeutralPoseUpdate,
     decode_neutral,
-    decode_photograph,
+    decode_photo,
     encode_neutral,
-    encode_photograph,
+    encode_photo,
 )
-from tests.support.portrait_objects import photograph
+from tests.support.portrait_objects import example_photo
 
 
 def test_a_photograph_survives_within_its_steps() -> None:
-    sent = photograph()
-    got = decode_photograph(encode_photograph(sent))
+    sent = example_photo()
+    got = decode_photo(encode_photo(sent))
     np.testing.assert_allclose(got.points, sent.points, atol=POINT_STEP / 2 + 1e-9)
     np.testing.assert_allclose(got.neutral, sent.neutral, atol=POINT_STEP / 2 + 1e-9)
     np.testing.assert_allclose(got.pose, sent.pose, atol=3e-4)
@@ -29,14 +29,14 @@ def test_a_photograph_survives_within_its_steps() -> None:
 
 
 def test_a_neutral_pose_survives() -> None:
-    sent = NeutralPoseUpdate(7, photograph().neutral, (6.4, 5.0, 2.5, 5.2, 0.9))
+    sent = NeutralPoseUpdate(7, example_photo().neutral, (6.4, 5.0, 2.5, 5.2, 0.9))
     got = decode_neutral(encode_neutral(sent))
     np.testing.assert_allclose(got.neutral, sent.neutral, atol=POINT_STEP / 2 + 1e-9)
-    assert got.photograph == 7 and got.fapu == pytest.approx(sent.fapu)
+    assert got.photo_number == 7 and got.fapu == pytest.approx(sent.fapu)
 
 
 def test_what_could_not_be_drawn_is_refused() -> None:
-    sent = photograph()
+    sent = example_photo()
     wrong = {
         "a pose that no head has": replace(sent, pose=np.array([0, 0, 0, 0, 0, 9.0])),
         "a face larger than any": replace(sent, points=sent.points * 100),
@@ -47,11 +47,11 @@ def test_what_could_not_be_drawn_is_refused() -> None:
     }
     for why, photo in wrong.items():
         with pytest.raises(ProtocolError, match=why):
-            decode_photograph(encode_photograph(photo))
+            decode_photo(encode_photo(photo))
 
 
 def test_a_face_too_small_for_any_mesh_is_refused() -> None:
     for log_scale, good in ((MIN_LOG_SCALE + 0.01, True), (MIN_LOG_SCALE - 0.01, False)):
-        data = encode_photograph(replace(photograph(), pose=np.array([0, 0, 0, 0, 0, log_scale])))
+        data = encode_photo(replace(example_photo(), pose=np.array([0, 0, 0, 0, 0, log_scale])))
         with nullcontext() if good else pytest.raises(ProtocolError, match="a pose that no head has"):
-            decode_photograph(data)
+            decode_photo(data)

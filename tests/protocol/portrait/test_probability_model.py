@@ -23,7 +23,7 @@ def sound(tree: PointTree) -> bool:
 
 
 def test_the_model_has_the_points_that_both_sides_use() -> None:
-    assert MODEL.face.mean.shape == (len(contours.PORTRAIT_LANDMARKS), 3) and MODEL.stir_spread.shape == (
+    assert MODEL.face.mean.shape == (len(contours.PORTRAIT_LANDMARKS), 3) and MODEL.neutral_difference_scale.shape == (
         CONTROL_POINT_COUNT,
         3,
     )
@@ -35,7 +35,7 @@ def test_the_regions_are_the_features_that_are_patched() -> None:
     assert tuple(feature.name for feature in FEATURES) == REGIONS
     for feature, region in zip(FEATURES, MODEL.regions, strict=True):
         assert sound(region.points) and region.points.mean.shape == (len(feature.points), 2)
-        assert len(region.key_spread) == len(feature.descriptor(np.zeros((CONTROL_POINT_COUNT, 3))))
+        assert len(region.descriptor_scale) == len(feature.descriptor(np.zeros((CONTROL_POINT_COUNT, 3))))
 
 
 def test_the_tables_of_blocks_add_up() -> None:
@@ -61,4 +61,4 @@ def test_a_model_is_kept_in_a_file(tmp_path: Path) -> None:
     again = PortraitModel.load(tmp_path / "portrait.npz")
     np.testing.assert_array_equal(again.face.scale, MODEL.face.scale)
     np.testing.assert_array_equal(again.blocks.last, MODEL.blocks.last)
-    np.testing.assert_array_equal(again.regions[1].key_spread, MODEL.regions[1].key_spread)
+    np.testing.assert_array_equal(again.regions[1].descriptor_scale, MODEL.regions[1].descriptor_scale)

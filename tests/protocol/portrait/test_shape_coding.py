@@ -19,7 +19,9 @@ def model() -> PortraitModel:
 def face(model: PortraitModel, noise: int) -> tuple[Steps, Steps, Steps]:
     rng = np.random.default_rng(5)
     points = model.face.mean + rng.integers(-noise, noise + 1, model.face.mean.shape)
-    neutral = points[: len(model.stir_spread)] + rng.integers(-noise, noise + 1, (len(model.stir_spread), 3))
+    neutral = points[: len(model.neutral_difference_scale)] + rng.integers(
+        -noise, noise + 1, (len(model.neutral_difference_scale), 3)
+    )
     return points, neutral, rng.integers(0, 256, (40, 2))
 
 
@@ -34,7 +36,7 @@ def test_every_number_comes_back(model: PortraitModel, noise: int) -> None:
 
 def test_a_face_that_is_wider_and_taller_than_the_average_costs_little(model: PortraitModel) -> None:
     points = np.rint(model.face.mean * (1.05, 0.96, 1.03)).astype(np.int64)
-    data = encode_shape(points, points[: len(model.stir_spread)], np.zeros((0, 2), np.int64), model)
+    data = encode_shape(points, points[: len(model.neutral_difference_scale)], np.zeros((0, 2), np.int64), model)
     assert len(data) < 1.6 * len(model.face.mean), "one byte a coordinate would be three times that"
 
 
@@ -49,7 +51,11 @@ def test_whatever_the_bytes_they_are_a_face_of_so_many_points_or_refused(model: 
             except ProtocolError:
                 refused += 1
             else:
-                assert (len(points), len(neutral), len(outline)) == (len(model.face.mean), len(model.stir_spread), 40)
+                assert (len(points), len(neutral), len(outline)) == (
+                    len(model.face.mean),
+                    len(model.neutral_difference_scale),
+                    40,
+                )
     assert refused
     with pytest.raises(ProtocolError):
         decode_shape(good + b"\1", 40, model)

@@ -60,7 +60,7 @@ def test_light_is_matched_along_the_border() -> None:
 
 def test_a_patch_is_as_fine_as_its_budget_allows() -> None:
     noise = np.random.default_rng(0).normal(0, 25, (40, 60, 3))
-    points, key = MODEL.points.mean / POINT_STEPS, np.zeros(len(MODEL.key_spread), np.int8)
+    points, key = MODEL.points.mean / POINT_STEPS, np.zeros(len(MODEL.descriptor_scale), np.int8)
     sizes, steps = [], []
     for budget in (150, 400, 1200):
         patch = make_patch(noise, points, key, target=(1, 0, 2), budget=budget)
@@ -70,5 +70,5 @@ def test_a_patch_is_as_fine_as_its_budget_allows() -> None:
 
 
 def test_a_budget_for_nothing_gives_the_coarsest_patch() -> None:
-    points, key = MODEL.points.mean / POINT_STEPS, np.zeros(len(MODEL.key_spread), np.int8)
+    points, key = MODEL.points.mean / POINT_STEPS, np.zeros(len(MODEL.descriptor_scale), np.int8)
     assert make_patch(np.zeros((8, 8, 3)), points, key, target=(0, 0, 0), budget=1).step == STEP_COUNT - 1

@@ -1,7 +1,7 @@
 import numpy as np
 
 from conf.protocol.portrait import decode_object, encode_object
-from conf.protocol.portrait.vp8 import size_of
+from conf.protocol.portrait.vp8 import read_frame_size
 from conf.sender.portrait.photo_builder import DRAFT, FULL, blur_background, build_photo, build_photo_steps
 from tests.support.drawn_person import draw_person
 from tests.support.portrait_subjects import canonical, landmarks, shot
@@ -12,7 +12,7 @@ def test_a_photograph_knows_pose_and_points_of_the_face() -> None:
     photo = build_photo(shot(), canonical(), 3)
     np.testing.assert_allclose(photo.pose, POSE.to_vector(), atol=0.02)
     np.testing.assert_allclose(photo.points, face_points(), atol=0.05)
-    assert photo.number == 3 and len(photo.frame) <= FULL.max_bytes and size_of(photo.frame) == (320, 240)
+    assert photo.number == 3 and len(photo.frame) <= FULL.max_bytes and read_frame_size(photo.frame) == (320, 240)
     assert decode_object(encode_object(photo))
 
 
@@ -27,7 +27,7 @@ def test_a_large_picture_is_made_smaller() -> None:
     large = np.repeat(np.repeat(draw_person(), 2, axis=0), 2, axis=1)
     big = shot(large)
     photo = build_photo(type(big)(large, landmarks() * 2, big.neutral, big.fapu), canonical(), 0)
-    assert photo.size == (640, 480) and size_of(photo.frame) == (320, 240)
+    assert photo.size == (640, 480) and read_frame_size(photo.frame) == (320, 240)
 
 
 def test_the_background_is_softened_and_the_face_is_not() -> None:

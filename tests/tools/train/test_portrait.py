@@ -14,7 +14,7 @@ def track(seed: int) -> Poses:
     points = np.rint(mean * rng.uniform(0.9, 1.1, 3) + rng.normal(0, 1, (8, *mean.shape))).astype(np.int64)
     neutral = points[:, :CONTROLS] + rng.integers(-2, 3, (8, CONTROLS, 3))
     patches = [r.points.mean + rng.integers(-9, 10, (8, *r.points.mean.shape)) for r in model.regions]
-    return Poses(points, neutral, patches, [rng.integers(-20, 21, (8, len(r.key_spread))) for r in model.regions])
+    return Poses(points, neutral, patches, [rng.integers(-20, 21, (8, len(r.descriptor_scale))) for r in model.regions])
 
 
 def test_what_is_learned_makes_a_strangers_face_cheaper_than_a_byte_a_coordinate() -> None:
@@ -39,4 +39,4 @@ def test_blocks_that_are_never_empty_are_expected_to_be_full() -> None:
         empty.count([np.zeros((3, 3, 64))] * 3)
     assert (full.model().coded[:, 2] > 30_000).all() and (empty.model().coded[:, 0] < 3_000).all()
     assert full.model().last[0].argmax() == 63
-    assert full.model().level_spread.min() > empty.model().level_spread.max()
+    assert full.model().coefficient_scale.min() > empty.model().coefficient_scale.max()
