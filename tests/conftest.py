@@ -1,4 +1,4 @@
-"""Settings for every test: strict floating point, and Hypothesis in a fast and a deep profile."""
+"""Settings and fixtures of every test: floating point, Hypothesis profiles, OpenGL, model files, a display."""
 
 import os
 import shutil
@@ -10,9 +10,13 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 
-from conf.sender.tracking.model_files import fetch_demo_clip
+from conf.errors import ModelError
+from conf.sender.tracking.model_files import fetch_demo_clip, fetch_models
+from tests.support.opengl import gl, skip_or_fail
 
-os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # read once, by whoever opens the first clip
+__all__ = ["gl"]
+
+os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # silent; OpenCV reads it once, when it opens the first clip
 
 settings.register_profile("fast", max_examples=60, deadline=None, derandomize=True)
 settings.register_profile(
@@ -24,32 +28,43 @@ SHARED = Path(__file__).resolve().parents[2] / "shared"
 
 
 @pytest.fixture(autouse=True)
-def _strict_floats() -> object:
+def _strict_floats() -> Iterator[None]:
+    """Raise FloatingPointError at division by zero, overflow and invalid operations of NumPy."""
     with np.errstate(divide="raise", over="raise", invalid="raise"):
         yield
 
 
 @pytest.fixture
 def shared() -> Path:
-    """The folder of clips and tracks that does not belong to the repository."""
+    """The folder beside the repository that holds clips and tracks too large for it."""
     if not SHARED.is_dir():
-        pytest.skip("the clips and tracks beside the repository are not here")
+        pytest.skip(f"the clips and tracks are not in {SHARED}")
     return SHARED
 
 
 @pytest.fixture(scope="session")
+def models() -> Path:
+    """The folder of the tracker's files, fetched when they are missing."""
+    try:
+        return fetch_models()
+    except ModelError as error:
+        skip_or_fail(error)
+
+
+@pytest.fixture(scope="session")
 def demo_clip() -> Path:
-    """The sample clip of `conf demo`, fetched the first time."""
-    return fetch_demo_clip()
+    """The sample clip of `conf demo`, fetched when it is missing."""
+    try:
+        return fetch_demo_clip()
+    except ModelError as error:
+        skip_or_fail(error)
 
 
 @pytest.fixture(scope="module")
 def display() -> Iterator[str]:
-    """A free X display of 1280x800; Xvfb chooses its number and writes it to a pipe."""
+    """A new X display of 1280x800; Xvfb chooses its number and writes it to a pipe."""
     if not (shutil.which("Xvfb") and shutil.which("xdotool")):
-        if os.environ.get("CONF_REQUIRE_GL"):
-            pytest.fail("Xvfb and xdotool are missing: apt install xvfb xdotool")
-        pytest.skip("Xvfb and xdotool are not here")
+        skip_or_fail("Xvfb and xdotool are missing: apt install xvfb xdotool")
     read_end, write_end = os.pipe()
     command = ["Xvfb", "-displayfd", str(write_end), "-screen", "0", "1280x800x24", "-nolisten", "tcp"]
     server = subprocess.Popen(command, pass_fds=[write_end], stderr=subprocess.DEVNULL)

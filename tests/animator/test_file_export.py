@@ -1,4 +1,4 @@
-import os
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from conf.animator.face_document import FaceDocument
 from conf.animator.file_export import ExportOptions, check_output, export, parse_fps, parse_size
 from conf.animator.motion_clips import make_expression_clip
 from conf.animator.state.view_settings import ViewSettings
-from conf.errors import ConfError, GraphicsError
+from conf.errors import ConfError
 from conf.face.animation.action_units import load_emotions
 from conf.face.animation.timed_expression import Envelope
 from conf.face.deformation.face_model import FaceModel
@@ -30,14 +30,9 @@ def motion() -> MotionClip:
 
 
 @pytest.fixture
-def ctx() -> moderngl.Context:
-    try:
-        window = OffscreenWindow(1, 1)
-    except GraphicsError as error:
-        if os.environ.get("CONF_REQUIRE_GL"):
-            raise
-        pytest.skip(str(error))
-    return window.ctx
+def ctx(gl: None) -> Iterator[moderngl.Context]:
+    with OffscreenWindow(1, 1) as window:
+        yield window.ctx
 
 
 def write(face: FaceModel, motion: MotionClip, wish: ExportOptions, ctx: moderngl.Context | None = None) -> list[float]:

@@ -1,5 +1,5 @@
-"""Short clips and a check for OpenGL."""
+"""Short clips."""
 
-from tests.support.short_clips import _models, empty_clip, gl, short_clip
+from tests.support.short_clips import empty_clip, short_clip
 
-__all__ = ["_models", "empty_clip", "gl", "short_clip"]
+__all__ = ["empty_clip", "short_clip"]

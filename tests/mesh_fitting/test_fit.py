@@ -1,6 +1,5 @@
 """Fit the default head, exported in another format, unit and orientation."""
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -8,33 +7,21 @@ import pytest
 import trimesh
 from numpy.typing import NDArray
 
-from conf.errors import ConfError, FileFormatError, GraphicsError, ModelError
+from conf.errors import ConfError, FileFormatError
 from conf.face.control_points import CONTROL_POINT_INDEX, CONTROL_POINT_LANDMARKS, PUPILS
 from conf.face.deformation.face_model import DEFAULT_HEAD
 from conf.face.formats.ppc import read_ppc
 from conf.face.mesh.axes import axes_rotation
 from conf.face.mesh.mesh import Mesh, load_mesh
 from conf.mesh_fitting.fit import TRACKER_MESH_NOTE, fit, points_of_landmark_mesh
-from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.tracking.canonical_face import CanonicalFace, read_canonical_face
-from conf.sender.tracking.model_files import fetch_models
 
-
-@pytest.fixture(autouse=True)
-def _require_gl_and_models() -> None:
-    """Skip without OpenGL or the tracker's files; fail where CONF_REQUIRE_GL says that they must be there."""
-    try:
-        OffscreenWindow(8, 8).release()
-        fetch_models()
-    except (GraphicsError, ModelError) as error:
-        if os.environ.get("CONF_REQUIRE_GL"):
-            raise
-        pytest.skip(str(error))
+pytestmark = pytest.mark.usefixtures("gl", "models")
 
 
 @pytest.fixture
-def canonical() -> CanonicalFace:
-    return read_canonical_face(fetch_models())
+def canonical(models: Path) -> CanonicalFace:
+    return read_canonical_face(models)
 
 
 def errors_mm(found: NDArray[np.float64], truth: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from conf.receiver.hud import draw_help, draw_toast, help_lines
 from conf.render.ui.imgui_overlay import ImGuiOverlay
@@ -16,6 +17,7 @@ def test_the_help_names_every_key_and_the_mouse() -> None:
     assert len(listed) == len(KEYS) + 3
 
 
+@pytest.mark.usefixtures("gl")
 def test_the_help_is_in_the_middle_and_the_notice_at_the_bottom() -> None:
     with OffscreenWindow(640, 480) as window:
         overlay = ImGuiOverlay(window.ctx)

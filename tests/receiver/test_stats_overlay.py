@@ -55,6 +55,7 @@ def drawn(window: OffscreenWindow, overlay: ImGuiOverlay, reading: CallStats, si
 
 
 @pytest.mark.parametrize(("size", "most"), [((640, 480), 320), ((1280, 720), 400), ((320, 240), 120)])
+@pytest.mark.usefixtures("gl")
 def test_the_meter_keeps_to_its_panel_at_the_upper_left(size: tuple[int, int], most: int) -> None:
     with OffscreenWindow(*size) as window:
         overlay = ImGuiOverlay(window.ctx)
@@ -76,6 +77,7 @@ def test_the_state_is_told_by_its_colour(window: OffscreenWindow, overlay: ImGui
 
 
 @pytest.mark.parametrize("history", [(), (0.0,), (0.0, 0.0), tuple(map(float, range(500)))])
+@pytest.mark.usefixtures("gl")
 def test_any_history_is_drawn(history: tuple[float, ...]) -> None:
     with OffscreenWindow(640, 480) as window:
         overlay = ImGuiOverlay(window.ctx)

@@ -1,6 +1,5 @@
 """A picture in memory on which Dear ImGui's panels are drawn and clicked."""
 
-import os
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -9,7 +8,6 @@ from imgui_bundle import imgui
 
 from conf.animator.gui.theme import column, themed
 from conf.animator.picking import Rect
-from conf.errors import GraphicsError
 from conf.render.ui.imgui_input import ImGuiInput
 from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.render.window.input_events import Event, MouseButton, MouseMoved
@@ -17,15 +15,9 @@ from conf.render.window.offscreen import OffscreenWindow
 
 
 @pytest.fixture
-def stage() -> Iterator["Stage"]:
+def stage(gl: None) -> Iterator["Stage"]:
     """A picture in memory that panels are drawn into and clicked on."""
-    try:
-        window = OffscreenWindow(400, 900)
-    except GraphicsError as error:
-        if os.environ.get("CONF_REQUIRE_GL"):
-            raise
-        pytest.skip(str(error))
-    with window:
+    with OffscreenWindow(400, 900) as window:
         stage = Stage(window)
         yield stage
         stage.overlay.release()

@@ -1,8 +1,7 @@
-"""Skip what needs OpenGL where there is none, fail where there must be."""
+"""OpenGL for the tests: skip without it, or fail where CONF_REQUIRE_GL is set, as it is in CI."""
 
 import os
-from collections.abc import Callable
-from functools import wraps
+from typing import NoReturn
 
 import pytest
 
@@ -10,17 +9,17 @@ from conf.errors import GraphicsError
 from conf.render.window.offscreen import create_offscreen_context
 
 
-def requires_gl(test: Callable[..., None]) -> Callable[..., None]:
-    """Mark a test that draws."""
+def skip_or_fail(reason: object) -> NoReturn:
+    """Skip the test because the machine lacks what reason names; fail it instead where CONF_REQUIRE_GL is set."""
+    if os.environ.get("CONF_REQUIRE_GL"):
+        pytest.fail(str(reason))
+    pytest.skip(str(reason))
 
-    @wraps(test)
-    def run(*args: object, **kwargs: object) -> None:
-        try:
-            create_offscreen_context().release()
-        except GraphicsError:
-            if os.environ.get("CONF_REQUIRE_GL") == "1":
-                raise
-            pytest.skip("there is no OpenGL on this machine")
-        test(*args, **kwargs)
 
-    return run
+@pytest.fixture(scope="session")
+def gl() -> None:
+    """Check that the machine can draw without a display; every test and fixture that draws depends on it."""
+    try:
+        create_offscreen_context().release()
+    except GraphicsError as error:
+        skip_or_fail(error)

@@ -1,13 +1,11 @@
 """A small head without files, and OpenGL when there is some."""
 
-import os
 from collections.abc import Iterator
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from conf.errors import GraphicsError
 from conf.face.control_points import CONTROL_POINTS
 from conf.face.deformation.face_model import FaceModel
 from conf.face.fapu import Fapu
@@ -100,15 +98,9 @@ def face() -> FaceModel:
 
 
 @pytest.fixture
-def window() -> Iterator[OffscreenWindow]:
-    """An offscreen window; without OpenGL the test is skipped, or fails when CONF_REQUIRE_GL says so."""
-    try:
-        window = OffscreenWindow(*SIZE)
-    except GraphicsError as error:
-        if os.environ.get("CONF_REQUIRE_GL"):
-            raise
-        pytest.skip(str(error))
-    with window:
+def window(gl: None) -> Iterator[OffscreenWindow]:
+    """An offscreen window of SIZE pixels."""
+    with OffscreenWindow(*SIZE) as window:
         yield window
 
 

@@ -1,12 +1,12 @@
 import numpy as np
+import pytest
 
 from conf.receiver.portrait.layer import TexturedLayer, load_texture
 from conf.render.shader_programs import load_program
 from conf.render.window.offscreen import OffscreenWindow
-from tests.support.opengl import requires_gl
 
 
-@requires_gl
+@pytest.mark.usefixtures("gl")
 def test_a_texture_keeps_its_rows_and_alpha_lets_through() -> None:
     pixels = np.zeros((2, 1, 3), np.uint8)
     pixels[0], pixels[1] = (255, 0, 0), (0, 0, 255)  # blue above red

@@ -14,7 +14,6 @@ from conf.receiver.portrait.portrait_store import PortraitStore
 from conf.render.camera import ViewState
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.drawn_person import SIZE, draw_person, patch, photograph, to_pixels
-from tests.support.opengl import requires_gl
 from tests.support.synthetic_portrait import POSE
 
 STILL = np.zeros((CONTROL_POINT_COUNT, 3))
@@ -46,13 +45,13 @@ def easel(size: tuple[int, int] = SIZE) -> Iterator[Easel]:
     made.window.release()
 
 
-@requires_gl
+@pytest.mark.usefixtures("gl")
 def test_the_photograph_shows_itself() -> None:
     for made in easel():
         assert np.abs(made.draw().astype(float) - draw_person()).mean() < 3
 
 
-@requires_gl
+@pytest.mark.usefixtures("gl")
 def test_the_person_moves_and_the_background_stays() -> None:
     for made in easel():
         still = made.draw().astype(int)
@@ -63,7 +62,7 @@ def test_the_person_moves_and_the_background_stays() -> None:
         assert np.abs(face - moved[70 + eye[1] : 140 + eye[1], 130 + eye[0] : 190 + eye[0]]).mean() < 6
 
 
-@requires_gl
+@pytest.mark.usefixtures("gl")
 def test_the_hand_turns_the_face_a_little_and_never_farther() -> None:
     for made in easel():
         front, turned = made.draw().astype(int), made.draw(view=ViewState(yaw=0.3)).astype(int)
@@ -71,7 +70,7 @@ def test_the_hand_turns_the_face_a_little_and_never_farther() -> None:
         np.testing.assert_array_equal(made.draw(view=ViewState(yaw=1.0)), made.draw(view=ViewState(yaw=40.0)))
 
 
-@requires_gl
+@pytest.mark.usefixtures("gl")
 def test_a_patch_shows_when_its_keys_are_near_and_only_at_its_place() -> None:
     for made in easel():
         smile = STILL.copy()
@@ -87,7 +86,7 @@ def test_a_patch_shows_when_its_keys_are_near_and_only_at_its_place() -> None:
         assert far[: y - 10].max() <= 2
 
 
-@requires_gl
+@pytest.mark.usefixtures("gl")
 def test_a_face_that_is_as_photographed_shows_the_photograph_though_a_patch_be_near() -> None:
     for made in easel():
         assert made.album.photo is not None
@@ -104,7 +103,7 @@ def test_a_face_that_is_as_photographed_shows_the_photograph_though_a_patch_be_n
         assert still < 10 < 20 < turned
 
 
-@requires_gl
+@pytest.mark.usefixtures("gl")
 def test_an_open_mouth_without_a_patch_is_dark() -> None:
     for made in easel():
         opened = STILL.copy()
@@ -127,7 +126,7 @@ def test_an_open_mouth_without_a_patch_is_dark() -> None:
         assert made.draw(opened)[y, x].max() < 110
 
 
-@requires_gl
+@pytest.mark.usefixtures("gl")
 @pytest.mark.parametrize("size", [(640, 240), (240, 480)])
 def test_a_window_of_another_shape_has_a_quiet_surround(size: tuple[int, int]) -> None:
     for made in easel(size):
@@ -136,7 +135,7 @@ def test_a_window_of_another_shape_has_a_quiet_surround(size: tuple[int, int]) -
         assert seen[0, 0].max() < 60 and seen[-1, -1].max() < 60
 
 
-@requires_gl
+@pytest.mark.usefixtures("gl")
 def test_a_cell_of_a_grid_leaves_the_others_alone() -> None:
     for made in easel((320, 120)):
         made.window.begin()
@@ -146,7 +145,7 @@ def test_a_cell_of_a_grid_leaves_the_others_alone() -> None:
         assert made.window.read()[:, 160:].max() == 0
 
 
-@requires_gl
+@pytest.mark.usefixtures("gl")
 def test_without_a_photograph_there_is_nothing_to_draw() -> None:
     made = Easel((32, 32))
     assert not made.renderer.ready

@@ -2,12 +2,8 @@ import numpy as np
 import pytest
 
 from conf.render.ui.charts import SIZE, Bar, ScatterPoint, bar_chart, scatter_chart
-from conf.render.window.offscreen import OffscreenWindow
 
-
-@pytest.fixture(autouse=True)
-def _needs_gl(window: OffscreenWindow) -> None:
-    """Skip where there is no OpenGL."""
+pytestmark = pytest.mark.usefixtures("gl")
 
 
 def blue(pixels: np.ndarray) -> np.ndarray:
