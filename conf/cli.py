@@ -183,7 +183,7 @@ def _receive(options: argparse.Namespace) -> None:
     from conf.transport.udp import UdpSocket
 
     code = options.code or generate_code(os.urandom)
-    with UdpSocket(*options.listen) as link:
+    with UdpSocket.bind(*options.listen) as link:
         _tell("listening on {}:{}, code {}".format(*link.address, code), options)
         showing = ReceiveOptions(options.headless, None, options.seconds, on_event=lambda text: _tell(text, options))
         traffic = receive(link, code, showing, face=options.face)

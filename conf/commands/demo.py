@@ -34,7 +34,7 @@ def demo(*, seconds: float | None, headless: bool) -> DemoResult:
     clip = Path("conf-demo.avi") if headless else None
     picture = Path("conf-demo.jpg") if headless else None
     sample_clip = fetch_demo_clip()
-    with UdpSocket(LOOPBACK, 0) as link:
+    with UdpSocket.bind(LOOPBACK, 0) as link:
         host, port = link.address
         code = generate_code(os.urandom)
         command = [

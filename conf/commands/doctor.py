@@ -62,5 +62,5 @@ def _window() -> str:
 
 
 def _port(host: str, port: int) -> str:
-    with UdpSocket(host, port) as link:
+    with UdpSocket.bind(host, port) as link:
         return "{}:{} is free".format(*link.address)

@@ -21,7 +21,7 @@ from conf.sender.portrait.scheduler import PortraitScheduler
 from conf.sender.tracking.canonical_face import read_canonical_face
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.tracker import FaceTracker, TrackedFace
-from conf.transport.sender_udp import UdpSocket
+from conf.transport.udp import UdpSocket
 
 FPS = 15.0
 
@@ -58,10 +58,11 @@ def send(
     Raises CameraError, ModelError, NetworkError, FileFormatError.
     """
     outbox = ObjectSender(kbps=sending.portrait_kbps) if sending.portrait_kbps else None
-    with UdpSocket(*receiver) as link, _open(sending, outbox) as performance:
+    with UdpSocket.open_to(*receiver) as link, _open(sending, outbox) as performance:
         size, fps = performance.size, min(FPS, performance.fps)
         parameters = StreamParameters(*size, fps, CONTROL_POINT_COUNT, performance.fapu_lengths)
         now = time.monotonic()
+        assert link.remote is not None
         session = SenderSession(code, link.remote, os.urandom, now)
         caller = SenderConnection(session, parameters, now, link=sending.link, portrait=outbox)
         return SenderLoop(performance, caller, link).run(seconds=sending.seconds, on_status=on_status)

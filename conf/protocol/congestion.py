@@ -12,7 +12,6 @@ from collections import deque
 from dataclasses import dataclass
 
 from conf.protocol.feedback import Report, RoundTripEstimator
-from conf.protocol.rate_limit import TokenBucket
 
 
 @dataclass(frozen=True)
@@ -142,66 +141,3 @@ class CongestionControl:
 
 def _queueing_limit(round_trip: RoundTripEstimator) -> float:
     return max(MAX_QUEUEING_S, (round_trip.min_rtt_s or 0.0) / 2)
-
-
-BREAK_AFTER_S = 10.0
-FIRST_PROBE_S = 1.0
-MAX_PROBE_S = 8.0
-
-
-class CircuitBreaker:
-    """Stop sending when nobody reports, and try again by itself."""
-
-    def __init__(self, now: float) -> None:
-        self._reported = now
-        self._probe_due = now
-        self._probe_s = FIRST_PROBE_S
-
-    def reported(self, now: float) -> None:
-        """Note a report: sending may go on."""
-        self._reported = now
-        self._probe_s = FIRST_PROBE_S
-
-    def open(self, now: float) -> bool:
-        """Return whether nothing may be sent but probes."""
-        return now >= self._reported + BREAK_AFTER_S
-
-    def probe(self, now: float) -> bool:
-        """Return whether one small datagram (a keep-alive) may go out now although the breaker is broken."""
-        if not self.open(now) or now < self._probe_due:
-            return False
-        self._probe_due = now + self._probe_s
-        self._probe_s = min(2 * self._probe_s, MAX_PROBE_S)
-        return True
-
-
-CAP_PERIOD_S = 10.0
-BURST_FRACTION = 1 / 16
-SMALLEST_BURST = 96  # bytes: a handshake must pass under any cap
-
-
-class RateLimiter:
-    """A cap in kbit/s that holds over any ten seconds, whatever is asked of it.
-
-    In any 10 s a bucket lets through 10 s of its rate and its capacity: the two together are what the cap allows.
-    largest : bytes of the largest datagram, headers included, that can ever pass
-    """
-
-    def __init__(self, kbps: float) -> None:
-        if not kbps > 0:
-            raise ValueError("kbps must be above 0")
-        allowed = kbps * 1000 / 8 * CAP_PERIOD_S
-        self.largest = min(max(allowed * BURST_FRACTION, SMALLEST_BURST), allowed)
-        self._bucket = TokenBucket((allowed - self.largest) / CAP_PERIOD_S, self.largest)
-
-    def take(self, wire_bytes: int, now: float) -> bool:
-        """Return whether a datagram of `wire_bytes`, headers included, may go now; if so it is counted."""
-        return self._bucket.take(wire_bytes, now)
-
-    def has_headroom(self, wire_bytes: int, now: float) -> bool:
-        """Whether so many bytes could go and still leave half of what may go at once."""
-        return self._bucket.time_until(wire_bytes + self.largest / 2, now) == 0
-
-    def wait(self, wire_bytes: int, now: float) -> float:
-        """Return the seconds until it may."""
-        return self._bucket.time_until(wire_bytes, now)

@@ -3,9 +3,9 @@
 from collections import deque
 from dataclasses import replace
 
+from conf.protocol.address import Address
 from conf.protocol.motion.inbound import InboundMotion
 from conf.protocol.session.events import BodyReceived, Connected, Event, SessionEnded
-from conf.protocol.session.flood_protection import Address
 from conf.protocol.session.server import SessionServer
 from conf.protocol.statistics import HEADER_BYTES, TrafficSnapshot, merge_snapshots
 

@@ -8,8 +8,10 @@ from collections import deque
 from dataclasses import dataclass, replace
 
 from conf.errors import ProtocolError
+from conf.protocol.address import Address
+from conf.protocol.circuit_breaker import CircuitBreaker
 from conf.protocol.codec import NARROWBAND, PROFILES
-from conf.protocol.congestion import RATE_LEVELS, CircuitBreaker, CongestionControl, RateLimiter
+from conf.protocol.congestion import RATE_LEVELS, CongestionControl
 from conf.protocol.feedback import RoundTripEstimator
 from conf.protocol.messages import (
     Bye,
@@ -24,9 +26,9 @@ from conf.protocol.messages import (
 from conf.protocol.motion.outbound import OutboundMotion, OutgoingBody
 from conf.protocol.portrait import ObjectSender
 from conf.protocol.portrait.object_sender import WIRE_PIECE_BYTES
+from conf.protocol.rate_limit import RateLimiter
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import BodyReceived, Connected, Event
-from conf.protocol.session.flood_protection import Address
 from conf.protocol.statistics import HEADER_BYTES, RateWindow
 from conf.protocol.wire import decode_body, encode_body
 
@@ -132,7 +134,7 @@ class SenderConnection:
         datagrams = [d for d in self._session.datagrams_to_send(now) if self._fits(len(d[0]), now)]
         self._take_events(now)
         outgoing = self.outbound.drain() + self._round_trip_message(now)
-        if self._session.session is not None and self._breaker.probe(now):
+        if self._session.session is not None and self._breaker.take_probe(now):
             outgoing = [self.outbound.probe(self._timestamp)]
         pieces_before = self._portrait.bytes_sent if self._portrait else 0
         outgoing = self._with_portrait(outgoing, now)
@@ -157,7 +159,7 @@ class SenderConnection:
         loss = self._congestion.loss
         return LinkStatus(
             connected=self._session.session is not None,
-            stopped=self._session.session is not None and self._breaker.open(now),
+            stopped=self._session.session is not None and self._breaker.is_open(now),
             profile=self.outbound.profile.name,
             frames_per_datagram=self.outbound.profile.frames_per_datagram * self._bundling,
             round_trip_ms=None if trip is None else trip * 1000,
@@ -171,7 +173,7 @@ class SenderConnection:
                 case BodyReceived(body=body):
                     self._take(body, now)
                 case Connected():
-                    self._breaker.reported(now)
+                    self._breaker.on_report(now)
                     self.outbound.restart()
                     if self._portrait:
                         self._portrait.restart()
@@ -225,7 +227,7 @@ class SenderConnection:
         return self._cap is None or self._cap.has_headroom(PIECE_ROOM, now)
 
     def _may_send(self, now: float) -> bool:
-        return self._session.session is not None and not self._breaker.open(now)
+        return self._session.session is not None and not self._breaker.is_open(now)
 
     def _seal(self, outgoing: OutgoingBody, now: float) -> tuple[bytes, Address] | None:
         """Seal a body, unless the cap forbids it: then it is lost like a datagram on the way."""
@@ -253,7 +255,7 @@ class SenderConnection:
 
     def _take_feedback(self, feedback: Feedback, now: float) -> None:
         report = feedback.report
-        self._breaker.reported(now)
+        self._breaker.on_report(now)
         self._round_trip.on_report(report, now)
         self._congestion.reported(report, self._round_trip, now)
         self._jitter_ms = float(report.jitter_ms)

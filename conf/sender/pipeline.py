@@ -13,7 +13,7 @@ from conf.protocol.session.events import Connected, Event, NoAnswer, Refused, Se
 from conf.protocol.session.handshake import Refusal
 from conf.sender.frame_pacer import FramePacer
 from conf.sender.motion_source import MotionSource
-from conf.transport.sender_udp import UdpSocket
+from conf.transport.udp import UdpSocket
 
 STATUS_EVERY_S = 0.25
 POLL_S = 0.1
@@ -107,7 +107,7 @@ class SenderLoop:
         """Take and send datagrams as they come until a moment; at least once."""
         while True:
             now = time.monotonic()
-            for data, address in self._link.receive():
+            for data, address, _ in self._link.receive():
                 self._caller.receive_datagram(data, address, now)
             self._link.send(self._caller.datagrams_to_send(now))
             while event := self._caller.next_event():

@@ -1,1 +1,1 @@
-"""Datagrams in and out: the only package that opens sockets."""
+"""Send and receive datagrams: the only package that opens sockets."""

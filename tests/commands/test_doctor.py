@@ -10,7 +10,7 @@ def test_what_does_not_work_comes_with_what_to_do(monkeypatch: pytest.MonkeyPatc
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     monkeypatch.setattr("conf.commands.doctor.fetch_models", lambda: tmp_path)
-    with UdpSocket("127.0.0.1", 0) as taken:
+    with UdpSocket.bind("127.0.0.1", 0) as taken:
         findings = {
             f.name: f for f in run_checks(camera="/dev/no-such-camera", host="127.0.0.1", port=taken.address[1])
         }

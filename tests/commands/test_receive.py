@@ -12,7 +12,7 @@ CODE = "amber-canoe-tiger-7"
 
 def test_without_a_display_it_draws_into_a_clip_and_a_picture(gl: None, tmp_path: Path) -> None:
     showing = ReceiveOptions(tmp_path / "call.avi", tmp_path / "call.jpg", seconds=0.5)
-    with UdpSocket("127.0.0.1", 0) as link:
+    with UdpSocket.bind("127.0.0.1", 0) as link:
         traffic = receive(link, CODE, showing)
     assert traffic.datagrams == 0
     assert cv2.imread(str(tmp_path / "call.jpg")).shape[1::-1] == SIZE
@@ -21,7 +21,7 @@ def test_without_a_display_it_draws_into_a_clip_and_a_picture(gl: None, tmp_path
 
 
 def test_a_clip_that_cannot_be_written_is_said_at_once(gl: None, tmp_path: Path) -> None:
-    with UdpSocket("127.0.0.1", 0) as link, pytest.raises(ConfError, match="cannot be written"):
+    with UdpSocket.bind("127.0.0.1", 0) as link, pytest.raises(ConfError, match="cannot be written"):
         receive(link, CODE, ReceiveOptions(tmp_path / "nowhere" / "call.avi", seconds=0.5))
 
 

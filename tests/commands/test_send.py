@@ -13,7 +13,7 @@ CODE = "amber-canoe-tiger-7"
 
 def test_nobody_answers(short_clip: Path) -> None:
     with (
-        UdpSocket("127.0.0.1", 0) as deaf,
+        UdpSocket.bind("127.0.0.1", 0) as deaf,
         pytest.raises(NetworkError, match="nobody answered: start `conf receive` there"),
     ):
         send(deaf.address, CODE, SendOptions(file=short_clip, seconds=0.3))

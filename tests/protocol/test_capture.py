@@ -12,7 +12,7 @@ import pytest
 from cryptography.hazmat.primitives.ciphers.aead import AESCCM
 from spake2 import SPAKE2_A
 
-from conf.protocol.session.flood_protection import Address
+from conf.protocol.address import Address
 from tests.protocol.independent_decoder import PayloadReader
 from tests.support.simulated_calls import CODE, RECEIVER, End, World
 

@@ -1,17 +1,20 @@
-"""The bucket's one promise: in any T seconds no more than rate T + capacity."""
+"""In any T seconds a bucket gives at most rate T + capacity, a limiter in ten seconds at most its kbit/s."""
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.protocol.rate_limit import TokenBucket
+from conf.protocol.rate_limit import RateLimiter, TokenBucket
 
-ASKS = st.lists(st.tuples(st.floats(0, 3), st.integers(1, 30)), max_size=60)
+REQUESTS = st.lists(st.tuples(st.floats(0, 3), st.integers(1, 30)), max_size=60)
 
 
-@given(ASKS, st.floats(0.1, 100), st.floats(1, 100))
-def test_no_stretch_of_time_gets_more_than_it_may(asks: list[tuple[float, int]], rate: float, capacity: float) -> None:
+@given(REQUESTS, st.floats(0.1, 100), st.floats(1, 100))
+def test_no_period_gets_more_than_rate_and_capacity(
+    requests: list[tuple[float, int]], rate: float, capacity: float
+) -> None:
     bucket, now, taken = TokenBucket(rate, capacity), 0.0, list[tuple[float, int]]()
-    for step, amount in asks:
+    for step, amount in requests:
         now += step
         if bucket.take(amount, now):
             taken.append((now, amount))
@@ -20,10 +23,10 @@ def test_no_stretch_of_time_gets_more_than_it_may(asks: list[tuple[float, int]],
             assert total <= rate * (now - start) + capacity + 1e-6
 
 
-@given(ASKS, st.floats(0.1, 100))
-def test_wait_is_just_long_enough(asks: list[tuple[float, int]], rate: float) -> None:
+@given(REQUESTS, st.floats(0.1, 100))
+def test_time_until_is_just_long_enough(requests: list[tuple[float, int]], rate: float) -> None:
     bucket, now = TokenBucket(rate, 30), 0.0
-    for step, amount in asks:
+    for step, amount in requests:
         now += step
         wait = bucket.time_until(amount, now)
         if wait > 1e-3:
@@ -32,12 +35,72 @@ def test_wait_is_just_long_enough(asks: list[tuple[float, int]], rate: float) ->
         assert bucket.take(amount, now)
 
 
+def test_a_bucket_step_by_step() -> None:
+    bucket = TokenBucket(2, 10)
+    assert bucket.take(10, 100.0) and not bucket.take(1, 100.0)
+    assert bucket.time_until(3, 100.0) == 1.5
+    assert not bucket.take(3, 101.0) and bucket.take(3, 101.5)
+    assert bucket.time_until(10, 200.0) == 0.0
+    assert bucket.take(10, 200.0) and not bucket.take(1, 200.0), "a pause fills no more than the capacity"
+
+
 def test_more_than_the_capacity_never_comes() -> None:
     assert TokenBucket(1, 10).time_until(11, 0.0) == float("inf")
+    assert TokenBucket(1, 10).time_until(10, 0.0) == 0.0
     assert TokenBucket(0, 10).time_until(10, 0.0) == 0.0
+    empty = TokenBucket(0, 10)
+    assert empty.take(10, 0.0) and empty.time_until(1, 0.0) == float("inf")
+
+
+def test_a_forced_amount_becomes_a_debt_of_at_most_the_capacity() -> None:
+    bucket = TokenBucket(2, 10)
+    bucket.force_take(4, 0.0)
+    assert bucket.time_until(10, 0.0) == 2.0
+    bucket.force_take(8, 0.0)
+    assert bucket.time_until(10, 0.0) == 6.0
+    bucket.force_take(1000, 0.0)
+    assert bucket.time_until(10, 0.0) == 10.0
+    bucket.force_take(0, 3.0)
+    assert bucket.time_until(10, 3.0) == 7.0
 
 
 def test_a_clock_that_goes_back_gives_nothing() -> None:
     bucket = TokenBucket(10, 10)
     assert bucket.take(10, 100.0)
     assert not bucket.take(1, 50.0)
+
+
+@given(st.lists(st.tuples(st.floats(0, 2), st.integers(42, 180)), max_size=80), st.sampled_from([2.4, 5.8, 16.0]))
+def test_the_limit_holds_over_any_ten_seconds(requests: list[tuple[float, int]], kbps: float) -> None:
+    limiter, now, sent = RateLimiter(kbps), 0.0, list[tuple[float, int]]()
+    for step, size in requests:
+        now += step
+        if limiter.take(size, now):
+            sent.append((now, size))
+        assert sum(size for time, size in sent if time > now - 10) * 8 <= kbps * 10_000 + 1e-6
+
+
+def test_a_sender_that_always_asks_gets_nearly_all_of_the_limit() -> None:
+    limiter = RateLimiter(5.8)
+    total = sum(48 * limiter.take(48, step / 100) for step in range(10_000))
+    assert 0.93 * 5.8 < total * 8 / 1000 / 100 <= 5.8
+
+
+@pytest.mark.parametrize(("kbps", "max_bytes"), [(16.0, 1250.0), (1.0, 96.0), (0.064, 80.0)])
+def test_the_burst_is_a_sixteenth_of_ten_seconds_but_lets_a_handshake_pass(kbps: float, max_bytes: float) -> None:
+    assert RateLimiter(kbps).max_bytes == pytest.approx(max_bytes)
+    assert RateLimiter(kbps).take(int(max_bytes), 0.0)
+    assert not RateLimiter(kbps).take(int(max_bytes) + 1, 0.0)
+
+
+def test_headroom_leaves_half_of_the_burst() -> None:
+    limiter = RateLimiter(16.0)
+    assert limiter.has_headroom(625, 0.0) and not limiter.has_headroom(626, 0.0)
+    assert limiter.take(500, 0.0)
+    assert limiter.has_headroom(125, 0.0) and not limiter.has_headroom(126, 0.0)
+
+
+@pytest.mark.parametrize("kbps", [0, -1, float("nan")])
+def test_a_limit_must_be_above_0(kbps: float) -> None:
+    with pytest.raises(ValueError, match="kbps must be above 0"):
+        RateLimiter(kbps)

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from conf.protocol.circuit_breaker import OPEN_AFTER_S
 from conf.protocol.codec import PROFILES
-from conf.protocol.congestion import BREAK_AFTER_S, RATE_LEVELS
+from conf.protocol.congestion import RATE_LEVELS
 from conf.protocol.sender_connection import RateOptions, highest_level
 from conf.protocol.session.events import Connected, NoAnswer, SessionEnded, WrongCode
 from tests.support.simulated_calls import RECEIVER, WRONG, End, Line, World, talk
@@ -102,7 +103,7 @@ def test_silence_stops_the_sending_and_a_report_resumes_it() -> None:
     end = world.call()
     world.run(3)
     end.line.down = True
-    world.run(BREAK_AFTER_S + 1)
+    world.run(OPEN_AFTER_S + 1)
     begin = world.now
     assert end.caller.status(begin).stopped
     world.run(15)

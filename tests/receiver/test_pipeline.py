@@ -6,7 +6,7 @@ import pytest
 from numpy.typing import NDArray
 
 from conf.face.deformation.face_model import FaceModel
-from conf.protocol.session.flood_protection import Address
+from conf.protocol.address import Address
 from conf.protocol.statistics import TrafficSnapshot
 from conf.receiver.participant_grid import Window
 from conf.receiver.pipeline import ReceivingLoop

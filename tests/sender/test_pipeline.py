@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 
 from conf.errors import NetworkError
+from conf.protocol.address import Address
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.sender_connection import RateOptions, SenderConnection
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import AddressChanged, Connected, LossReason, NoAnswer, Refused, SessionEnded
-from conf.protocol.session.flood_protection import Address
 from conf.protocol.session.handshake import Refusal
 from conf.protocol.session.server import SessionServer
 from conf.sender.pipeline import SenderLoop, SenderStatus, describe_event
+from conf.transport.udp import ReceivedDatagram
 
 CODE = "amber-canoe-tiger-7"
 SENDER, RECEIVER = ("10.0.0.7", 1), ("10.0.0.1", 2)
@@ -43,8 +44,8 @@ class FakeLink:
             self.times.append(self.now)
             self.host.receive_datagram(data, SENDER, self.now)
 
-    def receive(self) -> list[tuple[bytes, Address]]:
-        answers = [(data, RECEIVER) for data, _ in self.host.datagrams_to_send(self.now)]
+    def receive(self) -> list[ReceivedDatagram]:
+        answers = [ReceivedDatagram(data, RECEIVER, 0.0) for data, _ in self.host.datagrams_to_send(self.now)]
         return answers if self.there else []
 
     def wait(self, seconds: float) -> None:

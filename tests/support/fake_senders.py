@@ -5,11 +5,11 @@ from itertools import count
 
 import numpy as np
 
+from conf.protocol.address import Address
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.sender_connection import RateOptions, SenderConnection
 from conf.protocol.session.client import SenderSession
-from conf.protocol.session.flood_protection import Address
 from conf.protocol.session.server import SessionServer
 
 CODE = "amber-canoe-tiger-7"

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable
 from itertools import count
 from typing import Any
 
+from conf.protocol.address import Address
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import BodyReceived, Event
-from conf.protocol.session.flood_protection import Address
 from conf.protocol.session.server import SessionServer
 
 CODE = "acorn-tulip-river-42"

@@ -1,80 +1,138 @@
 import socket
 import sys
 import time
+from collections.abc import Iterator
 
 import pytest
 
 from conf.errors import NetworkError
-from conf.transport.udp import UdpSocket
+from conf.transport.udp import MAX_QUEUED_S, UdpSocket
 
 LOOPBACK = "127.0.0.1"
 
 
-def test_what_comes_is_taken_with_its_address_and_answered() -> None:
-    with (
-        UdpSocket(LOOPBACK, 0) as receiver,
-        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other,
-    ):
-        other.settimeout(5)
-        other.bind((LOOPBACK, 0))
+@pytest.fixture
+def peer() -> Iterator[socket.socket]:
+    """A plain socket at the other end."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as made:
+        made.bind((LOOPBACK, 0))
+        made.settimeout(5)
+        yield made
+
+
+def test_a_listening_socket_receives_with_the_source_address_and_replies(peer: socket.socket) -> None:
+    with UdpSocket.bind(LOOPBACK, 0) as receiver:
+        assert receiver.remote is None
         for data in (b"one", b"", b"three"):
-            other.sendto(data, receiver.address)
+            peer.sendto(data, receiver.address)
         receiver.wait(5)
-        taken = receiver.receive()
-        assert [one[:2] for one in taken] == [(data, other.getsockname()) for data in (b"one", b"", b"three")]
+        received = receiver.receive()
+        assert [one[:2] for one in received] == [(data, peer.getsockname()) for data in (b"one", b"", b"three")]
         assert receiver.receive() == []
-        receiver.send([(b"answer", other.getsockname())])
-        assert other.recv(100) == b"answer"
+        receiver.send([(b"reply", peer.getsockname())])
+        assert peer.recv(100) == b"reply"
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not tell when a datagram came")
-def test_a_datagram_tells_how_long_it_has_waited() -> None:
-    with UdpSocket(LOOPBACK, 0) as receiver, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
-        for _ in range(50):  # the system begins to note times a moment after it was asked
+def test_a_socket_opened_to_a_peer_sends_and_receives(peer: socket.socket) -> None:
+    with UdpSocket.open_to(*peer.getsockname()) as sender:
+        assert sender.remote == peer.getsockname()
+        sender.send([(b"one", sender.remote), (b"two", sender.remote)])
+        (first, address), (second, _) = peer.recvfrom(100), peer.recvfrom(100)
+        assert [first, second] == [b"one", b"two"]
+        for data in (b"", b"reply"):
+            peer.sendto(data, address)
+        sender.wait(5)
+        assert sender.receive() == [(b"", peer.getsockname(), 0.0), (b"reply", peer.getsockname(), 0.0)]
+        assert sender.receive() == []
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not tell when a datagram arrived")
+def test_a_datagram_carries_its_time_in_the_queue(peer: socket.socket, monkeypatch: pytest.MonkeyPatch) -> None:
+    with UdpSocket.bind(LOOPBACK, 0) as receiver:
+        for _ in range(50):  # the kernel begins to note times a little after it was asked to
             before = time.monotonic()
-            other.sendto(b"early", receiver.address)
+            peer.sendto(b"early", receiver.address)
             receiver.wait(5)
             sent = time.monotonic()
             while time.monotonic() < sent + 0.02:
                 receiver.wait(0.001)
-            (arrival,) = receiver.receive()
-            if arrival.queued_s >= 0.02:
+            (datagram,) = receiver.receive()
+            if datagram.queued_s >= 0.02:
                 break
-        assert 0.02 <= arrival.queued_s <= time.monotonic() - before
+        assert 0.02 <= datagram.queued_s <= time.monotonic() - before
+        for offset, queued in [(0.5, pytest.approx(0.5, abs=0.2)), (2 * MAX_QUEUED_S, 0.0), (-5.0, 0.0)]:
+            peer.sendto(b"x", receiver.address)
+            receiver.wait(5)
+            wall_clock = time.clock_gettime(time.CLOCK_REALTIME) + offset
+            with monkeypatch.context() as patch:
+                patch.setattr("conf.transport.udp.time.clock_gettime", lambda _, wall_clock=wall_clock: wall_clock)
+                assert receiver.receive()[0].queued_s == queued
 
 
-def test_no_more_than_the_limit_is_taken_at_once() -> None:
-    with UdpSocket(LOOPBACK, 0) as receiver, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+def test_no_more_than_the_limit_is_received_at_once(peer: socket.socket) -> None:
+    with UdpSocket.bind(LOOPBACK, 0) as receiver:
         for i in range(5):
-            other.sendto(bytes([i]), receiver.address)
+            peer.sendto(bytes([i]), receiver.address)
         receiver.wait(5)
         assert [len(receiver.receive(limit=2)) for _ in range(3)] == [2, 2, 1]
 
 
-def test_it_waits_no_longer_than_it_is_told() -> None:
-    with UdpSocket(LOOPBACK, 0) as receiver:
+def test_wait_returns_after_its_time() -> None:
+    with UdpSocket.bind(LOOPBACK, 0) as receiver:
         began = time.monotonic()
         receiver.wait(0.05)
         receiver.wait(-1.0)
         assert 0.04 < time.monotonic() - began < 2.0
 
 
-def test_answers_that_cannot_be_sent_are_lost_without_a_word() -> None:
-    with UdpSocket(LOOPBACK, 0) as receiver:
-        receiver.send([(b"x" * 70_000, (LOOPBACK, 9)), (b"nobody listens", (LOOPBACK, 9))])
-        assert receiver.receive() == []
+def test_a_peer_whose_port_is_closed_is_no_error(peer: socket.socket) -> None:
+    with UdpSocket.open_to(*peer.getsockname()) as sender:
+        peer.close()
+        for _ in range(3):
+            sender.send([(b"anybody?", sender.remote or ("", 0))])
+            sender.wait(0.01)
+            assert sender.receive() == []
 
 
-def test_a_port_that_is_taken_is_named() -> None:
-    with UdpSocket(LOOPBACK, 0) as first:
+def test_a_datagram_too_large_for_the_network_is_lost(peer: socket.socket) -> None:
+    with UdpSocket.bind(LOOPBACK, 0) as receiver:
+        receiver.send([(b"x" * 70_000, peer.getsockname()), (b"small", peer.getsockname())])
+        assert peer.recv(100) == b"small"
+
+
+def test_a_port_in_use_is_named() -> None:
+    with UdpSocket.bind(LOOPBACK, 0) as first:
         port = first.address[1]
         with pytest.raises(
             NetworkError, match=rf"cannot listen on 127\.0\.0\.1:{port} .*: choose another with --listen"
         ):
-            UdpSocket(LOOPBACK, port)
+            UdpSocket.bind(LOOPBACK, port)
 
 
 @pytest.mark.parametrize("host", ["no.such.host.invalid", "203.0.113.7", "x" * 300])
-def test_an_address_that_is_not_ours_is_named(host: str) -> None:
+def test_an_address_of_another_machine_is_named(host: str) -> None:
     with pytest.raises(NetworkError, match="cannot listen on"):
-        UdpSocket(host, 0)
+        UdpSocket.bind(host, 0)
+
+
+def test_a_name_without_an_address_is_named() -> None:
+    sentence = "no address for 'no.such.host.invalid': give the receiver's name or number as HOST:PORT"
+    with pytest.raises(NetworkError, match=sentence):
+        UdpSocket.open_to("no.such.host.invalid", 5005)
+
+
+class Forbidden:
+    """A socket that the firewall forbids to send."""
+
+    def sendto(self, data: bytes, address: object) -> int:
+        raise PermissionError(1, "Operation not permitted")
+
+    def setblocking(self, flag: bool) -> None:
+        pass
+
+
+def test_a_firewall_that_forbids_the_peer_is_named_and_any_other_address_is_lost() -> None:
+    sender = UdpSocket(Forbidden(), (LOOPBACK, 9))  # type: ignore[arg-type]
+    sender.send([(b"x", (LOOPBACK, 10))])
+    with pytest.raises(NetworkError, match=r"this machine may not send to 127\.0\.0\.1: check its firewall"):
+        sender.send([(b"x", (LOOPBACK, 9))])

@@ -27,8 +27,8 @@ from conf.commands import send as sending
 from conf.commands.receive import SIZE, WINDOW_FPS
 from conf.errors import NetworkError
 from conf.face.deformation.face_model import load_face
+from conf.protocol.address import Address
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
-from conf.protocol.session.flood_protection import Address
 from conf.protocol.session.server import SessionServer
 from conf.protocol.statistics import HEADER_BYTES
 from conf.receiver.participant_grid import Window
@@ -146,7 +146,7 @@ def receive(address: tuple[str, int], code: str, seconds: float) -> None:
     """Receive as `conf receive` does, at the rate of its window."""
     callers = ReceiverEndpoint(SessionServer(code, os.urandom))
     window = WatchedWindow(callers)
-    with UdpSocket(*address) as link, window:
+    with UdpSocket.bind(*address) as link, window:
         tell(listening="{}:{}".format(*link.address))
         loop = WatchedReceivingLoop(window, load_face(None), callers, link)
         final = loop.run(fps=WINDOW_FPS, seconds=seconds)

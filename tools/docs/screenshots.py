@@ -25,11 +25,11 @@ from numpy.typing import NDArray
 from conf.commands.measure import measure, plot
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.face_model import load_face
+from conf.protocol.address import Address
 from conf.protocol.codec import LIVE
 from conf.protocol.loopback import ONE_WAY_S, RECEIVER, LoopbackCall
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.sender_connection import RateOptions
-from conf.protocol.session.flood_protection import Address
 from conf.receiver.participant_grid import Window
 from conf.receiver.pipeline import ReceivingLoop
 from conf.render.window.glfw_window import GlfwWindow

@@ -8,6 +8,7 @@ speaks again meanwhile the handshake is dropped; if the handshake succeeds it ta
 from collections import Counter, deque
 from dataclasses import dataclass
 
+from conf.protocol.address import Address
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.events import (
     BodyReceived,
@@ -20,7 +21,6 @@ from conf.protocol.session.events import (
     SessionEnded,
     WrongCode,
 )
-from conf.protocol.session.flood_protection import Address
 from conf.protocol.session.handshake import RandomBytes, Refusal
 from conf.protocol.session.initiator import HandshakeDone, HandshakeRefused, Initiator
 from conf.protocol.session.packet import DataPacket, HandshakePacket, Kind, parse_datagram

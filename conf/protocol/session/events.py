@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
-from conf.protocol.session.flood_protection import Address
+from conf.protocol.address import Address
 from conf.protocol.session.handshake import Refusal
 
 

@@ -10,9 +10,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from conf.protocol.address import Address
 from conf.protocol.rate_limit import TokenBucket
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
-from conf.protocol.session.flood_protection import Address, AttemptLimit, CookieFactory
+from conf.protocol.session.flood_protection import AttemptLimit, CookieFactory
 from conf.protocol.session.handshake import RandomBytes, Refusal, SessionSecrets, proof, receiver_secrets
 from conf.protocol.session.packet import Kind, handshake_datagram
 

@@ -3,6 +3,7 @@
 from collections import Counter, deque
 from dataclasses import dataclass
 
+from conf.protocol.address import Address
 from conf.protocol.rate_limit import TokenBucket
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.events import (
@@ -15,7 +16,6 @@ from conf.protocol.session.events import (
     SessionEnded,
     WrongCode,
 )
-from conf.protocol.session.flood_protection import Address
 from conf.protocol.session.handshake import RandomBytes, SessionSecrets
 from conf.protocol.session.packet import (
     MAX_SESSION,

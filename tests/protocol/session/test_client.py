@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from conf.protocol.address import Address
 from conf.protocol.session.client import IDLE_S, SILENCE_S
 from conf.protocol.session.drop_reasons import DropReason
 from conf.protocol.session.events import Connected, LossReason, NoAnswer, Refused, SessionEnded, WrongCode
-from conf.protocol.session.flood_protection import Address
 from conf.protocol.session.handshake import Refusal
 from conf.protocol.session.initiator import CONFIRM_TIMEOUT_S
 from conf.protocol.session.packet import Kind, handshake_datagram

@@ -1,7 +1,8 @@
 """The receiver against strangers: bounded work, no larger answer, five wrong codes a minute, nothing counted twice."""
 
+from conf.protocol.address import Address
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
-from conf.protocol.session.flood_protection import MAX_WRONG_CODES, Address
+from conf.protocol.session.flood_protection import MAX_WRONG_CODES
 from conf.protocol.session.handshake import Refusal, proof, sender_secrets, sender_share
 from conf.protocol.session.packet import FIELDS, HandshakePacket, Kind, parse_datagram
 from conf.protocol.session.responder import ATTEMPT_LIFE_S, MAX_ATTEMPTS_PER_HOST, SHARES_AT_ONCE, Responder
