@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from conf.errors import ConfError
 from conf.face.default_head import DEFAULT_HEAD
 from conf.face.deformation.blendshapes import Blendshapes, load_shapes
+from conf.face.deformation.operator_builder import OperatorBuilder
 from conf.face.deformation.rig import Rig
 from conf.face.deformation.rig_json import load_rig
 from conf.face.fapu import Fapu
@@ -48,6 +49,12 @@ class FaceDocument:
     def is_default(self) -> bool:
         """Whether this is the shipped head."""
         return self.path.resolve() == DEFAULT_HEAD.resolve()
+
+    def operator_builder(self) -> OperatorBuilder:
+        """Return the builder of this face's operators. Raises ValueError if it has no control points."""
+        if self.points is None:
+            raise ValueError("the face must have control points")
+        return OperatorBuilder(self.mesh, self.points, self.rig, self.shapes, file_to_model=self.placement)
 
     def to_file(self, places: NDArray[np.floating], /) -> NDArray[np.float64]:
         """Return (..., 3) places in the frame and unit of the mesh's file."""

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.animator.background_task import LatestTaskWorker
-from conf.animator.builder import FaceBuilder
 from conf.animator.face_document import FaceDocument
 from conf.animator.face_view import FaceView
 from conf.animator.picking import Picker
@@ -18,6 +17,7 @@ from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.default_head import DEFAULT_HEAD
 from conf.face.deformation.face_model import DeformerOptions, FaceModel
 from conf.face.deformation.facial_muscles import MuscleDeformer
+from conf.face.deformation.operator_builder import OperatorBuilder
 from conf.face.fapu import Fapu
 from conf.face.formats.ppc import read_ppc
 
@@ -35,7 +35,7 @@ class FaceInstance:
 
     def __init__(self, ctx: moderngl.Context, subject: FaceDocument, deformer: DeformerOptions) -> None:
         self.subject = subject
-        self._builder = None if subject.points is None else FaceBuilder(subject)
+        self._builder = None if subject.points is None else subject.operator_builder()
         self.built = (
             BuiltFace(face_without_points(subject), 0.0) if self._builder is None else _build(self._builder, deformer)
         )
@@ -99,10 +99,10 @@ def face_without_points(subject: FaceDocument) -> FaceModel:
     """Return a face that can be drawn and that nothing moves: its control points are not known."""
     points = read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
     operator = np.zeros((len(subject.mesh.vertices), CONTROL_POINT_COUNT), np.float32)
-    return FaceModel(subject.mesh, points, Fapu.measure(points), operator, placement=subject.placement)
+    return FaceModel(subject.mesh, points, Fapu.measure(points), operator, file_to_model=subject.placement)
 
 
-def _build(builder: FaceBuilder, deformer: DeformerOptions) -> BuiltFace:
+def _build(builder: OperatorBuilder, deformer: DeformerOptions) -> BuiltFace:
     began = time.perf_counter()
-    face = builder.build(deformer)
+    face = builder.build_face(deformer)
     return BuiltFace(face, 1e3 * (time.perf_counter() - began))

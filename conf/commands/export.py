@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from conf.animator.builder import FaceBuilder
 from conf.animator.face_document import open_face_document
 from conf.animator.file_export import ExportOptions, check_output, export, needs_drawing, parse_fps, parse_size
 from conf.animator.motion_clips import make_expression_clip, peak_time
@@ -64,7 +63,7 @@ def export_file(request: ExportRequest, on_progress: Callable[[float], None] = l
     subject = open_face_document(request.face, request.ppc)
     if subject.points is None:
         raise ConfError(f"{subject.path} has no control points: run `conf fit {subject.path}` or give --ppc FILE")
-    face = FaceBuilder(subject).build(DeformerOptions())
+    face = subject.operator_builder().build_face(DeformerOptions())
     motion, peak_time = _motion(request, face, fps)
     at = peak_time if request.at is None else request.at
     if not 0 <= at <= duration_of(motion):

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from conf.face.deformation.face_model import load_face
+from conf.face.loading import load_face
 from conf.output.media_writer import save_picture
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.session.server import SessionServer

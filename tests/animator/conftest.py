@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from conf.animator.builder import FaceBuilder
 from conf.animator.commands import Request
 from conf.animator.face_document import FaceDocument, open_face_document
 from conf.animator.gui.main import Panel
@@ -30,7 +29,7 @@ def subject() -> FaceDocument:
 @pytest.fixture(scope="session")
 def head(subject: FaceDocument) -> FaceModel:
     """The shipped head's model."""
-    return FaceBuilder(subject).build(DeformerOptions())
+    return subject.operator_builder().build_face(DeformerOptions())
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,7 @@ import pytest
 
 from conf.commands.export import ExportRequest, export_file
 from conf.errors import ConfError
-from conf.face.deformation.face_model import DEFAULT_HEAD
+from conf.face.default_head import DEFAULT_HEAD
 from conf.face.formats.dpc import MotionClip, read_dpc, write_dpc
 from conf.face.mesh.mesh import load_mesh
 

@@ -1,7 +1,7 @@
 import numpy as np
 
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
-from conf.face.deformation.face_model import DEFAULT_HEAD
+from conf.face.default_head import DEFAULT_HEAD
 from conf.face.formats.ppc import read_ppc
 from conf.face.symmetry import PARTNERS, SIDE_WEIGHTS, mirror_motion, side_weighted
 

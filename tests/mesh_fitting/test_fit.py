@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from conf.errors import ConfError, FileFormatError
 from conf.face.control_points import CONTROL_POINT_INDEX, CONTROL_POINT_LANDMARKS, PUPILS
-from conf.face.deformation.face_model import DEFAULT_HEAD
+from conf.face.default_head import DEFAULT_HEAD
 from conf.face.formats.ppc import read_ppc
 from conf.face.mesh.axes import axes_rotation
 from conf.face.mesh.mesh import Mesh, load_mesh

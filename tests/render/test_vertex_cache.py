@@ -1,6 +1,6 @@
 import numpy as np
 
-from conf.face.deformation.face_model import load_face
+from conf.face.loading import load_face
 from conf.face.mesh.mesh import Mesh
 from conf.render.vertex_cache import optimise_vertex_cache
 

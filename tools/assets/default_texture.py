@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.deformation.face_model import DEFAULT_HEAD
+from conf.face.default_head import DEFAULT_HEAD
 from conf.face.fitting.default_texture import COLOURS, EYE_ARC, EYE_MIDDLE, EYE_RIM, PICTURE
 from conf.render.face_renderer import PLAIN_SKIN
 from tools.assets.head.eyeballs import CAP_ANGLE, IRIS_ANGLE, eye_uv

@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from conf.commands import send as sending
 from conf.commands.receive import SIZE, WINDOW_FPS
 from conf.errors import NetworkError
-from conf.face.deformation.face_model import load_face
+from conf.face.loading import load_face
 from conf.protocol.address import Address
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.session.server import SessionServer

@@ -30,10 +30,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import RBFInterpolator
 
 from conf.face.control_points import LOWER_LIP, PUPILS, UPPER_LIP, control_point_indices
+from conf.face.default_head import DEFAULT_HEAD
 from conf.face.deformation.anchors import choose_anchors
 from conf.face.deformation.blendshapes import Blendshapes, load_shapes
 from conf.face.deformation.eyelid_helpers import append_helpers, fold_helpers
-from conf.face.deformation.face_model import DEFAULT_HEAD, DeformerOptions, load_face
+from conf.face.deformation.face_model import DeformerOptions
 from conf.face.deformation.kernels import KERNELS
 from conf.face.deformation.rbf import build_operator
 from conf.face.deformation.regions import Regions, split_regions
@@ -42,6 +43,7 @@ from conf.face.deformation.rig import jaw_offsets
 from conf.face.deformation.rig_json import load_rig
 from conf.face.formats.ppc import read_ppc
 from conf.face.head_pose import ES0_CM
+from conf.face.loading import load_face
 from conf.face.mesh.mesh import Mesh, load_mesh
 from conf.face.mesh.surface_graph import SurfaceGraph
 
@@ -94,7 +96,7 @@ def head_of(mesh: Mesh, count: int) -> tuple[NDArray[np.float64], NDArray[np.int
 
 
 def rbf_matrix(vertices: NDArray[np.float64], points: NDArray[np.float64], regions: Regions) -> NDArray[np.float32]:
-    """Return the split RBF operator, as conf.face.deformation.face_model builds it."""
+    """Return the split RBF operator, as conf.face.deformation.operator_builder builds it."""
     centres, fields = append_helpers(points, regions)
     operator = build_operator(
         vertices, centres, kernel=KERNEL, epsilon=KERNEL.epsilon, regions=fields, smoothing=SMOOTHING

@@ -20,8 +20,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.deformation.face_model import load_face
 from conf.face.head_pose import HeadPose
+from conf.face.loading import load_face
 from conf.protocol.codec import LIVE
 from conf.protocol.loopback import ONE_WAY_S, LoopbackCall
 from conf.protocol.messages import StreamParameters

@@ -23,8 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_INDEX, CONTROL_POINTS, LOWER_LIP, UPPER_LIP
-from conf.face.deformation.face_model import FaceModel, load_face
+from conf.face.deformation.face_model import FaceModel
 from conf.face.formats.ppc import read_ppc, write_ppc
+from conf.face.loading import load_face
 from conf.face.mesh.axes import axes_rotation
 from conf.face.mesh.mesh import load_mesh
 from conf.face.mesh.surface_graph import SurfaceGraph

@@ -18,8 +18,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from conf.face.deformation.face_model import load_face
 from conf.face.head_pose import HeadPose
+from conf.face.loading import load_face
 from conf.protocol.codec.decoder import Decoder
 from conf.protocol.codec.encoder import Encoder
 from conf.protocol.messages import MotionFrame

@@ -22,10 +22,11 @@ from numpy.typing import NDArray
 from conf.face.animation.action_units import action_unit_label as unit_label
 from conf.face.animation.action_units import load_action_units, load_emotions
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
-from conf.face.deformation.face_model import FaceModel, build_face, load_face
+from conf.face.deformation.face_model import FaceModel
 from conf.face.deformation.facial_muscles import MuscleDeformer
 from conf.face.deformation.waters_muscles import LinearMuscle
 from conf.face.head_pose import HeadPose
+from conf.face.loading import build_face, load_face
 from conf.render.camera import ViewState
 from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from conf.commands.measure import measure, plot
 from conf.face.control_points import CONTROL_POINT_INDEX
-from conf.face.deformation.face_model import load_face
+from conf.face.loading import load_face
 from conf.protocol.address import Address
 from conf.protocol.codec import LIVE
 from conf.protocol.loopback import ONE_WAY_S, RECEIVER, LoopbackCall

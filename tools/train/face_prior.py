@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from conf.face.deformation.face_model import DEFAULT_HEAD
+from conf.face.default_head import DEFAULT_HEAD
 from conf.face.fitting.face_prior import (
     ARRAYS,
     OBSERVED_LANDMARKS,

@@ -21,7 +21,7 @@ from conf.animator.gui.theme import column
 from conf.animator.motion_player import REST_POSE
 from conf.animator.state.editor import EditorState, StatusInfo
 from conf.animator.viewport_controller import KEYS, ViewportController
-from conf.face.deformation.face_model import load_face
+from conf.face.loading import load_face
 from conf.render.camera import clip_matrix
 from conf.render.ui.imgui_overlay import ACCENT, MUTED, ImGuiOverlay, lines_height, panel
 

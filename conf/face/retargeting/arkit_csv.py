@@ -15,9 +15,9 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear, nnls
 
 from conf.face.animation.gaze import gaze_angles
-from conf.face.deformation.face_model import load_face
 from conf.face.formats.dpc import MotionClip
 from conf.face.head_pose import HeadPose
+from conf.face.loading import load_face
 from conf.face.retargeting.arkit_shapes import load_arkit_shapes
 
 SHAPES = tuple(

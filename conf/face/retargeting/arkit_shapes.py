@@ -12,8 +12,9 @@ from scipy.spatial import KDTree
 
 from conf.face.animation.gaze import EYE_RADIUS
 from conf.face.control_points import CONTROL_POINT_INDEX
+from conf.face.default_head import DEFAULT_HEAD
 from conf.face.deformation.blendshapes import load_shapes
-from conf.face.deformation.face_model import DEFAULT_HEAD, load_face
+from conf.face.loading import load_face
 
 FULL_GAZE = {"Up": (0, 1, 22.0), "Down": (0, -1, 28.0), "In": (-1, 0, 30.0), "Out": (1, 0, 30.0)}  # left eye, degrees
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from conf.face.control_points import CONTROL_POINT_INDEX
-from conf.face.deformation.face_model import FaceModel, load_face
+from conf.face.deformation.face_model import FaceModel
 from conf.face.deformation.facial_muscles import MUSCLE_COURSES, MUSCLE_NAMES, MuscleDeformer, build_muscles
+from conf.face.loading import load_face
 
 MOVES = [  # muscle, control point, direction it must take on the left side
     ("zygomatic_major", "outer_lip_corner", [1, 1, 0]),

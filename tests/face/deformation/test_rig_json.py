@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.errors import FileFormatError
+from conf.face.default_head import DEFAULT_HEAD
 from conf.face.deformation.blendshapes import load_shapes
-from conf.face.deformation.face_model import DEFAULT_HEAD
 from conf.face.deformation.rig_json import load_rig
 from conf.face.formats.ppc import read_ppc
 from conf.face.mesh.mesh import Mesh, load_mesh

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.face.deformation.face_model import DEFAULT_HEAD
+from conf.face.default_head import DEFAULT_HEAD
 from conf.face.fitting.face_prior import (
     OBSERVED_LANDMARKS,
     RELIEF_PLACES,

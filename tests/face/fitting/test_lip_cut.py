@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from conf.face.control_points import CONTROL_POINT_INDEX, LOWER_LIP
-from conf.face.deformation.face_model import build_face
 from conf.face.fitting.lip_cut import cut_lips, has_open_lips
+from conf.face.loading import build_face
 from conf.face.mesh.mesh import Mesh
 from conf.face.mesh.surface_graph import SurfaceGraph
 from tests.support.sheet_face import SheetFace

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, PUPILS
-from conf.face.deformation.face_model import DEFAULT_HEAD
+from conf.face.default_head import DEFAULT_HEAD
 from conf.face.fitting.face_prior import FacePrior, load_prior
 from conf.face.fitting.point_fitting import FittedPoints, fit_control_points
 from conf.face.formats.ppc import read_ppc

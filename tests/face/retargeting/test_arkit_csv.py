@@ -10,8 +10,8 @@ from scipy.optimize import lsq_linear
 
 from conf.face.animation.gaze import gaze_displacements
 from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.face.deformation.face_model import load_face
 from conf.face.formats.dpc import MotionClip
+from conf.face.loading import load_face
 from conf.face.retargeting.arkit_csv import (
     HEADER,
     SHAPES,

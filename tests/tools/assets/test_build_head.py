@@ -9,7 +9,7 @@ from PIL import Image
 from scipy.spatial import KDTree
 
 from conf.face.control_points import CONTROL_POINT_INDEX, CONTROL_POINTS
-from conf.face.deformation.face_model import DEFAULT_HEAD
+from conf.face.default_head import DEFAULT_HEAD
 from conf.face.formats.ppc import read_ppc
 from conf.face.head_pose import ES0_CM
 from conf.face.mesh.mesh import Mesh, load_mesh

@@ -1,0 +1,50 @@
+import numpy as np
+import pytest
+
+from conf.face.default_head import DEFAULT_HEAD, default_points
+from conf.face.deformation.blendshapes import load_shapes
+from conf.face.deformation.face_model import DeformerOptions
+from conf.face.deformation.kernels import KERNELS
+from conf.face.deformation.operator_builder import OperatorBuilder
+from conf.face.deformation.rig_json import load_rig
+from conf.face.mesh.mesh import load_mesh
+
+
+@pytest.fixture(scope="module")
+def builder() -> OperatorBuilder:
+    """Return the builder of the default head."""
+    mesh, points = load_mesh(DEFAULT_HEAD), default_points()
+    blendshapes = load_shapes(DEFAULT_HEAD.with_name("shapes.npz"), len(mesh.vertices))
+    rig = load_rig(DEFAULT_HEAD.with_name("rig.json"), mesh, points, blendshapes)
+    return OperatorBuilder(mesh, points, rig, blendshapes)
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_every_kernel_keeps_the_neutral_face_still(builder: OperatorBuilder, kernel: str) -> None:
+    face = builder.build_face(DeformerOptions(kernel))
+    assert np.isfinite(face.operator).all()
+    np.testing.assert_allclose(face.deform(np.zeros((50, 3))), face.neutral, atol=1e-5)
+
+
+def test_each_option_changes_the_operator(builder: OperatorBuilder) -> None:
+    default = builder.build(DeformerOptions()).matrix
+    for options in (
+        DeformerOptions(epsilon=0.5),
+        DeformerOptions(degree=1),
+        DeformerOptions(smoothing=0.1),
+        DeformerOptions(use_regions=False),
+        DeformerOptions(use_ridge_refinement=False),
+    ):
+        assert np.abs(builder.build(options).matrix - default).max() > 1e-3
+    np.testing.assert_array_equal(builder.build(DeformerOptions()).matrix, default)
+
+
+def test_a_singular_system_is_regularised(builder: OperatorBuilder) -> None:
+    operator = builder.build(DeformerOptions("gaussian", epsilon=0.05, smoothing=0.0))
+    assert operator.smoothing > 0
+    assert np.isfinite(operator.matrix).all()
+
+
+def test_an_unknown_kernel_raises(builder: OperatorBuilder) -> None:
+    with pytest.raises(ValueError, match=r"kernel must be one of gaussian, multiquadric, .*, got 'cubic'"):
+        builder.build(DeformerOptions("cubic"))
