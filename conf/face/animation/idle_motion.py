@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from conf.face.animation.action_units import load_action_units
 from conf.face.animation.gaze import gaze_displacements
-from conf.face.animation.timed_expression import Envelope, smoothstep
+from conf.face.animation.timed_expression import Envelope, smooth_rise
 from conf.face.symmetry import side_weighted
 
 BLINK = Envelope(onset=0.09, hold=0.03, release=0.18)
@@ -111,7 +111,7 @@ class _SaccadeProcess:
             self._aims.append(np.radians(self._generator.normal(0.0, GLANCE_DEGREES)).clip(-0.12, 0.12))
         i = max(bisect.bisect_right(self._starts, now) - 1, 0)
         before = self._aims[max(i - 1, 0)]
-        return np.asarray(before + (self._aims[i] - before) * smoothstep(now - self._starts[i], SACCADE_SECONDS))
+        return np.asarray(before + (self._aims[i] - before) * smooth_rise(now - self._starts[i], SACCADE_SECONDS))
 
 
 def _pause(generator: np.random.Generator, figures: tuple[float, float, float]) -> float:

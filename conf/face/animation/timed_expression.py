@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_INDEX, control_point_indices
+from conf.face.interpolation import smoothstep
 from conf.face.symmetry import side_weighted
 
 SIDE_LAG = 0.03  # seconds
@@ -45,8 +46,8 @@ class Envelope:
         """Return the strength at a time in seconds since the beginning, 0 before it and after the end."""
         falling = elapsed - self.onset - self.hold
         if falling > 0:
-            return self.intensity * (1 - smoothstep(falling, self.release))
-        return self.intensity * smoothstep(elapsed, self.onset)
+            return self.intensity * (1 - smooth_rise(falling, self.release))
+        return self.intensity * smooth_rise(elapsed, self.onset)
 
     @property
     def duration(self) -> float:
@@ -84,16 +85,15 @@ class TimedExpression:
         return replace(self, released_at=min(now, self.released_at))
 
     def _strength(self, now: float) -> float:
-        left_over = 1 - smoothstep(now - self.released_at, self.envelope.release) if now > self.released_at else 1.0
+        left_over = 1 - smooth_rise(now - self.released_at, self.envelope.release) if now > self.released_at else 1.0
         return self.envelope(now - self.start) * left_over
 
 
-def smoothstep(elapsed: float, length: float, /) -> float:
+def smooth_rise(elapsed: float, length: float, /) -> float:
     """Return 0 before, 1 after, and between them a rise whose speed begins and ends at 0."""
     if length <= 0:
         return float(elapsed >= 0)
-    t = min(max(elapsed / length, 0.0), 1.0)
-    return t * t * (3 - 2 * t)
+    return float(smoothstep(elapsed / length))
 
 
 def blend_without_doubling(motion: NDArray[np.floating], expression: NDArray[np.floating], /) -> NDArray[np.float32]:

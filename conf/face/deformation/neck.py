@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.head_pose import HeadPose
+from conf.face.interpolation import smoothstep
 from conf.face.mesh.mesh import Mesh
 
 TORSO = "shirt"  # faces without this group have no shoulders, and are drawn as one piece
@@ -22,9 +23,8 @@ SHOULDERS_FOLLOW = 0.22  # how much of the head's turn
 def head_weights(vertices: NDArray[np.floating], /) -> NDArray[np.float64]:
     """Return (V,) how far each vertex (V, 3) goes with the head: 1 head, 0 shoulders."""
     beside = np.maximum(np.hypot(vertices[:, 0] - PIVOT[0], vertices[:, 2] - PIVOT[2]) - NECK_RADIUS, 0.0)
-    depth = np.clip((TOP - vertices[:, 1]) / (TOP - BOTTOM) * (1.0 + 0.5 * beside), 0.0, 1.0)
-    share: NDArray[np.float64] = 1.0 - depth * depth * (3.0 - 2.0 * depth)
-    return share
+    depth = (TOP - vertices[:, 1]) / (TOP - BOTTOM) * (1.0 + 0.5 * beside)
+    return np.asarray(1.0 - smoothstep(depth))
 
 
 class NeckBend:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import LOWER_LID, LOWER_LIP, PUPILS, UPPER_LID, UPPER_LIP, control_point_indices
+from conf.face.interpolation import smoothstep
 from conf.face.mesh.surface_graph import SurfaceGraph
 
 # How far along the surface lips or lids divide it, in eye distances, and over which share of that they cease to.
@@ -105,10 +106,5 @@ def _lower_weight(
     Beyond the reach of both it fades to 0: the skull goes with the upper field.
     """
     upper, lower = (surface.distances(seeds[group], limit=reach) for group in groups)
-    share = _smoothstep(0.5 + 0.9 * (upper - lower) / np.maximum(upper + lower, 1e-9 * reach))
-    return share * _smoothstep((reach - np.minimum(upper, lower)) / (_FADE * reach))
-
-
-def _smoothstep(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    x = np.clip(x, 0.0, 1.0)
-    return x * x * (3.0 - 2.0 * x)
+    share = smoothstep(0.5 + 0.9 * (upper - lower) / np.maximum(upper + lower, 1e-9 * reach))
+    return share * smoothstep((reach - np.minimum(upper, lower)) / (_FADE * reach))

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_INDEX
+from conf.face.interpolation import smoothstep
 from conf.face.portrait import contours
 from conf.face.portrait.person_outline import BORDER_EXTENSION
 from conf.face.portrait.photographed_face import PhotographedFace
@@ -37,9 +38,9 @@ def border_alpha(
     low, high = upright[_OVAL].min(axis=0), upright[_OVAL].max(axis=0)
     size = high - low
     away = np.linalg.norm((upright - (low + high) / 2 - (0.0, HEAD_OFFSET * size[1])) / (size * HEAD_ELLIPSE), axis=1)
-    t = np.clip((FADE[1] - away) / (FADE[1] - FADE[0]), 0, 1)
+    t = (FADE[1] - away) / (FADE[1] - FADE[0])
     outside = np.max(np.abs(places) - (shape.aspect / 2, 0.5), axis=1)
     cut_off = outside > 1e-9
     beside_head = cut_off & (upright[:, 1] > upright[CONTROL_POINT_INDEX["chin_bottom"], 1])
-    t = np.minimum(t, np.clip((BORDER_EXTENSION - outside) / (END * BORDER_EXTENSION), 0, 1))
-    return np.asarray(np.where(beside_head, t * t * (3 - 2 * t), 1.0))
+    t = np.minimum(t, (BORDER_EXTENSION - outside) / (END * BORDER_EXTENSION))
+    return np.asarray(np.where(beside_head, smoothstep(t), 1.0))

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_INDEX
+from conf.face.interpolation import smoothstep
 from conf.face.portrait import contours
 from conf.face.portrait.person_outline import BORDER_EXTENSION
 from conf.face.portrait.photographed_face import PhotographedFace
@@ -35,18 +36,14 @@ def head_weights(
     half_width = float(np.ptp(upright[_OVAL, 0])) / 2
     below = upright[CONTROL_POINT_INDEX["chin_bottom"], 1] - BELOW_CHIN_CM - upright[:, 1]
     aside = np.abs(upright[:, 0] - middle[0]) / half_width
-    loose = np.maximum(_rise(below / NECK_CM), _rise((aside - HAIR_FALLOFF[0]) / (HAIR_FALLOFF[1] - HAIR_FALLOFF[0])))
+    loose = np.maximum(
+        smoothstep(below / NECK_CM), smoothstep((aside - HAIR_FALLOFF[0]) / (HAIR_FALLOFF[1] - HAIR_FALLOFF[0]))
+    )
     above_bottom = places[:, 1] + 0.5
     # With the chin near the border the neck has no room to give: what goes on beyond the border rests, not the border.
     above_bottom += np.clip(BORDER / 0.9 - above_bottom[CONTROL_POINT_INDEX["chin_bottom"]], 0, BORDER_EXTENSION)
     room = float(np.clip(0.9 * above_bottom[CONTROL_POINT_INDEX["chin_bottom"]], 1e-3, BORDER))
-    loose = np.maximum(loose, 1 - _rise(above_bottom / room))
+    loose = np.maximum(loose, 1 - smoothstep(above_bottom / room))
     to_border = np.minimum(above_bottom, shape.aspect / 2 - np.abs(places[:, 0]))
-    body = SHOULDER_WEIGHT * _rise(to_border / BORDER)
+    body = SHOULDER_WEIGHT * smoothstep(to_border / BORDER)
     return np.asarray((1 - loose) + loose * body)
-
-
-def _rise(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return x eased from 0 to 1."""
-    t = np.clip(x, 0, 1)
-    return np.asarray(t * t * (3 - 2 * t))

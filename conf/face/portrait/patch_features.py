@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from conf.face.control_points import CONTROL_POINT_INDEX, control_point_indices
+from conf.face.interpolation import smoothstep
 from conf.face.portrait import contours
 
 Displacements = NDArray[np.floating]
@@ -42,8 +43,7 @@ class PatchRegion:
 
     def falloff(self, distance: NDArray[np.float64], /) -> NDArray[np.float64]:
         """Return how much of a patch is shown at a distance, cm, from the core."""
-        t = np.clip((self.falloff_cm[1] - distance) / (self.falloff_cm[1] - self.falloff_cm[0]), 0, 1)
-        return np.asarray(t * t * (3 - 2 * t))
+        return smoothstep((self.falloff_cm[1] - distance) / (self.falloff_cm[1] - self.falloff_cm[0]))
 
     def near(self, flat: NDArray[np.float64], falloff_cm: float, /) -> NDArray[np.bool_]:
         """Return (V,) whether each vertex lies within `reach` cm of the core."""

@@ -6,6 +6,7 @@ from scipy.spatial import cKDTree
 
 from conf.face.control_points import LOWER_LID, LOWER_LIP, UPPER_LID, UPPER_LIP
 from conf.face.deformation.regions import InfluenceField, Regions
+from conf.face.interpolation import smoothstep
 from conf.face.portrait import contours
 
 SHARPNESS = 0.9  # how fast one field gives way to the other, as on the head
@@ -41,11 +42,6 @@ def _lower_share(
     upper, lower = (cKDTree(flat[side]).query(flat)[0] for side in rows)
     lean = (upper - lower) / np.maximum(upper + lower, 1e-9)
     near = np.clip(2 * (1 - np.minimum(upper, lower) / reach), 0, 1)
-    share = _smoothstep(0.5 + SHARPNESS * near * lean)
+    share = smoothstep(0.5 + SHARPNESS * near * lean)
     share[rows[0]], share[rows[1]], share[contours.landmark_rows(tuple(shared))] = 0.0, 1.0, 0.5
     return np.asarray(share)
-
-
-def _smoothstep(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    t = np.clip(x, 0, 1)
-    return np.asarray(t * t * (3 - 2 * t))

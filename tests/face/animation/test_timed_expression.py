@@ -15,7 +15,7 @@ from conf.face.animation.timed_expression import (
     TimedExpression,
     add_motions,
     blend_without_doubling,
-    smoothstep,
+    smooth_rise,
 )
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
 
@@ -100,8 +100,8 @@ def test_an_expression_adds_what_is_not_shown_yet() -> None:
 
 
 def test_ease_without_length_is_a_step() -> None:
-    assert (smoothstep(-1e-9, 0.0), smoothstep(0.0, 0.0)) == (0.0, 1.0)
-    assert smoothstep(0.5, 1.0) == pytest.approx(0.5)
+    assert (smooth_rise(-1e-9, 0.0), smooth_rise(0.0, 0.0)) == (0.0, 1.0)
+    assert smooth_rise(0.5, 1.0) == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize("change", [{"onset": -1.0}, {"hold": -1.0}, {"release": math.inf}])
