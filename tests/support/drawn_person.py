@@ -1,4 +1,4 @@
-"""A drawn person to photograph, for tests without a camera."""
+"""A drawn person to photograph, for tests without a camera, and the portrait objects of it."""
 
 import io
 from dataclasses import astuple
@@ -22,9 +22,9 @@ SIZE = (320, 240)
 SKIN, LIPS, WALL = (130, 160, 210), (90, 90, 180), (160, 140, 40)  # BGR
 
 
-def to_pixels(places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return px from the upper left corner of places (k, 2) in picture heights."""
-    return places * (SIZE[1], -SIZE[1]) + (SIZE[0] / 2, SIZE[1] / 2)
+def to_pixels(positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return positions (k, 2), image heights from the centre, in px from the upper left corner."""
+    return positions * (SIZE[1], -SIZE[1]) + (SIZE[0] / 2, SIZE[1] / 2)
 
 
 def draw_person() -> NDArray[np.uint8]:
@@ -40,31 +40,32 @@ def draw_person() -> NDArray[np.uint8]:
     return pixels
 
 
-def vp8(pixels: NDArray[np.uint8]) -> bytes:
-    """Return the VP8 frame of a picture."""
+def encode_vp8(pixels: NDArray[np.uint8]) -> bytes:
+    """Return the VP8 frame of an image (H, W, 3) uint8 BGR."""
     file = io.BytesIO()
     Image.fromarray(np.ascontiguousarray(pixels[..., ::-1])).save(file, "WEBP", quality=80)
     return strip_riff(file.getvalue())
 
 
-def photograph(number: int = 1) -> Photo:
-    """Return the photograph of the drawn person."""
+def make_photo(number: int = 1) -> Photo:
+    """Return the photo of the drawn person."""
     points = face_points()
     neutral = points[:CONTROL_POINT_COUNT]
     outline = np.array([(0.3, 1.0), (0.33, 0.72), (0.35, 0.4), (0.52, 0.2), (0.7, 0.4), (0.72, 0.72), (0.75, 1.0)])
-    return Photo(
-        number, SIZE, POSE.to_vector(), points, neutral, astuple(Fapu.measure(neutral)), outline, vp8(draw_person())
-    )
+    fapu, frame = astuple(Fapu.measure(neutral)), encode_vp8(draw_person())
+    return Photo(number, SIZE, POSE.to_vector(), points, neutral, fapu, outline, frame)
 
 
-def patch(region: int = 0, slot: int = 0, *, photograph: int = 1, colour: tuple[int, int, int] = (255, 0, 0)) -> Patch:
-    """Return a patch of one colour, with keys of ten."""
+def make_patch(
+    region: int = 0, slot: int = 0, *, photo_number: int = 1, colour: tuple[int, int, int] = (255, 0, 0)
+) -> Patch:
+    """Return a patch of one colour (BGR); all values of its descriptor are 10."""
     feature = FEATURES[region]
     points = project(face_points(), POSE)[list(feature.points)]
     low, high = points.min(axis=0) - 0.05, points.max(axis=0) + 0.05
-    places = (points - (low[0], high[1])) / ((high[0] - low[0]), -(high[1] - low[1]))
-    keys = np.full(len(feature.descriptor(np.zeros((CONTROL_POINT_COUNT, 3)))), 10, np.int8)
+    positions = (points - (low[0], high[1])) / ((high[0] - low[0]), -(high[1] - low[1]))
+    descriptor = np.full(len(feature.descriptor(np.zeros((CONTROL_POINT_COUNT, 3)))), 10, np.int8)
     size = (60, 40)
-    foretold = predict_patch(draw_person(), points / (SIZE[0] / SIZE[1], -1.0) + 0.5, places, size)
-    planes = [plane / step_size(0) for plane in forward_dct(np.array(colour) - foretold)]
-    return Patch(photograph, region, slot, keys, places, size, 0, planes)
+    predicted = predict_patch(draw_person(), points / (SIZE[0] / SIZE[1], -1.0) + 0.5, positions, size)
+    planes = [plane / step_size(0) for plane in forward_dct(np.array(colour) - predicted)]
+    return Patch(photo_number, region, slot, descriptor, positions, size, 0, planes)

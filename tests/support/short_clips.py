@@ -1,4 +1,4 @@
-"""A second of the demo's clip, and a clip without a face."""
+"""Fixtures: the first second of the sample clip, and a clip without a face."""
 
 from pathlib import Path
 
@@ -14,21 +14,21 @@ SHORT = 24
 
 @pytest.fixture(scope="session")
 def short_clip(models: Path, demo_clip: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The first SHORT frames of the demo's clip, at its 30 frames a second."""
+    """The first SHORT frames of the sample clip, at its 30 frames a second."""
     path = tmp_path_factory.mktemp("clips") / "short.avi"
-    with open_clip(demo_clip) as clip, VideoWriter(path, fps=30.0) as film:
+    with open_clip(demo_clip) as clip, VideoWriter(path, fps=30.0) as writer:
         for _ in range(SHORT):
             frame = clip.read()
             assert frame is not None
-            film.write(cv2.resize(frame.pixels, None, fx=2, fy=2))  # small pictures suffer from Motion JPEG
+            writer.write(cv2.resize(frame.pixels, None, fx=2, fy=2))  # Motion JPEG harms small images
     return path
 
 
 @pytest.fixture(scope="session")
 def empty_clip(models: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A few frames of grey."""
+    """Three grey frames."""
     path = tmp_path_factory.mktemp("clips") / "empty.avi"
-    with VideoWriter(path, fps=30.0) as film:
+    with VideoWriter(path, fps=30.0) as writer:
         for _ in range(3):
-            film.write(np.full((240, 320, 3), 128, np.uint8))
+            writer.write(np.full((240, 320, 3), 128, np.uint8))
     return path

@@ -1,4 +1,4 @@
-"""A face made of curves, for tests that must not need a tracker: the mean face's control points, outlines between."""
+"""A synthetic face for tests without a tracker: the mean face's control points, with outlines interpolated between."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ POSE = HeadPose(np.array([0.05, -0.1, 0.08]), np.array([0.03, -0.05]), float(np.
 
 
 def face_points() -> NDArray[np.float64]:
-    """Return (D, 3) cm in face axes, as contours.ALL: the mean face with a mouth that is nearly shut."""
+    """Return (D, 3) cm in face axes, rows as PORTRAIT_LANDMARKS: the mean face, its mouth nearly closed."""
     known = {int(landmark): MEAN_FACE[i] for i, landmark in enumerate(CONTROL_POINT_LANDMARKS)}
     known |= {10: np.array([0.0, 8.5, 4.0]), 168: np.array([0.0, 3.0, 5.0]), 4: np.array([0.0, -1.0, 7.5])}
     angles = np.pi / 2 - 2 * np.pi * np.arange(len(contours.OVAL)) / len(contours.OVAL)
@@ -34,16 +34,15 @@ def face_points() -> NDArray[np.float64]:
             bulge = 4 * t * (1 - t) * (middle - (outer + inner) / 2)
             known.setdefault(landmark, outer + t * (inner - outer) + bulge)
     for group in LINES:
-        places = [i for i, landmark in enumerate(group) if landmark in known]
-        for axis_free in [i for i in range(len(group)) if i not in places]:
-            known[group[axis_free]] = np.array(
-                [np.interp(axis_free, places, [known[group[k]][axis] for k in places]) for axis in range(3)]
-            ) + np.array([0.0, 0.003 * axis_free, 0.0])
+        given = [i for i, landmark in enumerate(group) if landmark in known]
+        for i in [i for i in range(len(group)) if i not in given]:
+            point = np.array([np.interp(i, given, [known[group[k]][axis] for k in given]) for axis in range(3)])
+            known[group[i]] = point + np.array([0.0, 0.003 * i, 0.0])
     return np.array([known[int(landmark)] for landmark in contours.PORTRAIT_LANDMARKS])
 
 
 def face_shape(pose: HeadPose = POSE) -> PhotographedFace:
-    """Return a photographed face whose person fills a triangle of the picture."""
+    """Return a photographed face whose outline is roughly a triangle."""
     points = face_points()
     neutral = points[:CONTROL_POINT_COUNT].copy()
     outline = np.array([(-0.35, -0.5), (0.4, -0.5), (0.35, 0.3), (0.1, 0.4), (-0.2, 0.35)])

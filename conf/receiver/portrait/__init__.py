@@ -1,1 +1,1 @@
-"""Show the caller: a photograph that the fifty points move, with patches for mouth and eyes."""
+"""Draw a participant's portrait: a photo that the fifty control points move, with patches for mouth and eyes."""

@@ -1,38 +1,40 @@
-"""Which patches are shown, and how strongly: those whose keys are nearest to what the face does now."""
+"""Blend weights of patches: those whose descriptors are nearest to the face's current one are shown."""
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-DISTANCE_POWER = 2.0  # the power of distance: high shows one patch alone nearly always
-MAX_VISIBLE = 2  # patches at once
+DISTANCE_POWER = 2.0  # of inverse distance weighting; a higher power nearly always shows a single patch
+MAX_VISIBLE = 2  # candidates at once
 
 
-def blend_weights(now: NDArray[np.floating], keys: Sequence[NDArray[np.floating]], /) -> NDArray[np.float64]:
-    """Return how much of each candidate is shown, (len(keys),), together 1, at most SHOWN of them above 0.
+def blend_weights(
+    descriptor: NDArray[np.floating], candidates: Sequence[NDArray[np.floating]], /
+) -> NDArray[np.float64]:
+    """Return the weight of each candidate's descriptor (k,): sum 1, at most MAX_VISIBLE of them above 0.
 
-    The shares change without a jump while `now` moves: a candidate enters and leaves the few that are shown at 0.
+    The weights are continuous in the descriptor (k,): a candidate enters and leaves the visible ones with weight 0.
     """
-    distance = np.array([float(np.linalg.norm(now - key)) for key in keys]) + 1.0
+    distance = np.array([float(np.linalg.norm(descriptor - candidate)) for candidate in candidates]) + 1.0
     closeness = distance**-DISTANCE_POWER
-    if len(keys) > MAX_VISIBLE:
+    if len(candidates) > MAX_VISIBLE:
         closeness = np.maximum(0.0, closeness - np.sort(closeness)[-MAX_VISIBLE - 1])
     total = float(closeness.sum())
-    return closeness / total if total > 1e-12 else np.eye(len(keys))[int(np.argmin(distance))]
+    return closeness / total if total > 1e-12 else np.eye(len(candidates))[int(np.argmin(distance))]
 
 
-def compositing_order(shares: Mapping[int, float], /) -> list[tuple[int, float]]:
-    """Return (candidate, opacity) from the bottom up, so that painting one over the other gives the shares.
+def compositing_order(weights: Mapping[int, float], /) -> list[tuple[int, float]]:
+    """Return (candidate, opacity) from bottom to top, such that drawing them in this order yields the weights.
 
-    Candidate -1 is what already lies there.
+    Candidate -1 is what has been drawn before.
     """
-    covered = 1.0
-    painted: list[tuple[int, float]] = []
-    for candidate, share in sorted(shares.items(), key=lambda item: item[1]):
-        if candidate >= 0 and share > 0:
-            painted.append((candidate, share / covered))
-            covered -= share
-            if covered <= 1e-9:
+    remaining = 1.0
+    layers: list[tuple[int, float]] = []
+    for candidate, weight in sorted(weights.items(), key=lambda item: item[1]):
+        if candidate >= 0 and weight > 0:
+            layers.append((candidate, weight / remaining))
+            remaining -= weight
+            if remaining <= 1e-9:
                 break
-    return painted[::-1]
+    return layers[::-1]

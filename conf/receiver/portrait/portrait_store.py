@@ -1,4 +1,4 @@
-"""What has come of a caller's portrait: one photograph, and a bounded number of patches laid over it."""
+"""Keep what has been received of a participant's portrait: one photo and a bounded number of patches for it."""
 
 from dataclasses import dataclass
 
@@ -13,100 +13,85 @@ from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.portrait.objects import decode_object
 from conf.protocol.portrait.patch import Patch
 from conf.protocol.portrait.photo import NeutralPoseUpdate, Photo
-from conf.receiver.portrait.decoding import decode_picture, reconstruct_patch
+from conf.receiver.portrait.decoding import decode_image, reconstruct_patch
 from conf.receiver.portrait.inpainting import person_mask
 from conf.receiver.portrait.matting import Matte, estimate_matte
 
-MAX_PENDING = 15
+MAX_PENDING = 15  # older objects kept, besides the newest, that wait for their photo
 
 
 @dataclass(frozen=True)
 class ReceivedPhoto:
-    """A photograph that is ready to be moved.
-
-    pixels : (H, W, 3) uint8 BGR, as they came
-    """
+    """A photo that is ready to be drawn. pixels : (H, W, 3) uint8 BGR, as decoded"""
 
     number: int
     pixels: NDArray[np.uint8]
-    cutout: Matte
+    matte: Matte
     warp: PortraitWarp
 
 
 @dataclass(frozen=True)
 class ReceivedPatch:
-    """A patch that is ready to be laid on.
+    """A patch that is ready to be drawn.
 
-    keys : (k,) float64; points : (m, 2) 0 to 1 from the upper left corner; pixels : (h, w, 3) uint8 BGR
+    descriptor : (k,) float64; points : (m, 2) 0 to 1 from the upper left corner; pixels : (h, w, 3) uint8 BGR
     """
 
-    keys: NDArray[np.float64]
+    descriptor: NDArray[np.float64]
     points: NDArray[np.float64]
     pixels: NDArray[np.uint8]
 
 
 class PortraitStore:
-    """Takes the objects as they arrive. Whatever is wrong with one is refused and counted; the call goes on."""
+    """Decodes portrait objects as they arrive. An invalid one is rejected and counted; the call continues."""
 
     def __init__(self) -> None:
         self.rejected = 0
         self.photo: ReceivedPhoto | None = None
         self.patches: dict[tuple[int, int], ReceivedPatch] = {}  # by region and slot
-        self._early: list[Patch | NeutralPoseUpdate] = []  # what belongs to a photograph that has not come yet
+        self._pending: list[Patch | NeutralPoseUpdate] = []  # of a photo that has not arrived yet
 
     def receive(self, data: bytes, /) -> bool:
-        """Take the bytes of an object that is whole; return whether they were good."""
+        """Decode the bytes of a complete object; return whether they were valid."""
         try:
-            thing = decode_object(data)
-            match thing:
-                case Photo():
-                    self._take_photograph(thing)
-                case NeutralPoseUpdate():
-                    self._take_neutral(thing)
-                case Patch():
-                    self._take_patch(thing)
+            received = decode_object(data)
+            if isinstance(received, Photo):
+                self._receive_photo(received)
+            else:
+                self._receive_update(received)
         except ProtocolError:
             self.rejected += 1
             return False
         return True
 
-    def _take_photograph(self, photo: Photo) -> None:
-        pixels = decode_picture(photo.frame)
+    def _receive_photo(self, photo: Photo) -> None:
+        pixels = decode_image(photo.frame)
         person = person_mask(photo.outline, (pixels.shape[1], pixels.shape[0]))
-        shape = PhotographedFace.from_photo(
+        face = PhotographedFace.from_photo(
             photo.size, photo.pose, photo.points, photo.neutral, photo.fapu, photo.outline
         )
         try:
-            warp = PortraitWarp(shape)
-        except (ValueError, QhullError) as error:  # points that all coincide, or lie where no mesh can be
+            warp = PortraitWarp(face)
+        except (ValueError, QhullError) as error:  # points that coincide or have no valid mesh
             raise ProtocolError(f"a face that cannot be moved: {error}") from error
         self.photo = ReceivedPhoto(photo.number, pixels, estimate_matte(pixels, person), warp)
         self.patches.clear()
-        early, self._early = self._early, []
-        for thing in early:
-            if thing.photo_number == photo.number:
-                self._take_early(thing)
+        pending, self._pending = self._pending, []
+        for update in pending:
+            if update.photo_number == photo.number:
+                self._receive_update(update)
 
-    def _take_early(self, thing: Patch | NeutralPoseUpdate) -> None:
-        if isinstance(thing, Patch):
-            self._take_patch(thing)
-        else:
-            self._take_neutral(thing)
-
-    def _take_neutral(self, update: NeutralPoseUpdate) -> None:
+    def _receive_update(self, update: Patch | NeutralPoseUpdate) -> None:
+        """Apply a patch or neutral pose to the photo it belongs to, or keep it until that photo arrives."""
         if self.photo is None or self.photo.number != update.photo_number:
-            self._early = [*self._early[-MAX_PENDING:], update]
+            self._pending = [*self._pending[-MAX_PENDING:], update]
             return
-        self.photo.warp.set_neutral(update.neutral, Fapu(*update.fapu).lengths())
-
-    def _take_patch(self, patch: Patch) -> None:
-        if self.photo is None or self.photo.number != patch.photo_number:
-            self._early = [*self._early[-MAX_PENDING:], patch]
+        if isinstance(update, NeutralPoseUpdate):
+            self.photo.warp.set_neutral(update.neutral, Fapu(*update.fapu).lengths())
             return
         try:
-            pixels = reconstruct_patch(patch, self.photo.pixels, self.photo.warp)
-        except ValueError as error:  # points that all coincide
-            raise ProtocolError(f"a patch that cannot be laid on: {error}") from error
-        self.patches[patch.region, patch.slot] = ReceivedPatch(
-            patch.descriptor.astype(np.float64), patch.points, pixels
-        )
+            pixels = reconstruct_patch(update, self.photo.pixels, self.photo.warp)
+        except ValueError as error:  # points that coincide
+            raise ProtocolError(f"a patch that cannot be drawn: {error}") from error
+        descriptor = update.descriptor.astype(np.float64)
+        self.patches[update.region, update.slot] = ReceivedPatch(descriptor, update.points, pixels)

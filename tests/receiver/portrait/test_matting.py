@@ -9,38 +9,38 @@ OUTLINE = np.array([(0.3, 1.0), (0.3, 0.3), (0.7, 0.3), (0.7, 1.0)])
 SIZE = (160, 120)
 
 
-def picture(half_width: float) -> NDArray[np.uint8]:
-    """Return (120, 160, 3): a coat before a wall, its upright edges blurred, so far from the middle in px."""
-    at = np.abs(np.arange(SIZE[0]) - 79.5)
-    share = np.clip((half_width - at) / 4 + 0.5, 0, 1)[None, :, None] * (np.arange(SIZE[1]) >= 36)[:, None, None]
-    return np.asarray(np.rint(share * COAT + (1 - share) * WALL), dtype=np.uint8)
+def draw_coat(half_width: float) -> NDArray[np.uint8]:
+    """Return (120, 160, 3): a coat before a wall, its vertical edges blurred, half_width px from the centre."""
+    distance = np.abs(np.arange(SIZE[0]) - 79.5)
+    alpha = np.clip((half_width - distance) / 4 + 0.5, 0, 1)[None, :, None] * (np.arange(SIZE[1]) >= 36)[:, None, None]
+    return np.asarray(np.rint(alpha * COAT + (1 - alpha) * WALL), dtype=np.uint8)
 
 
-def test_laid_over_its_background_the_person_gives_the_picture_again() -> None:
-    pixels = picture(33.0)
-    cutout = estimate_matte(pixels, person_mask(OUTLINE, SIZE))
-    share = cutout.alpha[..., None] / 255
-    again = share * cutout.colours + (1 - share) * cutout.backdrop
-    assert np.abs(again - pixels).mean() < 0.5
-    assert np.abs(again - pixels)[60:].max() < 12
+def test_the_matte_composited_over_its_backdrop_yields_the_photo() -> None:
+    pixels = draw_coat(33.0)
+    matte = estimate_matte(pixels, person_mask(OUTLINE, SIZE))
+    alpha = matte.alpha[..., None] / 255
+    composite = alpha * matte.colours + (1 - alpha) * matte.backdrop
+    assert np.abs(composite - pixels).mean() < 0.5
+    assert np.abs(composite - pixels)[60:].max() < 12
 
 
-def test_no_rim_of_the_old_background_is_carried_along() -> None:
-    for half_width in (32.0, 33.0, 34.0):  # the outline says 32: it may be off
-        cutout = estimate_matte(picture(half_width), person_mask(OUTLINE, SIZE))
-        seen = cutout.alpha[70] > 127
-        assert abs(seen.sum() / 2 - half_width) <= 1
-        assert np.abs(cutout.colours[70][seen] - COAT).max() < 45
+def test_the_person_has_no_rim_of_the_background() -> None:
+    for half_width in (32.0, 33.0, 34.0):  # the outline is at 32 px, so up to 2 px off
+        matte = estimate_matte(draw_coat(half_width), person_mask(OUTLINE, SIZE))
+        opaque = matte.alpha[70] > 127
+        assert abs(opaque.sum() / 2 - half_width) <= 1
+        assert np.abs(matte.colours[70][opaque] - COAT).max() < 45
 
 
 def test_without_an_outline_everything_is_person() -> None:
-    pixels = picture(32.0)
-    cutout = estimate_matte(pixels, person_mask(OUTLINE[:0], SIZE))
-    assert cutout.colours is pixels and cutout.backdrop is pixels and cutout.alpha.min() == 255
+    pixels = draw_coat(32.0)
+    matte = estimate_matte(pixels, person_mask(OUTLINE[:0], SIZE))
+    assert matte.colours is pixels and matte.backdrop is pixels and matte.alpha.min() == 255
 
 
-def test_the_smallest_pictures_can_be_cut() -> None:
+def test_tiny_images_have_a_matte() -> None:
     for width, height in ((1, 1), (2, 5), (9, 8)):
         pixels = np.zeros((height, width, 3), np.uint8)
-        cutout = estimate_matte(pixels, person_mask(OUTLINE, (width, height)))
-        assert cutout.alpha.shape == (height, width)
+        matte = estimate_matte(pixels, person_mask(OUTLINE, (width, height)))
+        assert matte.alpha.shape == (height, width)
