@@ -48,7 +48,7 @@ from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, c
 from conf.protocol.codec.encoder import code_frame
 from conf.protocol.codec.model import CodecModel, build_models
 from conf.protocol.codec.profiles import PROFILES, Profile
-from conf.protocol.codec.quantised_frame import FACE_CENTRE, LOG_SCALE, POSE_VALUES, ROTATION, QuantisedFrame
+from conf.protocol.codec.reference_frames import FACE_CENTRE, LOG_SCALE, POSE_VALUES, ROTATION, QuantisedFrame
 from conf.protocol.codec.symbol_coder import SymbolWriter, Tables
 from conf.protocol.codec.syntax import FEATURE_COUNT, LOG_ONE, Context
 from conf.sender.motion.mean_face import MEAN_FACE

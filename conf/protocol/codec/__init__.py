@@ -1,11 +1,12 @@
-"""The motion codec: fifty displacements and a head pose in a few bytes, and back. Pure.
+"""The motion codec: 50 displacements and a head pose to a few bytes, and back. No I/O.
 
-Strategy. A frame is turned into about twenty numbers of equal worth (transform.py), each number into its difference
-from a frame that the receiver is known to have (encoder.py, prediction.py), each difference into a symbol of a trained
-table chosen by its context (syntax.py, model.py, symbols.py), the symbols into bytes (range_coder.py). The order of
-symbols is written once for both directions. tools/train/codec.py makes the tables, tools/bench/codec.py measures.
+Strategy. A frame is transformed to 30 values of equal importance (transform.py). Each value is coded as its difference
+from a frame that the receiver is known to have (encoder.py, reference_frames.py), each difference as a symbol of a
+trained table that its context selects (syntax.py, model.py, symbol_coder.py), and the symbols as bytes
+(range_coder.py). The order of symbols is written once for both directions. tools/train/codec.py trains the tables,
+tools/bench/codec.py measures.
 
-Reading order: profiles, transform, range_coder, symbols, syntax, bundle, prediction, encoder, decoder.
+Reading order: profiles, transform, range_coder, symbol_coder, payload_header, syntax, encoder, decoder.
 """
 
 from conf.protocol.codec.decoder import DecodedFrame, Decoder

@@ -1,4 +1,4 @@
-"""The receiving half of the codec: a payload and the number of its first frame in, motion out."""
+"""The decoder: a payload and the number of its first frame to motion."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,24 +9,20 @@ from numpy.typing import NDArray
 from conf.errors import ProtocolError
 from conf.protocol.codec.model import CodecModel, load_models
 from conf.protocol.codec.payload_header import PayloadHeader, code_header
-from conf.protocol.codec.prediction import first_context, next_context
-from conf.protocol.codec.profiles import LIVE
-from conf.protocol.codec.quantised_frame import QuantisedFrame
-from conf.protocol.codec.reference_frames import ReferenceFrames
+from conf.protocol.codec.reference_frames import QuantisedFrame, ReferenceFrames
 from conf.protocol.codec.symbol_coder import SymbolReader
-from conf.protocol.codec.syntax import FrameCoder, code_point_residuals
+from conf.protocol.codec.syntax import FrameCoder, code_point_residuals, first_context, next_context
 
 MAX_PAYLOAD = 1100
-_ANY_HEADER = PayloadHeader(LIVE.name, count=1, stride=1, age=0, second_reference=False)
 
 
 @dataclass(frozen=True)
 class DecodedFrame:
     """One frame of motion.
 
-    number : ticks of the frame clock
+    frame_number : ticks of the frame clock
     displacements : (n, 3) float32, FAPU units
-    pose : (6,) float64, as in conf.protocol.messages
+    pose : (6,) float64, as in MotionFrame
     """
 
     frame_number: int
@@ -35,43 +31,43 @@ class DecodedFrame:
 
 
 class Decoder:
-    """Decode payloads in whatever order they arrive: a loss costs the frames that were lost and no others."""
+    """Decode payloads in any order: a lost payload costs its own frames and no others."""
 
     def __init__(self, models: Mapping[str, CodecModel] | None = None) -> None:
         self._models = load_models() if models is None else models
         self._references = {name: ReferenceFrames() for name in self._models}  # each profile counts its own ticks
 
-    def decode(self, payload: bytes, number: int) -> list[DecodedFrame]:
+    def decode(self, payload: bytes, frame_number: int) -> list[DecodedFrame]:
         """Return the frames of a payload, oldest first.
 
-        number : of the payload's first frame
-        Raises MissingReferenceError when the frame it is predicted from never came, ProtocolError when the bytes are
-        not what an Encoder writes. Neither changes what is remembered.
+        frame_number : of the payload's first frame
+        Raises MissingReferenceError if its reference was never received, ProtocolError if no Encoder writes such bytes.
+        After either, the state is unchanged.
         """
         if len(payload) > MAX_PAYLOAD:
             raise ProtocolError("payload too long")
-        header, frames = self._read(payload, number)
+        header, frames = self._read(payload, frame_number)
         transform = self._models[header.profile].transform
-        history = self._references[header.profile]
+        references = self._references[header.profile]
         decoded = []
         for position, frame in enumerate(frames):
-            at = number + position * header.stride
-            history.add(at, frame)
-            before = history.get(at - header.stride)
-            decoded.append(DecodedFrame(at, *transform.inverse(frame, before)))
+            number = frame_number + position * header.stride
+            references.add(number, frame)
+            previous = references.get(number - header.stride)
+            decoded.append(DecodedFrame(number, *transform.inverse(frame, previous)))
         return decoded
 
-    def _read(self, payload: bytes, number: int) -> tuple[PayloadHeader, list[QuantisedFrame]]:
+    def _read(self, payload: bytes, frame_number: int) -> tuple[PayloadHeader, list[QuantisedFrame]]:
         reader = SymbolReader(payload)
-        header = code_header(reader, _ANY_HEADER)
+        header = code_header(reader)
         model = self._models[header.profile]
-        context = first_context(model, header, number, self._references[header.profile].require)
+        context = first_context(model, header, frame_number, self._references[header.profile].require)
         frames: list[QuantisedFrame] = []
         for _ in range(header.count):
             frame = FrameCoder(reader, model, context)
             frame.code(model.default_reference.values)
-            corrections = code_point_residuals(reader, model, context.reference.residuals, {})
-            frames.append(QuantisedFrame(tuple(frame.values), context.reference.staggered, corrections))
+            residuals = code_point_residuals(reader, model, context.reference.residuals, {})
+            frames.append(QuantisedFrame(tuple(frame.values), context.reference.staggered, residuals))
             context = next_context(model, header, frames)
         reader.finish()
         return header, frames

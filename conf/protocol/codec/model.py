@@ -1,6 +1,6 @@
-"""The trained file: transform, contexts and tables of each profile.
+"""The trained file: transform, context weights and tables of each profile.
 
-Everything that steers the range coder is a whole number here: two machines must agree on every bit of it.
+Everything that steers the range coder is an integer, because two machines must agree on every bit of it.
 """
 
 from collections.abc import Mapping
@@ -13,25 +13,26 @@ from typing import Any
 import numpy as np
 
 from conf.protocol.codec.profiles import PROFILES, Profile
-from conf.protocol.codec.quantised_frame import QuantisedFrame
+from conf.protocol.codec.reference_frames import MAX_AGE, QuantisedFrame
 from conf.protocol.codec.symbol_coder import SCALES_PER_OCTAVE, Tables
 from conf.protocol.codec.transform import MotionTransform
 
 FILE = "codec.npz"
 WEIGHT_ONE = 256  # a context weight of 1
-MAX_AGE = 63  # ticks between a frame and its reference
-RAW_OCTAVES = 8  # scales beyond the last table: low bits sent as they are
+RAW_OCTAVES = 8  # octaves of scale above the last table, coded with raw low bits
+
+Arrays = Mapping[str, np.ndarray[Any, Any]]
 
 
 @dataclass(frozen=True)
 class CodecModel:
     """What coding one profile needs.
 
-    standing : the frame that stands in for a reference when there is none
-    rows : for each age 0 (none) to MAX_AGE the row of `weights`
-    companion_rows : the same when the frame before the reference is known too
-    weights : [row][value][feature] context weights, WEIGHT_ONE is 1: features give the scale of a value
-    growth : how many 65536ths of itself the middle recedes when log scale grows by one step
+    default_reference : used when there is no reference
+    rows : row of `weights` for each age 0 (no reference) to MAX_AGE
+    second_reference_rows : the same with a second reference
+    weights : [row][value][feature] context weights in units of 1 / WEIGHT_ONE
+    scale_coupling : 65536ths by which the face centre, in face sizes, shrinks per step of log scale
     """
 
     profile: Profile
@@ -45,7 +46,7 @@ class CodecModel:
     points: int
 
     def scale(self, row: int, index: int, features: tuple[int, ...]) -> int:
-        """Return how far from its prediction value `index` will lie: an index on the scale grid."""
+        """Return the expected distance of value `index` from its prediction, as an index on the scale grid."""
         scale: int = sum(map(mul, self.weights[row][index], features)) // WEIGHT_ONE
         return max(0, min(self.tables.last + RAW_OCTAVES * SCALES_PER_OCTAVE, scale))
 
@@ -57,18 +58,17 @@ def load_models() -> dict[str, CodecModel]:
         return build_models({name: arrays[name] for name in arrays.files})
 
 
-def build_models(arrays: Mapping[str, np.ndarray[Any, Any]]) -> dict[str, CodecModel]:
-    """Build the models from the file's arrays: tools/train/codec.py says what each is."""
+def build_models(arrays: Arrays) -> dict[str, CodecModel]:
+    """Build the models from the file's arrays, which WIRE.md describes."""
     return {name: _build_model(profile, arrays) for name, profile in PROFILES.items()}
 
 
-def _build_model(profile: Profile, arrays: Mapping[str, np.ndarray[Any, Any]]) -> CodecModel:
-    transform = build_transform(profile, arrays)
+def _build_model(profile: Profile, arrays: Arrays) -> CodecModel:
     ages = arrays["ages"].tolist()
     rows = tuple(_row(age, ages) for age in range(MAX_AGE + 1))
     return CodecModel(
         profile=profile,
-        transform=transform,
+        transform=_build_transform(profile, arrays),
         tables=Tables.from_frequencies(arrays[f"{profile.name}_frequencies"].tolist()),
         default_reference=QuantisedFrame(tuple(arrays[f"{profile.name}_standing"].tolist())),
         rows=rows,
@@ -79,11 +79,10 @@ def _build_model(profile: Profile, arrays: Mapping[str, np.ndarray[Any, Any]]) -
     )
 
 
-def build_transform(profile: Profile, arrays: Mapping[str, np.ndarray[Any, Any]]) -> MotionTransform:
-    """Return the transform of a profile, from the file's arrays."""
+def _build_transform(profile: Profile, arrays: Arrays) -> MotionTransform:
     step = profile.step
     basis = arrays["basis"].astype(np.float64)  # (3 n, K) orthonormal
-    weight = arrays["weight"].astype(np.float64).reshape(-1)  # (3 n,) eye distances for one FAPU unit, over sqrt(n)
+    weight = arrays["weight"].astype(np.float64).reshape(-1)  # (3 n,) eye distances per FAPU unit, over sqrt(n)
     return MotionTransform(
         forward_matrix=weight[:, None] * basis / step,
         inverse_matrix=step * basis.T / weight,
@@ -98,7 +97,7 @@ def build_transform(profile: Profile, arrays: Mapping[str, np.ndarray[Any, Any]]
 
 
 def _row(age: int, ages: list[int]) -> int:
-    """Return the row trained for the nearest age, in proportion; row 0 is for no reference."""
+    """Return the row of the trained age with the nearest ratio to `age`; row 0 is for no reference."""
     if age == 0:
         return 0
     return 1 + min(range(len(ages)), key=lambda i: max(age / ages[i], ages[i] / age))

@@ -1,11 +1,11 @@
-"""A range coder that ends on a byte: the shortest string of bytes inside the final interval.
+"""A range coder that ends on a byte boundary with the shortest string of bytes inside the final interval.
 
-Strategy. Both sides narrow the same interval of whole numbers, symbol by symbol, each in proportion to its frequency.
-Coders for long streams keep a fixed number of bits and must flush them all at the end, which for a six-byte payload is
-a third of the cost. Here the interval's lower end is one unbounded Python integer, so a carry needs no care, only its
-width is kept short; at the end the number in the interval with the fewest bytes is taken, and trailing zero bytes are
-left out because the datagram tells the length anyway. The reader sees zeros after the end. Having read everything it
-can tell the one string the writer would have chosen, so a payload cut short or padded is refused, not misread.
+Strategy. Both sides narrow the same interval of integers symbol by symbol, in proportion to each symbol's frequency.
+Coders for long streams keep a fixed number of bits and flush all of them at the end, which is a third of the cost of a
+six-byte payload. Here the lower end of the interval is one unbounded Python integer, so that carries need no special
+code; only the width is kept short. At the end the number in the interval with the fewest bytes is chosen, and trailing
+zero bytes are dropped, because the datagram gives the length. The reader reads zeros after the end. After the last
+symbol it can compute the one string that the writer would have chosen, so a truncated or padded payload is rejected.
 Source: Martin 1979 (range encoding); Moffat, Neal, Witten 1998 (termination).
 """
 
@@ -14,14 +14,15 @@ from collections.abc import Sequence
 
 from conf.errors import ProtocolError
 
-PRECISION = 15  # frequencies of a table add up to 1 << PRECISION
+PRECISION = 15  # the frequencies of a table sum to 1 << PRECISION
 TOTAL = 1 << PRECISION
 _SHIFT = 16
-_LOW_WIDTH = 1 << 32  # a width below this is widened by _SHIFT bits: a frequency is never rounded by more than 2^-17
+# A smaller width is extended by _SHIFT bits, so a frequency is rounded by at most 2^-17.
+_MIN_WIDTH = 1 << 32
 
 
 class RangeEncoder:
-    """Write symbols, each given by its table of cumulative frequencies; then `finish`."""
+    """Write symbols, each with a table of cumulative frequencies."""
 
     def __init__(self) -> None:
         self._low = 0
@@ -29,45 +30,45 @@ class RangeEncoder:
         self._bits = 32
 
     def write(self, cumulative: Sequence[int], symbol: int) -> None:
-        """Write a symbol. cumulative: frequencies added up, from 0 to TOTAL, one more than there are symbols."""
+        """Write a symbol. cumulative : sums of the frequencies from 0 to TOTAL, one more than there are symbols."""
         step = self._width >> PRECISION
         start = cumulative[symbol]
         self._low += step * start
         width = step * (cumulative[symbol + 1] - start)
-        while width < _LOW_WIDTH:
+        while width < _MIN_WIDTH:
             width <<= _SHIFT
             self._low <<= _SHIFT
             self._bits += _SHIFT
         self._width = width
 
     def finish(self) -> bytes:
-        """Return the bytes of everything written."""
+        """Return the bytes of all symbols written."""
         return _shortest(self._low, self._width, self._bits)
 
 
 class RangeDecoder:
-    """Read the symbols of `data` with the tables they were written with; then `finish`."""
+    """Read the symbols of `data` with the tables that they were written with."""
 
     def __init__(self, data: bytes) -> None:
         self._data = data
-        self._taken = 4
-        self._offset = int.from_bytes(data[:4].ljust(4, b"\0"), "big")  # where the payload lies in the interval
+        self._position = 4
+        self._offset = int.from_bytes(data[:4].ljust(4, b"\0"), "big")  # of the payload's number from _low
         self._width = 1 << 32
         self._low = 0
         self._bits = 32
 
     def read(self, cumulative: Sequence[int]) -> int:
-        """Read a symbol. Raises ProtocolError when the payload points outside the table."""
+        """Read a symbol. Raises ProtocolError if the payload lies outside the table."""
         step = self._width >> PRECISION
-        share = self._offset // step
-        if share >= TOTAL:
+        target = self._offset // step
+        if target >= TOTAL:
             raise ProtocolError("payload outside its tables")
-        symbol = bisect_right(cumulative, share) - 1
+        symbol = bisect_right(cumulative, target) - 1
         start = cumulative[symbol]
         self._offset -= step * start
         self._low += step * start
         width = step * (cumulative[symbol + 1] - start)
-        while width < _LOW_WIDTH:
+        while width < _MIN_WIDTH:
             width <<= _SHIFT
             self._low <<= _SHIFT
             self._bits += _SHIFT
@@ -76,14 +77,14 @@ class RangeDecoder:
         return symbol
 
     def finish(self) -> None:
-        """Check that the payload is the one the encoder writes. Raises ProtocolError if it is not."""
+        """Check that the encoder would write this payload. Raises ProtocolError if not."""
         if self._data != _shortest(self._low, self._width, self._bits):
             raise ProtocolError("payload cut short or padded")
 
     def _next(self) -> int:
-        at = self._taken
-        self._taken = at + 2
-        return int.from_bytes(self._data[at : at + 2].ljust(2, b"\0"), "big")
+        start = self._position
+        self._position = start + 2
+        return int.from_bytes(self._data[start : start + 2].ljust(2, b"\0"), "big")
 
 
 def _shortest(low: int, width: int, bits: int) -> bytes:
@@ -91,7 +92,7 @@ def _shortest(low: int, width: int, bits: int) -> bytes:
     if not low:
         return b""
     free = (width - 1).bit_length() // 8 * 8 + 8
-    while True:  # multiples of 2^free may all miss the interval: then try finer ones
+    while True:  # no multiple of 2^free may lie in the interval: then try a finer grid
         value = -(-low >> free) << free
         if value < low + width:
             return value.to_bytes(bits // 8, "big").rstrip(b"\0")

@@ -1,16 +1,17 @@
-"""Whole numbers as symbols: a Writer and a Reader of one shape, so that the syntax above them is written only once.
+"""Integers as symbols: a writer and a reader with one interface, so that the syntax above them is written once.
 
-Strategy. What is coded is nearly always a small number around zero whose *scale* the context tells: how far from zero
-it usually lies. A scale is an index on a grid of quarter octaves. Small scales have a trained table each, with an
-escape at its end for what is larger; above the last table the number's low bits are sent as they are and the rest with
-the tables again. The writer does not always choose the nearest number: one step nearer to zero costs fewer bits and
-little precision, and `trade` says how much squared error (in steps) a bit may cost.
+Strategy. Most coded numbers are small, and the context predicts their *scale*: the usual distance from zero. A scale is
+an index on a grid of quarter octaves. Each small scale has a trained table with an escape symbol for larger numbers;
+above the last table the low bits of a number are coded raw and the rest with the tables. The writer does not always
+choose the nearest number: one step nearer to zero costs fewer bits and little precision, and `rd_lambda` is the squared
+error (in steps) that one bit may cost.
 Source: Sullivan, Wiegand 1998 (rate-distortion optimised quantisation).
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import accumulate
 from math import log2
 from typing import Protocol
 
@@ -18,9 +19,9 @@ from conf.errors import ProtocolError
 from conf.protocol.codec.range_coder import PRECISION, TOTAL, RangeDecoder, RangeEncoder
 
 MAX_TABLE_MAGNITUDE = 20  # the largest magnitude with a frequency of its own
-ESCAPE = 2 * MAX_TABLE_MAGNITUDE + 1  # the symbol for everything larger
+ESCAPE = 2 * MAX_TABLE_MAGNITUDE + 1  # the symbol for larger magnitudes
 SCALES_PER_OCTAVE = 4
-MAX_BITS = 13  # of any magnitude: beyond it a payload is garbage
+MAX_BITS = 13  # of any magnitude; more only occurs in an invalid payload
 LIMIT = (1 << MAX_BITS) - 1
 
 Cumulative = Sequence[int]
@@ -28,17 +29,16 @@ Cumulative = Sequence[int]
 
 @dataclass(frozen=True)
 class Tables:
-    """Cumulative frequencies of -REACH..REACH and the escape for each scale, and what each number costs in bits."""
+    """For each scale the cumulative frequencies of -20..20 and the escape, and the cost of each in bits."""
 
     cumulative: list[list[int]]
     cost: list[list[float]]
 
     @classmethod
     def from_frequencies(cls, frequencies: Sequence[Sequence[int]]) -> "Tables":
-        """Add up the frequencies of each scale. Raises ValueError unless each is positive and they sum to TOTAL."""
+        """Return the tables. Raises ValueError unless all frequencies are positive and sum to TOTAL at each scale."""
         cumulative = [_accumulate(row) for row in frequencies]
-        cost = [[PRECISION - log2(f) for f in row] for row in frequencies]
-        return cls(cumulative, cost)
+        return cls(cumulative, [[PRECISION - log2(frequency) for frequency in row] for row in frequencies])
 
     @property
     def last(self) -> int:
@@ -46,30 +46,25 @@ class Tables:
         return len(self.cumulative) - 1
 
 
-def _accumulate(row: Sequence[int]) -> list[int]:
-    total, cumulative = 0, [0]
-    for frequency in row:
-        if frequency <= 0:
-            raise ValueError("a frequency is not positive")
-        total += frequency
-        cumulative.append(total)
-    if total != TOTAL:
-        raise ValueError(f"frequencies sum to {total}, not {TOTAL}")
+def _accumulate(frequencies: Sequence[int]) -> list[int]:
+    if min(frequencies) <= 0:
+        raise ValueError("a frequency is not positive")
+    cumulative = [0, *accumulate(frequencies)]
+    if cumulative[-1] != TOTAL:
+        raise ValueError(f"frequencies sum to {cumulative[-1]}, not {TOTAL}")
     return cumulative
 
 
 @cache
 def uniform_table(count: int) -> list[int]:
-    """Return the table of `count` symbols that are equally likely, as nearly as whole numbers can say it."""
+    """Return the cumulative frequencies of `count` symbols that are equally likely, up to rounding."""
     return [TOTAL * i // count for i in range(count + 1)]
 
 
 def weighted_table(weights: Sequence[float]) -> list[int]:
-    """Return the table of symbols with these weights."""
-    spare = TOTAL - len(weights)
-    total, frequencies = sum(weights), []
-    for weight in weights:
-        frequencies.append(1 + int(spare * weight / total))
+    """Return the cumulative frequencies of symbols with these weights; symbol 0 gets the rounding remainder."""
+    total = sum(weights)
+    frequencies = [1 + int((TOTAL - len(weights)) * weight / total) for weight in weights]
     frequencies[0] += TOTAL - sum(frequencies)
     return _accumulate(frequencies)
 
@@ -78,24 +73,24 @@ _BITS = [uniform_table(1 << count) for count in range(9)]
 
 
 class SymbolCoder(Protocol):
-    """What the syntax needs: a Writer gives back what it wrote, a Reader ignores what is wanted."""
+    """The interface of both directions. A writer returns what it wrote, a reader ignores the value passed."""
 
     def symbol(self, cumulative: Cumulative, value: int) -> int:
         """Code one symbol of a table."""
         ...
 
     def number(self, tables: Tables, scale: int, target: float) -> int:
-        """Code a whole number near `wanted`, in steps, whose usual distance from zero is `scale`."""
+        """Code an integer near `target`, in steps, whose expected distance from zero is `scale`."""
         ...
 
 
 class SymbolWriter:
-    """Turn symbols into bytes."""
+    """Turn symbols into bytes. bits : information written so far"""
 
     def __init__(self, *, rd_lambda: float) -> None:
-        self._trade = rd_lambda
+        self._rd_lambda = rd_lambda
         self._range = RangeEncoder()
-        self.bits = 0.0  # spent so far, by the tables
+        self.bits = 0.0
 
     def symbol(self, cumulative: Cumulative, value: int) -> int:
         """Write one symbol."""
@@ -104,45 +99,21 @@ class SymbolWriter:
         return value
 
     def number(self, tables: Tables, scale: int, target: float) -> int:
-        """Write the number near `wanted` that is the best bargain of precision and bits."""
+        """Write and return the integer near `target` with the lowest rate-distortion cost."""
         value = max(-LIMIT, min(LIMIT, round(target)))
         if value and scale <= tables.last and -MAX_TABLE_MAGNITUDE <= value <= MAX_TABLE_MAGNITUDE:
             value = self._rate_distortion_choice(tables.cost[scale], target, value)
-        self._write(tables, scale, value)
-        return value
+        return _code_number(self, tables, scale, value)
 
     def finish(self) -> bytes:
         """Return the payload."""
         return self._range.finish()
 
-    def _rate_distortion_choice(self, cost: list[float], target: float, near: int) -> int:
-        less = near - 1 if near > 0 else near + 1
-        extra_error = (target - less) ** 2 - (target - near) ** 2
-        saved_bits = cost[near + MAX_TABLE_MAGNITUDE] - cost[less + MAX_TABLE_MAGNITUDE]
-        return less if extra_error < self._trade * saved_bits else near
-
-    def _write(self, tables: Tables, scale: int, value: int) -> None:
-        if scale > tables.last:
-            self._large(tables, scale, value)
-        elif -MAX_TABLE_MAGNITUDE <= value <= MAX_TABLE_MAGNITUDE:
-            self.bits += tables.cost[scale][value + MAX_TABLE_MAGNITUDE]
-            self._range.write(tables.cumulative[scale], value + MAX_TABLE_MAGNITUDE)
-        else:
-            self._escape(tables.cumulative[scale], value)
-
-    def _escape(self, cumulative: Cumulative, value: int) -> None:
-        beyond = abs(value) - MAX_TABLE_MAGNITUDE  # 1 or more
-        length = beyond.bit_length()
-        self.symbol(cumulative, ESCAPE)
-        self.symbol(_BITS[4], length)
-        self.symbol(_BITS[1], int(value < 0))
-        _code_bits(self, length - 1, beyond)
-
-    def _large(self, tables: Tables, scale: int, value: int) -> None:
-        scale, shift = _split(scale, tables.last)
-        shifted = value + (1 << shift >> 1)
-        self._write(tables, scale, shifted >> shift)
-        _code_bits(self, shift, shifted)
+    def _rate_distortion_choice(self, cost: list[float], target: float, nearest: int) -> int:
+        smaller = nearest - 1 if nearest > 0 else nearest + 1
+        extra_error = (target - smaller) ** 2 - (target - nearest) ** 2
+        saved_bits = cost[nearest + MAX_TABLE_MAGNITUDE] - cost[smaller + MAX_TABLE_MAGNITUDE]
+        return smaller if extra_error < self._rd_lambda * saved_bits else nearest
 
 
 class SymbolReader:
@@ -156,39 +127,41 @@ class SymbolReader:
         return self._range.read(cumulative)
 
     def number(self, tables: Tables, scale: int, target: float = 0.0) -> int:
-        """Read a number."""
-        last = tables.last
-        if scale <= last:
-            symbol = self._range.read(tables.cumulative[scale])
-            return symbol - MAX_TABLE_MAGNITUDE if symbol != ESCAPE else self._escape()
-        scale, shift = _split(scale, last)
-        high = self.number(tables, scale)
-        return (high << shift | _code_bits(self, shift, 0)) - (1 << shift >> 1)
+        """Read an integer."""
+        return _code_number(self, tables, scale, 0)
 
     def finish(self) -> None:
-        """Check that nothing is left over or missing."""
+        """Check that all bytes were read and none is missing."""
         self._range.finish()
 
-    def _escape(self) -> int:
-        length = self.symbol(_BITS[4])
-        if not 0 < length <= MAX_BITS:
-            raise ProtocolError("escape of an impossible length")
-        negative = self.symbol(_BITS[1])
-        beyond = 1 << length - 1 | _code_bits(self, length - 1, 0)
-        return -(MAX_TABLE_MAGNITUDE + beyond) if negative else MAX_TABLE_MAGNITUDE + beyond
+
+def _code_number(coder: SymbolCoder, tables: Tables, scale: int, value: int) -> int:
+    if scale > tables.last:
+        shift = -(-(scale - tables.last) // SCALES_PER_OCTAVE)
+        half = 1 << shift >> 1
+        high = _code_number(coder, tables, scale - shift * SCALES_PER_OCTAVE, value + half >> shift)
+        return (high << shift | _code_bits(coder, shift, value + half)) - half
+    fits = -MAX_TABLE_MAGNITUDE <= value <= MAX_TABLE_MAGNITUDE
+    symbol = coder.symbol(tables.cumulative[scale], value + MAX_TABLE_MAGNITUDE if fits else ESCAPE)
+    return symbol - MAX_TABLE_MAGNITUDE if symbol != ESCAPE else _code_escaped(coder, value)
+
+
+def _code_escaped(coder: SymbolCoder, value: int) -> int:
+    """Code a value beyond the tables: the bit length of what exceeds them, the sign, the bits below the highest."""
+    excess = abs(value) - MAX_TABLE_MAGNITUDE
+    length = coder.symbol(_BITS[4], excess.bit_length())
+    if not 0 < length <= MAX_BITS:
+        raise ProtocolError("escape of an impossible length")
+    negative = coder.symbol(_BITS[1], int(value < 0))
+    magnitude = MAX_TABLE_MAGNITUDE + (1 << length - 1 | _code_bits(coder, length - 1, excess))
+    return -magnitude if negative else magnitude
 
 
 def _code_bits(coder: SymbolCoder, count: int, value: int) -> int:
-    """Code the lowest `count` bits of `value` as they are, a byte at a time."""
-    read = 0
+    """Code the lowest `count` bits of `value` raw, at most 8 at a time, the highest first."""
+    bits = 0
     while count:
         part = min(count, 8)
         count -= part
-        read = read << part | coder.symbol(_BITS[part], value >> count & (1 << part) - 1)
-    return read
-
-
-def _split(scale: int, last: int) -> tuple[int, int]:
-    """Return a scale that has a table and by how many bits the number is shifted to fit it."""
-    shift = -(-(scale - last) // SCALES_PER_OCTAVE)
-    return scale - shift * SCALES_PER_OCTAVE, shift
+        bits = bits << part | coder.symbol(_BITS[part], value >> count & (1 << part) - 1)
+    return bits

@@ -112,15 +112,15 @@ def test_frames_are_true_within_steps() -> None:
 def test_wrong_arguments_are_named() -> None:
     encoder = Encoder()
     frames = talking(MAX_FRAMES + 1)
-    with pytest.raises(ValueError, match="a bundle has 1 to 8 frames, not 9"):
+    with pytest.raises(ValueError, match="a payload has 1 to 8 frames, not 9"):
         encoder.encode(frames, 0)
     with pytest.raises(ValueError, match="stride must be 1 to 4, not 5"):
         encoder.encode(frames[:1], 0, stride=5)
     encoder.encode(frames[:1], 5)
-    with pytest.raises(ValueError, match="number 5 is not greater than 5"):
+    with pytest.raises(ValueError, match="frame_number 5 is not greater than 5"):
         encoder.encode(frames[:1], 5)
     bad = MotionFrame(0.0, np.full((50, 3), np.nan, np.float32), frames[0].pose)
-    with pytest.raises(ValueError, match="not finite, or its pose is absurd"):
+    with pytest.raises(ValueError, match="not finite, or a value of its pose is 50 or more"):
         encoder.encode([bad], 6)
 
 

@@ -5,9 +5,10 @@ from importlib import resources
 import numpy as np
 import pytest
 
-from conf.protocol.codec.model import FILE, MAX_AGE, CodecModel, load_models
+from conf.protocol.codec.model import FILE, CodecModel, load_models
 from conf.protocol.codec.profiles import PROFILES
 from conf.protocol.codec.range_coder import TOTAL
+from conf.protocol.codec.reference_frames import MAX_AGE
 from conf.protocol.codec.syntax import FEATURE_COUNT, LOG_ONE
 
 MODELS = load_models()

@@ -3,14 +3,13 @@
 import pytest
 
 from conf.errors import ProtocolError
-from conf.protocol.codec.quantised_frame import QuantisedFrame
-from conf.protocol.codec.reference_frames import MAX_TICKS, MissingReferenceError, ReferenceFrames
+from conf.protocol.codec.reference_frames import MAX_TICKS, MissingReferenceError, QuantisedFrame, ReferenceFrames
 
 
 def test_a_missing_frame_is_named() -> None:
     with pytest.raises(MissingReferenceError, match="frame 7 is the reference and is not known") as caught:
         ReferenceFrames().require(7)
-    assert caught.value.number == 7
+    assert caught.value.frame_number == 7
     assert isinstance(caught.value, ProtocolError)
 
 

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.protocol.codec.model import load_models
-from conf.protocol.codec.quantised_frame import PointResidual, QuantisedFrame
+from conf.protocol.codec.reference_frames import PointResidual, QuantisedFrame
 from conf.protocol.codec.symbol_coder import LIMIT, SymbolReader, SymbolWriter
 from conf.protocol.codec.syntax import Context, FrameCoder, code_point_residuals
 

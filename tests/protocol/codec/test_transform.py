@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.protocol.codec.model import load_models
-from conf.protocol.codec.quantised_frame import LOG_SCALE, POSE_VALUES, QuantisedFrame
+from conf.protocol.codec.reference_frames import LOG_SCALE, POSE_VALUES, QuantisedFrame
 from tests.support.synthetic_motion import talking
 
 TRANSFORM = load_models()["live"].transform
