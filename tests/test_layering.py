@@ -10,10 +10,12 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1] / "conf"
 MODULES = {path.relative_to(ROOT).as_posix(): path for path in sorted(ROOT.rglob("*.py"))}
 
-# What each package may import from conf, besides itself and conf.errors. Packages to the right know nothing of those to
-# the left: cli -> commands -> animator, receiver, sender, mesh_fitting -> output, render, transport -> face, protocol.
+# What each package may import from conf, besides itself, conf.errors and conf.lazy. Packages to the right know nothing
+# of those to the left:
+# cli -> commands -> animator, receiver, sender, mesh_fitting -> output, render, transport -> face, protocol.
 MAY_IMPORT = {
     "errors": set(),
+    "lazy": set(),
     "face": set(),
     "protocol": set(),
     "render": {"face"},
@@ -95,7 +97,7 @@ def is_allowed(module: str, name: str) -> bool:
         return package not in PURE_IMPORTS or top in PURE_IMPORTS[package] or (module, top) in PURE_EXCEPTIONS
     if package == rest[0] == "face":
         return face_level(rest[1]) < face_level(inner[0]) or (len(inner) > 1 and inner[0] == rest[1])
-    return rest[0] in MAY_IMPORT.get(package, set()) | {package, "errors"}
+    return rest[0] in MAY_IMPORT.get(package, set()) | {package, "errors", "lazy"}
 
 
 def face_level(name: str) -> int:
