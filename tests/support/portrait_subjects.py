@@ -15,8 +15,19 @@ from tests.support.drawn_person import SIZE, draw_person, to_pixels
 from tests.support.synthetic_portrait import POSE, face_points
 
 
+def still() -> NDArray[np.float64]:
+    """Return the displacements (n, 3) of a neutral face."""
+    return np.zeros((CONTROL_POINT_COUNT, 3))
+
+
+def shaded_person(light: float = 1.0, offset: float = 0.0) -> NDArray[np.uint8]:
+    """Return the drawn person lit from the side: evenly lit skin has no pattern to compare."""
+    shaded = np.clip(draw_person() * np.linspace(0.5, 1.1, SIZE[0])[None, :, None], 0, 255).astype(np.uint8)
+    return np.clip(shaded * light + offset, 0, 255).astype(np.uint8)
+
+
 def landmarks(points: NDArray[np.float64] | None = None, pose: HeadPose = POSE) -> NDArray[np.float32]:
-    """Return (478, 3) px: the outlines where they belong, all others in the middle of the face."""
+    """Return (478, 3) px: those of the portrait in position, all others in the middle of the face."""
     face = face_points() if points is None else points
     found = np.zeros((478, 3), np.float32)
     found[:, :2] = to_pixels(pose.position[None])
@@ -25,7 +36,7 @@ def landmarks(points: NDArray[np.float64] | None = None, pose: HeadPose = POSE) 
     return found
 
 
-def shot(pixels: NDArray[np.uint8] | None = None) -> CapturedFace:
+def captured_face(pixels: NDArray[np.uint8] | None = None) -> CapturedFace:
     """Return a frame of the drawn person."""
     neutral = face_points()[:CONTROL_POINT_COUNT]
     return CapturedFace(draw_person() if pixels is None else pixels, landmarks(), neutral, Fapu.measure(neutral))
@@ -33,7 +44,7 @@ def shot(pixels: NDArray[np.uint8] | None = None) -> CapturedFace:
 
 def motion(displacements: NDArray[np.floating] | None = None, pose: HeadPose = POSE) -> MotionFrame:
     """Return the motion of a frame."""
-    moved = np.zeros((CONTROL_POINT_COUNT, 3)) if displacements is None else displacements
+    moved = still() if displacements is None else displacements
     return MotionFrame(0.0, moved.astype(np.float32), pose.to_vector())
 
 

@@ -12,6 +12,7 @@ from conf.face.portrait.patch_prediction import forward_dct
 from conf.protocol.codec.range_coder import TOTAL
 from conf.protocol.codec.symbol_coder import SCALES_PER_OCTAVE
 from conf.protocol.portrait.dct_coding import Planes
+from conf.protocol.portrait.objects import encode_object
 from conf.protocol.portrait.patch import Patch, encode_patch, step_size
 from conf.protocol.portrait.probability_model import BlockModel, PortraitModel
 from conf.sender.motion.extractor import MotionExtractor
@@ -88,20 +89,20 @@ def read_patches(clip: Path) -> list[Patch]:
     models = fetch_models()
     canonical, tracker = read_canonical_face(models), FaceTracker(models)
     extractor = MotionExtractor(canonical, SIZE)
-    hanging: ReferencePhoto | None = None
+    reference: ReferencePhoto | None = None
     found = []
     for number, pixels in enumerate(load_frames(clip)):
         tracking = tracker.track(pixels)
         if tracking is None:
             continue
         motion = extractor.update(tracking, number / FPS)
-        shot = CapturedFace(pixels, tracking.landmarks, extractor.neutral_points, extractor.fapu)
-        if hanging is None and number >= PHOTO_AT:
-            hanging = ReferencePhoto.create(build_photo(shot, canonical, 0), shot, 0.0)
-        elif hanging is not None and number % EVERY == 0:
+        face = CapturedFace(pixels, tracking.landmarks, extractor.neutral_points, extractor.fapu)
+        if reference is None and number >= PHOTO_AT:
+            reference = ReferencePhoto.from_bytes(encode_object(build_photo(face, canonical, 0)), pixels)
+        elif reference is not None and number % EVERY == 0:
             for region, feature in enumerate(FEATURES):
-                if hanging.can_patch(shot, motion, region):
-                    difference, points = patch_residual(hanging, shot, motion, feature)
+                if reference.can_patch(face, motion, region):
+                    difference, points = patch_residual(reference, face, motion, feature)
                     size = difference.shape[1], difference.shape[0]
                     key = feature.quantised_descriptor(motion.displacements)
                     found.append(Patch(0, region, 0, key, points, size, 0, forward_dct(difference)))

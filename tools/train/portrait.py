@@ -32,7 +32,7 @@ from conf.protocol.portrait.patch import MAX_SIDE, POINT_STEPS
 from conf.protocol.portrait.probability_model import MODEL_FILE, PointTree, PortraitModel, RegionModel, Steps
 from conf.protocol.portrait.shape_coding import POINT_STEP, encode_shape
 from conf.sender.motion.mean_face import MEAN_FACE
-from conf.sender.portrait.patch_selection import place_cut
+from conf.sender.portrait.patch_extraction import find_crop_box
 from tools.bench.portrait_patches import PatchCounts, cost_of_patches, count_patches, read_patches
 from tools.bench.tracks import StillFace, TrackReader
 from tools.train.codec_fit import UNIT_SCALE
@@ -77,7 +77,7 @@ def read_poses(path: Path, reader: TrackReader) -> Poses:
 
 def _patch_points(face: StillFace, region: int) -> Steps:
     centimetre = float(np.exp(face.motion.pose[5])) * face.size[1]
-    points = place_cut(face.landmarks, FEATURES[region], face.size, centimetre=centimetre).points
+    points = find_crop_box(face.landmarks, FEATURES[region], face.size, px_per_cm=centimetre).points
     return np.rint(points * POINT_STEPS).astype(np.int64)
 
 

@@ -1,1 +1,1 @@
-"""Make the caller's portrait: choose a photograph, cut the person out, add patches for what mouth and eyes do."""
+"""The sender's side of the portrait: photos and patches."""

@@ -1,4 +1,4 @@
-"""Pixels to the bare VP8 frames that travel, as good as a number of bytes allows, and back."""
+"""Encode images as bare VP8 frames within a number of bytes, and decode them."""
 
 import io
 
@@ -9,27 +9,27 @@ from PIL import Image
 
 from conf.protocol.portrait.vp8 import strip_riff, wrap_riff
 
-_TRIES = 5  # of halving the range of qualities: to within three; each takes 5 ms
+_TRIES = 5  # bisection steps over the quality, to within 3; 5 ms each
 
 
 def encode_vp8(pixels: NDArray[np.uint8], /, *, max_bytes: int, max_quality: int = 92) -> bytes:
-    """Return the VP8 frame of a picture (H, W, 3) uint8 BGR, at most `budget` bytes if any quality gives that.
+    """Return the VP8 frame of an image (H, W, 3) uint8 BGR, at most `max_bytes` if any quality gives that.
 
-    best : the quality, 0 to 100, beyond which nothing is gained
+    max_quality : 0 to 100; higher ones gain nothing visible
     """
     image = Image.fromarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB))
     low, high = 0, max_quality
-    found: bytes | None = None
+    best: bytes | None = None
     for _ in range(_TRIES):
         quality = (low + high + 1) // 2
         frame = _encode(image, quality)
         if len(frame) <= max_bytes:
-            found, low = frame, quality
+            best, low = frame, quality
         else:
             high = quality - 1
         if low >= high:
             break
-    return _encode(image, 0) if found is None else found
+    return _encode(image, 0) if best is None else best
 
 
 def _encode(image: Image.Image, quality: int) -> bytes:
@@ -39,7 +39,7 @@ def _encode(image: Image.Image, quality: int) -> bytes:
 
 
 def decode_vp8(frame: bytes, /) -> NDArray[np.uint8]:
-    """Return a VP8 frame as the receiver will see it, (H, W, 3) uint8 BGR."""
+    """Return the image (H, W, 3) uint8 BGR of one of our own VP8 frames, as the receiver decodes it."""
     pixels = cv2.imdecode(np.frombuffer(wrap_riff(frame), np.uint8), cv2.IMREAD_COLOR)
-    assert pixels is not None, "the sender made this picture"
+    assert pixels is not None, "encode_vp8 made this frame"
     return np.asarray(pixels, dtype=np.uint8)

@@ -1,111 +1,91 @@
-"""How good a portrait a frame would make: of the face as it mostly is, at rest, sharp, eyes open, uncovered.
+"""Score a frame as a portrait photo: the typical pose and expression, at rest, sharp, eyes open, nothing in front.
 
-What is far from the photograph is drawn worse than what is near. So a photograph should show what the face does most of
-the time, be that a shut mouth or a half-open one, and the head as it is mostly held. Of all that was measured on
-clips, the mean distance of the control points from where they usually are told best which photograph serves a call.
+Strategy: the receiver draws a face worse the farther it is from the photo. So a photo should show the expression and
+head rotation of most of the call, be that a shut or a half-open mouth. Of all measures tried on clips, the mean
+distance of the control points from their typical positions predicted best which photo serves a call. All penalties add
+up; lower is better. A `..._UNIT` is the deviation that adds 1.
 """
 
 from collections import deque
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
+from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.fapu import UNITS_PER_DISTANCE
 from conf.protocol.messages import MotionFrame
-from conf.sender.portrait.skin_texture import skin_texture_residual
+from conf.sender.motion.eye_openness import LOWER, UPPER
+from conf.sender.portrait.occlusion import skin_texture_residual
 
-TURN = np.radians(10)  # a turn or tilt from the usual this large costs a whole mark
-EXPRESSION_UNIT = 120.0  # FAPU units of mean distance from the usual that cost a whole mark
-LID_UNIT = 0.4  # of the eye's opening, either way, that costs a whole mark
-SPEED_TURN_UNIT, HASTY_STIR = 1.3, 1800.0  # radians and FAPU units a second, each of which costs a whole mark
-COVERED = 0.12  # of roughness (conf.sender.portrait.skin_texture) that costs a whole mark
-SHARPNESS_WEIGHT = 0.2  # marks for each factor of e in sharpness
-LOOK_EVERY_S = 0.2
-SAMPLES = 100  # twenty seconds
-NEUTRAL_LOOKS = 3  # that stand in until more is known
+TURN_UNIT = float(np.radians(10))  # rotation from the typical one
+EXPRESSION_UNIT = 120.0  # FAPU units, mean distance from the typical positions
+LID_UNIT = 0.4  # of the neutral eye opening, wider or narrower
+SPEED_TURN_UNIT, SPEED_EXPRESSION_UNIT = 1.3, 1800.0  # rad/s, FAPU units/s
+TEXTURE_UNIT = 0.12  # of skin_texture_residual
+SHARPNESS_WEIGHT = 0.2  # subtracted for each factor of e in sharpness
+SAMPLE_INTERVAL_S = 0.2
+SAMPLES = 100  # 20 s
+NEUTRAL_SAMPLES = 3  # assumed at the start
 
 
 class TypicalPose:
-    """What a face mostly does, and where it mostly looks: the median of some time."""
+    """The head rotation and expression of most of the time: the median of the last 20 s."""
 
     def __init__(self) -> None:
-        neutral = np.zeros(2 * CONTROL_POINT_COUNT + 3)
-        self._looks: deque[NDArray[np.float64]] = deque([neutral] * NEUTRAL_LOOKS, maxlen=SAMPLES)
-        self._usual = neutral
+        self._median = np.zeros(2 * CONTROL_POINT_COUNT + 3)
+        self._samples = deque([self._median] * NEUTRAL_SAMPLES, maxlen=SAMPLES)
         self._due = float("-inf")
 
     @property
     def displacements(self) -> NDArray[np.float64]:
-        """The usual ones, (n, 2) FAPU units, across and up."""
-        return self._usual[3:].reshape(-1, 2)
+        """Typical displacements, (n, 2) FAPU units, x and y."""
+        return self._median[3:].reshape(-1, 2)
 
     @property
     def rotation(self) -> NDArray[np.float64]:
-        """The usual one, (3,), as a pose has it."""
-        return self._usual[:3]
+        """Typical rotation vector, (3,) rad."""
+        return self._median[:3]
 
     def sample(self, motion: MotionFrame, now: float, /) -> None:
-        """Take a look at a frame's motion, if it is time for one."""
+        """Add a frame's motion if a sample is due at `now`, seconds."""
         if now < self._due:
             return
-        self._due = now + LOOK_EVERY_S
-        self._looks.append(np.concatenate([motion.pose[:3], motion.displacements[:, :2].ravel()]))
-        self._usual = np.asarray(np.median(self._looks, axis=0), np.float64)
+        self._due = now + SAMPLE_INTERVAL_S
+        self._samples.append(np.concatenate([motion.pose[:3], motion.displacements[:, :2].ravel()]))
+        self._median = np.asarray(np.median(self._samples, axis=0), np.float64)
 
 
-@dataclass(frozen=True)
-class QualityPenalty:
-    """What speaks against a frame, each 0 when perfect and 1 when bad."""
-
-    turn: float
-    expression: float
-    lids: float
-
-    @property
-    def penalty(self) -> float:
-        """Return the sum: lower is better."""
-        return self.turn + self.expression + self.lids
-
-
-def motion_penalty(motion: MotionFrame, habit: TypicalPose, /) -> QualityPenalty:
-    """Judge a frame by its motion."""
+def motion_penalty(motion: MotionFrame, typical: TypicalPose, /) -> float:
+    """Return the penalty of rotation, expression and lids."""
     d = motion.displacements
-    lids = [
-        float(d[CONTROL_POINT_INDEX[f"eyelid_upper_{s}"], 1] - d[CONTROL_POINT_INDEX[f"eyelid_lower_{s}"], 1])
-        for s in "lr"
-    ]
-    return QualityPenalty(
-        turn=float(np.linalg.norm(motion.pose[:3] - habit.rotation)) / TURN,
-        expression=float(np.linalg.norm(d[:, :2] - habit.displacements, axis=1).mean()) / EXPRESSION_UNIT,
-        lids=max(abs(lid) for lid in lids) / UNITS_PER_DISTANCE / LID_UNIT,
-    )
+    lids = float(np.abs(d[UPPER, 1] - d[LOWER, 1]).max())
+    turn = float(np.linalg.norm(motion.pose[:3] - typical.rotation))
+    expression = float(np.linalg.norm(d[:, :2] - typical.displacements, axis=1).mean())
+    return turn / TURN_UNIT + expression / EXPRESSION_UNIT + lids / UNITS_PER_DISTANCE / LID_UNIT
 
 
-def speed_penalty(before: MotionFrame, motion: MotionFrame, /) -> float:
-    """Return the marks of how fast a face moves between two frames: it is blurred then, and the motion lags behind."""
-    elapsed = motion.timestamp - before.timestamp
+def speed_penalty(previous: MotionFrame, motion: MotionFrame, /) -> float:
+    """Return the penalty of speed: a fast face is blurred, and the smoothed motion lags behind it."""
+    elapsed = motion.timestamp - previous.timestamp
     if elapsed <= 0:
         return 0.0
-    turn = float(np.linalg.norm(motion.pose[:3] - before.pose[:3]))
-    stir = float(np.linalg.norm((motion.displacements - before.displacements)[:, :2], axis=1).mean())
-    return (turn / SPEED_TURN_UNIT + stir / HASTY_STIR) / elapsed
+    turn = float(np.linalg.norm(motion.pose[:3] - previous.pose[:3]))
+    expression = float(np.linalg.norm((motion.displacements - previous.displacements)[:, :2], axis=1).mean())
+    return (turn / SPEED_TURN_UNIT + expression / SPEED_EXPRESSION_UNIT) / elapsed
 
 
 def image_penalty(pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /) -> float:
-    """Return the marks of a frame's pixels, lower is better; compare frames of one person and camera only.
+    """Return the penalty of covered skin, less a bonus for sharpness. Compare frames of one person and camera only.
 
     pixels : (H, W, 3) uint8 BGR; landmarks : (478, 3) px
     """
-    return skin_texture_residual(pixels, landmarks) / COVERED - SHARPNESS_WEIGHT * float(
-        np.log1p(sharpness(pixels, landmarks))
-    )
+    bonus = SHARPNESS_WEIGHT * float(np.log1p(sharpness(pixels, landmarks)))
+    return skin_texture_residual(pixels, landmarks) / TEXTURE_UNIT - bonus
 
 
 def sharpness(pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /) -> float:
-    """Return how sharp the face is: the mean square of its Laplacian; compare frames of one camera only.
+    """Return the mean square of the face's Laplacian. Compare frames of one camera only.
 
     pixels : (H, W, 3) uint8 BGR; landmarks : (478, 3) px
     """

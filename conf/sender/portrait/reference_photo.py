@@ -1,4 +1,4 @@
-"""The photograph that the receiver has or will have, and what of a later frame can be laid over it."""
+"""The photo that the receiver has or will have, and the residual of a later frame against it."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -12,69 +12,70 @@ from conf.face.portrait.patch_prediction import predict_patch, region_points_in_
 from conf.face.portrait.photographed_face import PhotographedFace
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.messages import MotionFrame
+from conf.protocol.portrait.objects import decode_object
 from conf.protocol.portrait.patch import POINT_STEPS
 from conf.protocol.portrait.photo import Photo
 from conf.sender.portrait.occlusion import AppearanceMatcher
-from conf.sender.portrait.patch_selection import extract_patch, match_colour
+from conf.sender.portrait.patch_extraction import extract_patch, match_colour
 from conf.sender.portrait.photo_builder import CapturedFace
 from conf.sender.portrait.photo_encoding import decode_vp8
-from conf.sender.portrait.scene_change import SceneChangeDetector
+from conf.sender.portrait.scene_change import SceneChangeDetector, angle_between
 
-MIN_PATCH_WEIGHT = 0.25  # of a patch: where less of it is shown nothing is corrected
-PATCHABLE_TURN = np.radians(22)  # a patch from a head turned farther against the photograph would not fit
-# By feature: how the skin around it must correlate with the photograph's. With a hand at the mouth it is below 0.77,
-# while speaking mostly above 0.85; around the eyes nods and brows alone can bring it down to a half.
+MIN_PATCH_WEIGHT = 0.25  # below this weight of the patch the residual is faded out
+MAX_PATCH_TURN = np.radians(22)  # from the photo: a patch from a head turned farther does not fit
+# Minimum correlation of the skin around a feature with the photo. With a hand at the mouth it is below 0.77, while
+# speaking mostly above 0.85; around the eyes nods and brows alone can lower it to 0.5.
 MIN_CORRELATION = {MOUTH.name: 0.78, EYES.name: 0.5}
 
 
 @dataclass(frozen=True)
 class ReferencePhoto:
-    """A photograph in use.
+    """A photo in use.
 
-    photo, pixels : as the receiver has it, and its picture (H, W, 3) uint8 BGR
-    shot : the frame it was made of; taken_at : seconds
+    photo : decoded, as the receiver has it; pixels : its image, (H, W, 3) uint8 BGR
     """
 
     photo: Photo
     pixels: NDArray[np.uint8]
-    shot: CapturedFace
     warp: PortraitWarp
-    agreement: AppearanceMatcher
-    view: SceneChangeDetector
-    taken_at: float
+    matcher: AppearanceMatcher
+    scene: SceneChangeDetector
 
     @classmethod
-    def create(cls, photo: Photo, shot: CapturedFace, now: float) -> Self:
-        """Hang a photograph, as it will have travelled: build the warp that the receiver will build."""
-        shape = PhotographedFace.from_photo(
-            photo.size, photo.pose, photo.points, photo.neutral, photo.fapu, photo.outline
+    def from_bytes(cls, data: bytes, pixels: NDArray[np.uint8]) -> Self:
+        """Build the reference from an encoded photo, as the receiver will.
+
+        data : the encoded object; pixels : (H, W, 3) uint8 BGR, the frame that it shows
+        """
+        photo = decode_object(data)
+        assert isinstance(photo, Photo)
+        warp = PortraitWarp(
+            PhotographedFace.from_photo(photo.size, photo.pose, photo.points, photo.neutral, photo.fapu, photo.outline)
         )
-        warp, pixels = PortraitWarp(shape), decode_vp8(photo.frame)
         return cls(
-            photo, pixels, shot, warp, AppearanceMatcher(warp, shot.pixels), SceneChangeDetector(warp, shot.pixels), now
+            photo, decode_vp8(photo.frame), warp, AppearanceMatcher(warp, pixels), SceneChangeDetector(warp, pixels)
         )
 
-    def can_patch(self, shot: CapturedFace, motion: MotionFrame, region: int) -> bool:
-        """Whether a frame's feature can be laid over the photograph: seen from about there, and nothing before it."""
+    def can_patch(self, face: CapturedFace, motion: MotionFrame, region: int) -> bool:
+        """Whether a feature can be cut from a frame: the head is turned as in the photo, and nothing covers it."""
         pose = HeadPose.from_vector(motion.pose)
-        ahead = HeadPose.from_vector(self.photo.pose).matrix()[2] @ pose.matrix()[2]
-        if np.arccos(np.clip(ahead, -1, 1)) > PATCHABLE_TURN:
+        if angle_between(self.warp.shape.pose, pose) > MAX_PATCH_TURN:
             return False
-        alike = self.agreement.region_correlations(shot.pixels, motion.displacements, pose)[region]
-        return alike >= MIN_CORRELATION[FEATURES[region].name]
+        correlation = self.matcher.correlation(region, face.pixels, motion.displacements, pose)
+        return correlation >= MIN_CORRELATION[FEATURES[region].name]
 
 
 def patch_residual(
-    hanging: ReferencePhoto, shot: CapturedFace, motion: MotionFrame, feature: PatchRegion, /
+    reference: ReferencePhoto, face: CapturedFace, motion: MotionFrame, feature: PatchRegion, /
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return how a frame's feature differs from what the photograph foretells, (h, w, 3), and its points (m, 2).
+    """Return the residual (h, w, 3) of a frame's feature against the photo, and its control points (m, 2), 0 to 1.
 
-    What no patch shows does not differ; light is the photograph's.
+    The residual is 0 where the patch has no weight. Colours are matched to the photo.
     """
-    centimetre = float(np.exp(motion.pose[5])) * len(shot.pixels)
-    cut = extract_patch(shot.pixels, shot.landmarks, feature, centimetre=centimetre)
-    points = np.rint(cut.points * POINT_STEPS) / POINT_STEPS
-    size = cut.pixels.shape[1], cut.pixels.shape[0]
-    foretold = predict_patch(hanging.pixels, region_points_in_photo(hanging.warp, feature), points, size)
-    seen = np.minimum(1.0, cut.seen / MIN_PATCH_WEIGHT)
-    return (match_colour(cut.pixels, foretold) - foretold) * seen[..., None], points
+    px_per_cm = float(np.exp(motion.pose[5])) * len(face.pixels)
+    crop = extract_patch(face.pixels, face.landmarks, feature, px_per_cm=px_per_cm)
+    points = np.rint(crop.points * POINT_STEPS) / POINT_STEPS
+    size = crop.pixels.shape[1], crop.pixels.shape[0]
+    predicted = predict_patch(reference.pixels, region_points_in_photo(reference.warp, feature), points, size)
+    weight = np.minimum(1.0, crop.weight / MIN_PATCH_WEIGHT)
+    return (match_colour(crop.pixels, predicted) - predicted) * weight[..., None], points

@@ -1,10 +1,11 @@
-"""Cut the person out of a picture: by colour before a plain blue or green wall, else by GrabCut from the landmarks.
+"""Segment the person in an image: by chroma key before a plain blue or green wall, else by GrabCut from the landmarks.
 
-Source: Rother, Kolmogorov, Blake 2004 (GrabCut); the thesis's set-up had a plain blue background.
+Source: Rother, Kolmogorov, Blake 2004 (GrabCut); the thesis used a plain blue background.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Self
 
 import cv2
 import numpy as np
@@ -13,63 +14,63 @@ from numpy.typing import NDArray
 from conf.face.portrait import contours
 
 MAX_CORNERS = 64
-WORK_HEIGHT = 120  # px: cutting is done on a small copy
-PLAIN_SHARE = 0.75  # of the border that must have the wall's colour
-LOWEST_HUE, HIGHEST_HUE = 35, 130  # OpenCV's, 0 to 180: from green to blue
-WALL_SATURATION = 20
-HUE_SPREAD = 12  # a plain wall is darker here and there, but of one hue
-KEY_DISTANCE = 22.0  # in Lab's colour plane, from the wall's colour
+WORK_HEIGHT = 120  # px: the image is segmented at this height
+MIN_WALL_FRACTION = 0.75  # of the border that must have the wall's hue
+MIN_HUE, MAX_HUE = 35, 130  # OpenCV's, 0 to 180: from green to blue
+MIN_SATURATION = 20
+HUE_TOLERANCE = 12  # a plain wall varies in brightness, but not in hue
+MAX_KEY_DISTANCE = 22.0  # from the wall's colour, in the a-b plane of Lab
 
-LEAST_PX = 20  # of person and of background
-STEPS = 8  # of GrabCut, a round each
+MIN_AREA_PX = 20  # of person and of background: fewer pixels give no colour model
+ITERATIONS = 8  # of GrabCut, one per step
 
 Mask = NDArray[np.uint8]
+Corners = list[tuple[float, float]]
 
 
 def segment_person(pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /) -> NDArray[np.float64]:
-    """Return the person's outline, (K, 2) 0 to 1 from the upper left corner, at most MAX_CORNERS.
+    """Return the person's outline, (K, 2) 0 to 1 from the upper left corner, K at most MAX_CORNERS.
 
     pixels : (H, W, 3) uint8 BGR; landmarks : (478, 3) px
     """
     *_, outline = segment_steps(pixels, landmarks)
-    assert outline is not None, "the last step has the outline"
+    assert outline is not None, "the last step returns the outline"
     return outline
 
 
 def segment_steps(
     pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /
 ) -> Iterator[NDArray[np.float64] | None]:
-    """Find the outline of `outline_person` in steps of at most a frame's time each: yield None until it is there."""
+    """Find the outline in steps shorter than a frame's interval. Yield None after each, the outline after the last."""
     scale = WORK_HEIGHT / len(pixels)
     small = np.asarray(cv2.resize(pixels, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), np.uint8)
-    figure = BodyPrior.of(landmarks[list(contours.OVAL), :2] * scale)
-    mask = _by_colour(small, figure)
+    prior = BodyPrior.from_oval(landmarks[list(contours.OVAL), :2] * scale)
+    mask = _chroma_key(small, prior)
     if mask is not None:
-        mask &= figure.paint(small.shape, CHROMA_KEY_AREA)
+        mask &= prior.draw(small.shape, CHROMA_KEY_AREA)
     else:
-        grown = _HeadAndBodyGrabCut(small, figure)
-        for _ in range(STEPS - 1):
-            grown.iterate()
+        grab_cut = _HeadAndBodyGrabCut(small, prior)
+        for _ in range(ITERATIONS - 1):
+            grab_cut.iterate()
             yield None
-        mask = grown.iterate()
-    mask[figure.paint(small.shape, SURE_FOREGROUND) > 0] = 1
-    yield _outline(_smooth(mask, figure.oval))
+        mask = grab_cut.iterate()
+    mask[prior.draw(small.shape, SURE_FOREGROUND) > 0] = 1
+    yield _trace_outline(_clean(mask, prior.oval))
 
 
-SUPERELLIPSE = 0.75  # below 1 an ellipse is fuller
-Corners = list[tuple[float, float]]
+SUPERELLIPSE = 0.75  # exponent of the upper half: skulls are fuller than an ellipse
 
 
-def _ellipse(across: float, up: float, rise: float) -> Corners:
-    """Return an ellipse about the face's middle, moved up, fuller above as skulls are: in face widths and heights."""
+def _ellipse(half_width: float, half_height: float, rise: float) -> Corners:
+    """Return a head's outline about the face's middle, moved up by `rise`, in face widths and heights."""
     angles = np.linspace(0, 2 * np.pi, 32, endpoint=False)
     x, y = np.cos(angles), np.sin(angles)
-    fuller = np.where(y < 0, SUPERELLIPSE, 1.0)
-    x, y = np.sign(x) * np.abs(x) ** fuller, np.sign(y) * np.abs(y) ** fuller
-    return [(across * float(a), -rise + up * float(b)) for a, b in zip(x, y, strict=True)]
+    exponent = np.where(y < 0, SUPERELLIPSE, 1.0)
+    x, y = np.sign(x) * np.abs(x) ** exponent, np.sign(y) * np.abs(y) ** exponent
+    return [(half_width * float(a), -rise + half_height * float(b)) for a, b in zip(x, y, strict=True)]
 
 
-# Corners in face widths and heights: of a head from the face's middle, y towards the chin; of a body from the chin.
+# Corners in face widths and heights: of the head from the face's middle, y towards the chin; of the body from the chin.
 SURE_FOREGROUND = {
     "head": _ellipse(0.46, 0.66, 0.12),
     "body": [(-0.25, -0.1), (0.25, -0.1), (0.27, 0.28), (0.45, 0.36), (0.8, 0.48), (1.0, 0.75), (1.05, 4.0),
@@ -84,8 +85,8 @@ PROBABLE_BACKGROUND = {
     "head": _ellipse(0.82, 0.97, 0.15),
     "body": [(-2.2, 0.3), (-0.6, -0.1), (0.6, -0.1), (2.2, 0.3), (3.2, 1.5), (3.2, 4.0), (-3.2, 4.0), (-3.2, 1.5)],
 }
+# Before a plain wall colour separates the person from the rest; only what lies outside this area is excluded.
 CHROMA_KEY_AREA = {
-    # before a plain wall colour tells hair from what stands about: only what is far away is not the person's
     "head": _ellipse(1.7, 1.4, 0.15),
     "body": [(-1.7, -0.2), (1.7, -0.2), (3.2, 1.0), (3.2, 4.0), (-3.2, 4.0), (-3.2, 1.0)],
 }
@@ -93,104 +94,98 @@ CHROMA_KEY_AREA = {
 
 @dataclass(frozen=True)
 class BodyPrior:
-    """Where a person of usual build is, told by the face.
+    """The expected position of head and body, from the face.
 
-    oval : (36, 2) int32 px; head, body : (2, 2) from face widths and heights to px; middle, chin : (2,) px
+    oval : (36, 2) int32 px
+    axes : of head and body, (2, 2) from face widths and heights to px; origins : of head and body, (2,) px
     """
 
     oval: NDArray[np.int32]
-    head: NDArray[np.float64]
-    body: NDArray[np.float64]
-    middle: NDArray[np.float64]
-    chin: NDArray[np.float64]
+    axes: dict[str, NDArray[np.float64]]
+    origins: dict[str, NDArray[np.float64]]
 
     @classmethod
-    def of(cls, oval: NDArray[np.floating]) -> "BodyPrior":
-        """Read the figure off the face's oval (36, 2) px: the head tilts with the face, the body does not."""
+    def from_oval(cls, oval: NDArray[np.floating]) -> Self:
+        """Return the prior of a face's oval (36, 2) px: the head tilts with the face, the body stays upright."""
         chin, top = oval[contours.OVAL.index(152)], oval[0]
         height = max(float(np.linalg.norm(chin - top)), 1.0)
         down = (chin - top) / height
         across = np.array([down[1], -down[0]])
         width = float(np.ptp(oval @ across))
-        return cls(
-            np.rint(oval).astype(np.int32),
-            np.stack([across * width, down * height]),
-            np.diag([width, height]),
-            np.asarray((chin + top) / 2, np.float64),
-            np.asarray(chin, np.float64),
-        )
+        axes = {"head": np.stack([across * width, down * height]), "body": np.diag([width, height])}
+        return cls(np.rint(oval).astype(np.int32), axes, {"head": (chin + top) / 2, "body": chin})
 
-    def paint(self, shape: tuple[int, ...], parts: dict[str, Corners]) -> Mask:
-        """Return (H, W) uint8 with 1 inside head and body as a table has them."""
+    def draw(self, shape: tuple[int, ...], parts: dict[str, Corners]) -> Mask:
+        """Return (H, W) uint8, 1 inside the face's oval and the outlines of head and body."""
         mask = np.zeros(shape[:2], np.uint8)
-        for corners, axes, origin in ((parts["head"], self.head, self.middle), (parts["body"], self.body, self.chin)):
-            cv2.fillPoly(mask, [np.rint(np.array(corners) @ axes + origin).astype(np.int32)], 1)
+        for part, corners in parts.items():
+            polygon = np.array(corners) @ self.axes[part] + self.origins[part]
+            cv2.fillPoly(mask, [np.rint(polygon).astype(np.int32)], 1)
         cv2.fillPoly(mask, [self.oval], 1)
         return mask
 
 
-def _by_colour(small: NDArray[np.uint8], figure: BodyPrior) -> Mask | None:
-    """Return what is not of the wall's colour, or None where there is no plain blue or green wall."""
-    height, width = small.shape[:2]
+def _chroma_key(image: NDArray[np.uint8], prior: BodyPrior) -> Mask | None:
+    """Return the pixels that have not the wall's colour, or None if there is no plain blue or green wall."""
+    height, width = image.shape[:2]
     border = np.zeros((height, width), bool)
     border[: height // 10] = True
     border[: height // 2, : width // 12] = border[: height // 2, -width // 12 :] = True
-    hsv = cv2.cvtColor(small, cv2.COLOR_BGR2HSV)
+    hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV)
     hue, saturation = hsv[..., 0][border], hsv[..., 1][border]
-    plane = cv2.cvtColor(small, cv2.COLOR_BGR2LAB).astype(np.float32)[..., 1:]
-    wall = np.median(plane[border], axis=0)
-    middle = float(np.median(hue))
-    alike = (np.abs(hue - middle) <= HUE_SPREAD) & (saturation >= WALL_SATURATION)
-    if not LOWEST_HUE <= middle <= HIGHEST_HUE or np.mean(alike) < PLAIN_SHARE:
+    wall_hue = float(np.median(hue))
+    is_wall = (np.abs(hue - wall_hue) <= HUE_TOLERANCE) & (saturation >= MIN_SATURATION)
+    if not MIN_HUE <= wall_hue <= MAX_HUE or np.mean(is_wall) < MIN_WALL_FRACTION:
         return None
+    chroma = cv2.cvtColor(image, cv2.COLOR_BGR2LAB).astype(np.float32)[..., 1:]
+    distance = np.linalg.norm(chroma - np.median(chroma[border], axis=0), axis=2)
     face = np.zeros((height, width), np.uint8)
-    cv2.fillPoly(face, [figure.oval], 1)
-    distance = np.linalg.norm(plane - wall, axis=2)
-    far = float(np.median(distance[face > 0]))
-    return np.asarray(distance > min(KEY_DISTANCE, far / 2), dtype=np.uint8)
+    cv2.fillPoly(face, [prior.oval], 1)
+    face_distance = float(np.median(distance[face > 0]))
+    return np.asarray(distance > min(MAX_KEY_DISTANCE, face_distance / 2), dtype=np.uint8)
 
 
 class _HeadAndBodyGrabCut:
-    """GrabCut, a round at a time: once more for the head, lest hair be lost that has the colour of a dark room."""
+    """GrabCut of the whole image and, once more, of the head alone: hair can have the colour of a dark room."""
 
-    def __init__(self, small: NDArray[np.uint8], figure: BodyPrior) -> None:
-        labels = np.full(small.shape[:2], cv2.GC_BGD, np.uint8)
+    def __init__(self, image: NDArray[np.uint8], prior: BodyPrior) -> None:
+        labels = np.full(image.shape[:2], cv2.GC_BGD, np.uint8)
         for parts, label in (
             (PROBABLE_BACKGROUND, cv2.GC_PR_BGD),
             (PROBABLE_FOREGROUND, cv2.GC_PR_FGD),
             (SURE_FOREGROUND, cv2.GC_FGD),
         ):
-            labels[figure.paint(small.shape, parts) > 0] = label
-        chin = int(np.clip(figure.chin[1], 0, len(small)))
-        self._whole, self._head = _GrabCut(small, labels), _GrabCut(small[:chin], labels[:chin])
+            labels[prior.draw(image.shape, parts) > 0] = label
+        chin = int(np.clip(prior.origins["body"][1], 0, len(image)))
+        self._whole, self._head = _GrabCut(image, labels), _GrabCut(image[:chin], labels[:chin])
 
     def iterate(self) -> Mask:
-        """Go a round on and return (H, W) uint8, 1 where the person is."""
+        """Run one iteration and return (H, W) uint8, 1 where the person is."""
         mask, head = self._whole.iterate(), self._head.iterate()
         mask[: len(head)] |= head
         return mask
 
 
 class _GrabCut:
-    """A part of the picture with colours of its own."""
+    """GrabCut of one image, an iteration at a time."""
 
-    def __init__(self, pixels: NDArray[np.uint8], labels: Mask) -> None:
-        self._pixels, self._labels = pixels.copy(), labels.copy()
+    def __init__(self, image: NDArray[np.uint8], labels: Mask) -> None:
+        self._image, self._labels = image.copy(), labels.copy()
         self._models = np.zeros((2, 1, 65))
         self._mode = cv2.GC_INIT_WITH_MASK
 
     def iterate(self) -> Mask:
-        mine = np.isin(self._labels, (cv2.GC_FGD, cv2.GC_PR_FGD))
-        if min(mine.sum(), (~mine).sum()) < LEAST_PX:  # nothing to tell apart, nothing to learn a colour from
-            return mine.astype(np.uint8)
-        cv2.setRNGSeed(1)  # GrabCut's mixtures start at random: the same picture, the same cut
-        cv2.grabCut(self._pixels, self._labels, (0, 0, 1, 1), self._models[0], self._models[1], 1, self._mode)
+        foreground = np.isin(self._labels, (cv2.GC_FGD, cv2.GC_PR_FGD))
+        if min(foreground.sum(), (~foreground).sum()) < MIN_AREA_PX:
+            return foreground.astype(np.uint8)
+        cv2.setRNGSeed(1)  # GrabCut's mixtures start at random: the same image must give the same mask
+        cv2.grabCut(self._image, self._labels, (0, 0, 1, 1), self._models[0], self._models[1], 1, self._mode)
         self._mode = cv2.GC_EVAL
         return np.isin(self._labels, (cv2.GC_FGD, cv2.GC_PR_FGD)).astype(np.uint8)
 
 
-def _smooth(mask: Mask, oval: NDArray[np.int32]) -> Mask:
-    """Return the part that the face belongs to, without holes, specks and fringes."""
+def _clean(mask: Mask, oval: NDArray[np.int32]) -> Mask:
+    """Return the connected part of a mask that holds the face, without holes and fringes."""
     cv2.fillPoly(mask, [oval], 1)
     mask = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)), np.uint8)
     _, labels = cv2.connectedComponents(mask)
@@ -201,7 +196,7 @@ def _smooth(mask: Mask, oval: NDArray[np.int32]) -> Mask:
     return np.asarray(soft > 0.5, dtype=np.uint8)
 
 
-def _outline(mask: Mask) -> NDArray[np.float64]:
+def _trace_outline(mask: Mask) -> NDArray[np.float64]:
     height, width = mask.shape
     found, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     if not found:

@@ -1,29 +1,47 @@
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_COUNT
+from conf.face.portrait.patch_features import FEATURES, MOUTH
 from conf.face.portrait.warp import PortraitWarp
-from conf.sender.portrait.occlusion import AppearanceMatcher
-from tests.support.drawn_person import draw_person
-from tests.support.portrait_subjects import landmarks
+from conf.sender.portrait.occlusion import SKIN_PATCHES, AppearanceMatcher, skin_texture_residual
+from tests.support.portrait_subjects import landmarks, shaded_person, still
 from tests.support.synthetic_portrait import POSE, face_shape
 
-STILL = np.zeros((CONTROL_POINT_COUNT, 3))
 
-
-def shaded() -> np.ndarray[tuple[int, int, int], np.dtype[np.uint8]]:
-    """Return the person lit from the side: bare skin has no pattern to compare."""
-    light = np.linspace(0.5, 1.1, 320)[None, :, None]
-    return np.clip(draw_person() * light, 0, 255).astype(np.uint8)
-
-
-def test_other_light_does_not_matter_and_a_hand_does() -> None:
-    agreement = AppearanceMatcher(PortraitWarp(face_shape()), shaded())
-    assert min(agreement.region_correlations(shaded(), STILL, POSE)) > 0.99
-    darker = np.clip(shaded() * 0.7 + 20, 0, 255).astype(np.uint8)
-    assert min(agreement.region_correlations(darker, STILL, POSE)) > 0.95
-    hand = shaded()
+def test_correlation_is_independent_of_lighting_and_falls_where_a_hand_covers_the_face() -> None:
+    matcher = AppearanceMatcher(PortraitWarp(face_shape()), shaded_person())
+    hand = shaded_person()
     x, y = landmarks()[17, :2].astype(int).tolist()
     cv2.ellipse(hand, (x - 20, y), (26, 30), 0, 0, 360, (235, 235, 235), -1)
-    mouth, eyes = agreement.region_correlations(hand, STILL, POSE)
-    assert mouth < 0.7 < eyes
+    for region, feature in enumerate(FEATURES):
+        assert matcher.correlation(region, shaded_person(), still(), POSE) > 0.99
+        assert matcher.correlation(region, shaded_person(0.7, 20), still(), POSE) > 0.95
+        assert (matcher.correlation(region, hand, still(), POSE) < 0.7) == (feature is MOUTH)
+
+
+def separate_skin_patches() -> NDArray[np.float32]:
+    """Return landmarks whose skin patches do not overlap, as on a face."""
+    found = landmarks()
+    low, high = found[:, :2].min(axis=0), found[:, :2].max(axis=0)
+    for i, patch in enumerate(SKIN_PATCHES):
+        middle = low + (high - low) * ((i + 0.5) / len(SKIN_PATCHES), 0.7)
+        angles = np.linspace(0, 2 * np.pi, len(patch), endpoint=False)
+        found[list(patch), :2] = middle + 9 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return found
+
+
+def test_a_brightness_gradient_has_no_texture_and_a_finger_has() -> None:
+    height, width = shaded_person().shape[:2]
+    bare = (np.linspace(60, 220, width)[None, :, None] * np.ones((height, 1, 3))).astype(np.uint8)
+    points = separate_skin_patches()
+    x, y = points[list(SKIN_PATCHES[2]), :2].mean(axis=0).astype(int).tolist()
+    hand = bare.copy()
+    cv2.line(hand, (x, y - 30), (x, y + 30), (250, 250, 250), 5)
+    assert skin_texture_residual(bare, points) < 0.02 < 0.15 < skin_texture_residual(hand, points)
+
+
+def test_a_face_beyond_the_border_or_of_a_few_pixels_gives_a_finite_texture() -> None:
+    pixels, points = shaded_person(), separate_skin_patches()
+    assert np.isfinite(skin_texture_residual(pixels, points - 500))
+    assert np.isfinite(skin_texture_residual(pixels, np.asarray(points * 0.01, np.float32)))

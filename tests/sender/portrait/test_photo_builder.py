@@ -1,36 +1,56 @@
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from conf.protocol.portrait import decode_object, encode_object
 from conf.protocol.portrait.vp8 import read_frame_size
-from conf.sender.portrait.photo_builder import DRAFT, FULL, blur_background, build_photo, build_photo_steps
+from conf.sender.portrait.photo_builder import DRAFT, FULL, PhotoBuilder, PhotoQuality, blur_background, build_photo
 from tests.support.drawn_person import draw_person
-from tests.support.portrait_subjects import canonical, landmarks, shot
+from tests.support.portrait_subjects import canonical, captured_face, landmarks
 from tests.support.synthetic_portrait import POSE, face_points
 
 
-def test_a_photograph_knows_pose_and_points_of_the_face() -> None:
-    photo = build_photo(shot(), canonical(), 3)
+def test_a_photo_has_the_pose_and_the_points_of_the_face() -> None:
+    photo = build_photo(captured_face(), canonical(), 3)
     np.testing.assert_allclose(photo.pose, POSE.to_vector(), atol=0.02)
     np.testing.assert_allclose(photo.points, face_points(), atol=0.05)
     assert photo.number == 3 and len(photo.frame) <= FULL.max_bytes and read_frame_size(photo.frame) == (320, 240)
     assert decode_object(encode_object(photo))
 
 
-def test_it_is_developed_in_a_few_steps() -> None:
-    steps = list(build_photo_steps(shot(), canonical(), 0, DRAFT))
-    *before, photo = steps
-    assert photo is not None and len(photo.frame) <= DRAFT.max_bytes
-    assert 2 <= len(before) <= 6 and all(step is None for step in before)
+@pytest.mark.parametrize(
+    ("quality", "plain_wall", "slices", "size"),
+    [
+        (DRAFT, True, 1, (256, 192)),  # segmentation by colour takes 1 step, by GrabCut 8; encoding and pose 1 each
+        (FULL, True, 3, (320, 240)),
+        (DRAFT, False, 4, (256, 192)),
+        (FULL, False, 10, (320, 240)),
+        (PhotoQuality(3000, 120, 5), False, 2, (160, 120)),
+    ],
+)
+def test_a_photo_is_built_in_time_slices(
+    quality: PhotoQuality, plain_wall: bool, slices: int, size: tuple[int, int]
+) -> None:
+    pixels = draw_person()
+    if not plain_wall:
+        pixels[:20] = pixels[:, :40] = pixels[:, -40:] = np.random.default_rng(1).integers(0, 255, 3)
+        pixels[::2, :40] = pixels[::2, -40:] = 0
+        pixels[:20, ::2] = 255
+    builder = PhotoBuilder(captured_face(pixels), canonical(), 7, quality)
+    *before, photo = [builder.advance() for _ in range(slices)]
+    assert before == [None] * (slices - 1) and photo is not None
+    assert photo.number == 7 and len(photo.frame) <= quality.max_bytes and read_frame_size(photo.frame) == size
+    assert builder.advance() is None
 
 
-def test_a_large_picture_is_made_smaller() -> None:
+def test_a_large_image_is_reduced() -> None:
     large = np.repeat(np.repeat(draw_person(), 2, axis=0), 2, axis=1)
-    big = shot(large)
-    photo = build_photo(type(big)(large, landmarks() * 2, big.neutral, big.fapu), canonical(), 0)
+    photo = build_photo(replace(captured_face(large), landmarks=landmarks() * 2), canonical(), 0)
     assert photo.size == (640, 480) and read_frame_size(photo.frame) == (320, 240)
 
 
-def test_the_background_is_softened_and_the_face_is_not() -> None:
+def test_the_background_is_blurred_and_the_face_is_not() -> None:
     noise = np.random.default_rng(0).normal(0, 20, (240, 320, 3))
     pixels = np.clip(draw_person() + noise, 0, 255).astype(np.uint8)
     outline = np.array([(0.3, 1), (0.35, 0.2), (0.7, 0.2), (0.75, 1)])

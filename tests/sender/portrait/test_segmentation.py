@@ -8,8 +8,8 @@ from tests.support.drawn_person import SIZE, draw_person
 from tests.support.portrait_subjects import landmarks
 
 
-def drawn(background: NDArray[np.uint8] | tuple[int, int, int]) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-    """Return the person before a background, and where he is."""
+def person_before(background: NDArray[np.uint8] | tuple[int, int, int]) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+    """Return the drawn person before a background, and his mask."""
     person = draw_person()
     mask = (person != person[0, 0]).any(axis=2)
     canvas = np.empty_like(person)
@@ -18,30 +18,30 @@ def drawn(background: NDArray[np.uint8] | tuple[int, int, int]) -> tuple[NDArray
     return canvas, mask
 
 
-def overlap(outline: NDArray[np.float64], mask: NDArray[np.bool_]) -> float:
-    """Return the intersection of the outline's inside with the mask, over their union."""
+def iou(outline: NDArray[np.float64], mask: NDArray[np.bool_]) -> float:
+    """Return the intersection over union of the outline's inside and the mask."""
     inside = np.zeros(mask.shape, np.uint8)
     cv2.fillPoly(inside, [np.rint(outline * SIZE).astype(np.int32)], 1)
     return float(np.sum((inside > 0) & mask) / np.sum((inside > 0) | mask))
 
 
 @pytest.mark.parametrize("wall", [(200, 120, 20), (60, 180, 60)], ids=["blue", "green"])
-def test_a_person_before_a_plain_wall_is_cut_out_by_colour(wall: tuple[int, int, int]) -> None:
-    pixels, mask = drawn(wall)
-    assert overlap(segment_person(pixels, landmarks()), mask) > 0.85
+def test_a_person_before_a_plain_wall_is_segmented_by_colour(wall: tuple[int, int, int]) -> None:
+    pixels, mask = person_before(wall)
+    assert iou(segment_person(pixels, landmarks()), mask) > 0.85
 
 
-def test_a_person_in_a_room_is_cut_out_by_the_landmarks() -> None:
+def test_a_person_in_a_room_is_segmented_from_the_landmarks() -> None:
     rng = np.random.default_rng(2)
     room = cv2.resize(rng.integers(90, 250, (12, 16, 3), dtype=np.uint8), SIZE, interpolation=cv2.INTER_CUBIC)
     room[..., 0] = 250 - room[..., 2]
-    pixels, mask = drawn(np.asarray(room, np.uint8))
+    pixels, mask = person_before(np.asarray(room, np.uint8))
     outline = segment_person(pixels, landmarks())
-    assert overlap(outline, mask) > 0.7
+    assert iou(outline, mask) > 0.7
     assert 3 <= len(outline) <= MAX_CORNERS and outline.min() >= 0 and outline.max() <= 1
 
 
-def test_the_same_picture_gives_the_same_cut() -> None:
+def test_the_same_image_gives_the_same_outline() -> None:
     noise = np.random.default_rng(1).integers(0, 255, (240, 320, 3), dtype=np.uint8)
-    pixels, _ = drawn(noise)
+    pixels, _ = person_before(noise)
     np.testing.assert_array_equal(segment_person(pixels, landmarks()), segment_person(pixels, landmarks()))
