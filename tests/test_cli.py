@@ -6,20 +6,20 @@ from pathlib import Path
 
 import pytest
 
-from conf.cli import build_parser, main
+from conf.cli import main
 
 CODE = ("--code", "amber canoe tiger 7")
 
 
-def run(*arguments: str, cwd: Path, env: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, **(env or {})}
+def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    environment = dict(os.environ)
     environment.pop("DISPLAY", None)
     command = [sys.executable, "-m", "conf", *arguments]
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd, env=environment, timeout=120, check=False)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "sentence"),
+    ("arguments", "message"),
     [
         (["send", "127.0.0.1", *CODE, "--file", "nosuch.avi"], "there is no file nosuch.avi: check the path"),
         (["send", "127.0.0.1", *CODE, "--camera", "99"], "there is no camera 99: plug one in"),
@@ -33,11 +33,11 @@ def run(*arguments: str, cwd: Path, env: dict[str, str] | None = None) -> subpro
         (["measure", "nosuch.avi"], "there is no file nosuch.avi"),
     ],
 )
-def test_what_goes_wrong_is_one_sentence_and_exit_1(arguments: list[str], sentence: str, tmp_path: Path) -> None:
+def test_an_error_is_one_line_and_exit_status_1(arguments: list[str], message: str, tmp_path: Path) -> None:
     result = run(*arguments, cwd=tmp_path)
     assert result.returncode == 1, result.stderr
     last = result.stderr.strip().splitlines()[-1]
-    assert last.startswith("conf: ") and sentence in last
+    assert last.startswith("conf: ") and message in last
     assert "Traceback" not in result.stderr
 
 
@@ -53,27 +53,21 @@ def test_what_goes_wrong_is_one_sentence_and_exit_1(arguments: list[str], senten
         ["send", "h", "--code", "x"],
     ],
 )
-def test_wrong_usage_is_exit_2(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_wrong_usage_is_exit_status_2(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as exit_:
         main(arguments)
     assert exit_.value.code == 2
     assert "usage: conf" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("text", "address"),
-    [
-        ("example.org", ("example.org", 5005)),
-        ("10.0.0.1:6000", ("10.0.0.1", 6000)),
-        ("[::1]:6000", ("::1", 6000)),
-        ("::1", ("::1", 5005)),
-    ],
-)
-def test_addresses(text: str, address: tuple[str, int]) -> None:
-    assert build_parser().parse_args(["send", text]).receiver == address
+@pytest.mark.parametrize("option", ["--help", "--version"])
+def test_help_and_version_import_no_heavy_module(option: str, tmp_path: Path) -> None:
+    script = f"import sys; from conf import cli\ntry: cli.main(['{option}'])\nexcept SystemExit: print(*sys.modules)"
+    result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, cwd=tmp_path, check=True)
+    assert not {"numpy", "cv2", "scipy", "moderngl", "rich"} & set(result.stdout.split())
 
 
-def test_doctor_tells_what_works_and_what_to_do(tmp_path: Path) -> None:
+def test_doctor_reports_checks_and_remedies(tmp_path: Path) -> None:
     result = run("doctor", "--camera", "99", "--listen", "127.0.0.1:0", "--json", cwd=tmp_path)
     findings = {finding["name"]: finding for finding in json.loads(result.stdout)["findings"]}
     assert result.returncode == 0
@@ -82,7 +76,7 @@ def test_doctor_tells_what_works_and_what_to_do(tmp_path: Path) -> None:
     assert findings["port"]["works"]
 
 
-def test_measure_counts_every_stage(demo_clip: Path, tmp_path: Path) -> None:
+def test_measure_reports_every_stage(demo_clip: Path, tmp_path: Path) -> None:
     result = run("measure", str(demo_clip), "--json", "--plot", "plot.png", cwd=tmp_path)
     stages = {stage["name"]: stage for stage in json.loads(result.stdout)["stages"]}
     assert stages["raw pixels 176x144"]["bytes_per_frame"] == 76_032
@@ -95,7 +89,7 @@ def test_measure_counts_every_stage(demo_clip: Path, tmp_path: Path) -> None:
     assert (tmp_path / "plot.png").stat().st_size > 3000
 
 
-def test_extract_writes_a_motion_that_can_be_read(demo_clip: Path, tmp_path: Path) -> None:
+def test_extract_writes_a_valid_dpc_file(demo_clip: Path, tmp_path: Path) -> None:
     from conf.face.formats.dpc import read_dpc
 
     result = run("extract", str(demo_clip), "-o", "motion.dpc", "--json", cwd=tmp_path)
@@ -103,21 +97,14 @@ def test_extract_writes_a_motion_that_can_be_read(demo_clip: Path, tmp_path: Pat
     motion = read_dpc(tmp_path / "motion.dpc")
     assert figures["frames"] == figures["frames_tracked"] == len(motion.displacements) == 120
     assert motion.units == "fapu" and motion.fps == pytest.approx(30, abs=0.1)
-    assert motion.poses is not None and motion.displacements[:, 2, 1].min() < -200  # the lower lip comes down
+    assert motion.poses is not None and motion.displacements[:, 2, 1].min() < -200  # the mouth opens
 
 
-def test_models_path_is_where_the_user_says(tmp_path: Path) -> None:
-    result = run("models", "path", cwd=tmp_path, env={"CONF_MODELS": str(tmp_path / "here")})
-    assert result.stdout.strip() == str(tmp_path / "here")
-
-
-def test_demo_without_a_display_leaves_clip_picture_and_figures(demo_clip: Path, tmp_path: Path) -> None:
+def test_demo_without_a_display_writes_clip_image_and_figures(demo_clip: Path, tmp_path: Path) -> None:
     result = run("demo", "--seconds", "6", "--json", cwd=tmp_path)
     figures = json.loads(result.stdout)
-    for key in (
-        "frames_received frames_lost frames_late fps wire_bytes_per_frame wire_kbps raw_bytes_per_frame raw_kbps ratio"
-    ).split():
-        assert key in figures
+    assert figures.keys() >= {"frames_received", "frames_lost", "frames_late", "fps", "wire_bytes_per_frame"}
+    assert figures.keys() >= {"wire_kbps", "raw_bytes_per_frame", "raw_kbps", "ratio"}
     assert figures["frames_received"] > 30
     assert (tmp_path / "conf-demo.avi").stat().st_size > 100_000
     assert (tmp_path / "conf-demo.jpg").stat().st_size > 10_000

@@ -1,29 +1,30 @@
-"""`conf animate`: the animator's window."""
+"""`conf animate`: animate a face in a window."""
 
+from __future__ import annotations
+
+import argparse
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
 
-from conf.animator.app import AnimatorApp
-from conf.animator.background_fit import FitResult
-from conf.animator.commands import OpenFile, PlayExpression
-from conf.animator.face_document import open_face_document
-from conf.errors import ConfError
-from conf.face.animation.action_units import load_emotions
-from conf.face.formats.epc import read_epc
-from conf.face.formats.ppc import read_ppc
-from conf.mesh_fitting.fit import fit
-from conf.render.window.glfw_window import GlfwWindow
+from conf.commands import Terminal
+from conf.commands.arguments import AXES
 
+if TYPE_CHECKING:
+    from conf.animator.background_fit import FitResult
+
+HELP = "a window to animate a face by hand, emotions, muscles or recordings"
 SIZE = (1280, 800)
 
 
 @dataclass(frozen=True)
 class FaceOptions:
-    """Who is animated.
+    """The face to animate.
 
-    face : mesh, None for the shipped head; ppc : its control points, None for those beside it or to find them
+    face : mesh, None for the shipped head
+    ppc : its control points, None for the PPC file beside it or to find them
     up, front : the mesh's axes towards the crown and towards the nose, such as "z" and "-y"
     """
 
@@ -33,15 +34,35 @@ class FaceOptions:
     front: str | None = None
 
 
-def animate(sitter: FaceOptions, *, dpc: Path | None = None, emotion: str | None = None) -> None:
-    """Open the window and stay until it is closed.
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("face", type=Path, nargs="?", metavar="FACE.obj", help="default: the shipped head")
+    parser.add_argument("--ppc", type=Path, help="its control points (default: the PPC file beside it, or found)")
+    parser.add_argument("--up", choices=AXES, help="the mesh's axis towards the crown, if it has no points yet")
+    parser.add_argument("--front", choices=AXES, help="the mesh's axis towards the nose")
+    parser.add_argument("--dpc", type=Path, help="play this recording")
+    parser.add_argument("--emotion", metavar="NAME", help="show an emotion: joy, surprise, doubt, ... or an EPC file")
+
+
+def run(options: argparse.Namespace, _terminal: Terminal) -> None:
+    face = FaceOptions(options.face, options.ppc, options.up, options.front)
+    animate(face, dpc=options.dpc, emotion=options.emotion)
+
+
+def animate(options: FaceOptions, *, dpc: Path | None = None, emotion: str | None = None) -> None:
+    """Open the animator's window and return when it is closed.
 
     dpc : a recording to play at once
-    emotion : one of the six by name, or an EPC file whose first expression plays
+    emotion : one of the six by name, or an EPC file whose first expression is played
     Raises GraphicsError, FileFormatError, ConfError.
     """
-    subject = open_face_document(sitter.face, sitter.ppc, up=sitter.up, front=sitter.front)
-    name = _emotion_name(emotion)
+    from conf.animator.app import AnimatorApp
+    from conf.animator.commands import OpenFile, PlayExpression
+    from conf.animator.face_document import open_face_document
+    from conf.face.animation.action_units import load_emotions, load_expression
+    from conf.render.window.glfw_window import GlfwWindow
+
+    subject = open_face_document(options.face, options.ppc, up=options.up, front=options.front)
+    name = None if emotion is None else load_expression(emotion).names[0]
     with GlfwWindow(*SIZE, "conf animate") as window:
         animator = AnimatorApp(window, subject, fit=fit_points)
         try:
@@ -59,18 +80,12 @@ def animate(sitter: FaceOptions, *, dpc: Path | None = None, emotion: str | None
 
 
 def fit_points(path: Path, axes: tuple[str | None, str | None], on_progress: Callable[[str], None], /) -> FitResult:
-    """Let `conf fit` find the control points of a mesh file. Raises ConfError if there is no face in it."""
+    """Return the control points of a mesh file, as `conf fit` finds them. Raises ConfError if it shows no face."""
+    from conf.animator.background_fit import FitResult
+    from conf.face.formats.ppc import read_ppc
+    from conf.mesh_fitting.fit import fit
+
     with TemporaryDirectory(prefix="conf-fit-") as folder:
         output = Path(folder) / "found.ppc"
         report = fit(path, output, up=axes[0], front=axes[1], on_progress=on_progress)
         return FitResult(read_ppc(output), report.remarks)
-
-
-def _emotion_name(emotion: str | None) -> str | None:
-    """Return the name of the expression that is to play."""
-    if emotion is None or emotion in load_emotions().names:
-        return emotion
-    if not emotion.lower().endswith(".epc"):
-        names = ", ".join(load_emotions().names)
-        raise ConfError(f"there is no emotion {emotion!r}: choose one of {names}, or give an .epc file")
-    return read_epc(emotion).names[0]

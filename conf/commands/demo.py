@@ -1,63 +1,79 @@
-"""`conf demo`: a call on one machine. The sample clip is the camera, the datagrams go over real UDP."""
+"""`conf demo`: a call on one machine. The sample clip replaces the camera; the datagrams use real UDP."""
 
+from __future__ import annotations
+
+import argparse
 import os
 import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from conf.commands.receive import ReceiveOptions, receive
+from conf.commands import Terminal
+from conf.commands.arguments import add_json, add_seconds
+from conf.commands.receive import ReceiveOptions, has_display, receive
 from conf.errors import ConfError
-from conf.protocol.session.pairing_code import generate_code
-from conf.protocol.statistics import TrafficSnapshot
-from conf.sender.tracking.model_files import fetch_demo_clip
-from conf.transport.udp import UdpSocket
 
+if TYPE_CHECKING:
+    from conf.protocol.statistics import TrafficSnapshot
+
+HELP = "a call on this machine: the sample clip over real UDP, in a window with traffic figures"
+HEADLESS_SECONDS = 20.0
 LOOPBACK = "127.0.0.1"
-CODE_VARIABLE = "CONF_CODE"
 
 
 @dataclass(frozen=True)
 class DemoResult:
-    """What a demo left behind: the figures, and the files of one without a display."""
+    """The traffic figures of a demo, and the files that it wrote without a display."""
 
     traffic: TrafficSnapshot
     clip: Path | None
     picture: Path | None
 
 
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_seconds(parser, f" (without a display: {HEADLESS_SECONDS:.0f})")
+    parser.add_argument("--headless", action="store_true", help="no window: write conf-demo.avi and conf-demo.jpg")
+    add_json(parser)
+
+
+def run(options: argparse.Namespace, terminal: Terminal) -> None:
+    headless = options.headless or not has_display()
+    seconds = options.seconds or (HEADLESS_SECONDS if headless else None)
+    result = demo(seconds=seconds, headless=headless)
+    terminal.print_figures("the call", result.traffic)
+    if result.clip and not options.json:
+        terminal.write(f"wrote {result.clip} and {result.picture}")
+
+
 def demo(*, seconds: float | None, headless: bool) -> DemoResult:
     """Run sender and receiver until the window is closed or the time is over.
 
-    Raises ConfError when one of the two cannot run.
+    Raises ConfError if one of the two cannot run.
     """
+    from conf.protocol.session.pairing_code import generate_code
+    from conf.sender.tracking.model_files import fetch_demo_clip
+    from conf.transport.udp import UdpSocket
+
     clip = Path("conf-demo.avi") if headless else None
     picture = Path("conf-demo.jpg") if headless else None
-    sample_clip = fetch_demo_clip()
-    with UdpSocket.bind(LOOPBACK, 0) as link:
-        host, port = link.address
+    sample_clip = str(fetch_demo_clip())
+    with UdpSocket.bind(LOOPBACK, 0) as socket:
         code = generate_code(os.urandom)
-        command = [
-            sys.executable,
-            "-m",
-            "conf",
-            "send",
-            f"{host}:{port}",
-            "--file",
-            str(sample_clip),
-            "--loop",
-            "--json",
-        ]
-        secret = os.environ | {CODE_VARIABLE: code}  # not on the command line, where every user of the machine sees it
+        receiver = "{}:{}".format(*socket.address)
+        command = [sys.executable, "-m", "conf", "send", receiver, "--file", sample_clip, "--loop", "--json"]
+        # The code is not on the command line, because every user of the machine can read that.
+        environment = os.environ | {"CONF_CODE": code}
         with subprocess.Popen(
-            command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=secret
+            command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=environment
         ) as sender:
             try:
-                showing = ReceiveOptions(clip, picture, seconds)
-                traffic = receive(link, code, showing, should_continue=lambda: sender.poll() is None)
+                receive_options = ReceiveOptions(clip, picture, seconds)
+                traffic = receive(socket, code, receive_options, should_continue=lambda: sender.poll() is None)
             finally:
                 sender.terminate()
-                _, words = sender.communicate()
+                _, message = sender.communicate()
     if not traffic.frames_received:
-        raise ConfError(f"no frame came through: {words.strip() or 'the sender said nothing'}")
+        raise ConfError(f"no frame was received: {message.strip() or 'the sender printed no reason'}")
     return DemoResult(traffic, clip, picture)

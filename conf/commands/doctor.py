@@ -1,66 +1,89 @@
-"""What works on this machine, what does not, and what to do about it."""
+"""`conf doctor`: check what works on this machine and say what to do about the rest."""
 
-import os
+import argparse
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from conf.commands import Terminal
+from conf.commands.arguments import add_json, add_listen
+from conf.commands.receive import has_display
 from conf.errors import ConfError
-from conf.render.window.glfw_window import GlfwWindow
-from conf.render.window.offscreen import OffscreenWindow
-from conf.sender.capture.video import open_camera
-from conf.sender.tracking.model_files import fetch_models
-from conf.transport.udp import UdpSocket
+
+HELP = "what works on this machine, what does not, what to do"
 
 
 @dataclass(frozen=True)
 class CheckResult:
-    """One thing that was tried. `detail` says what was found or what to do."""
+    """One check. detail : what was found or what to do"""
 
     name: str
     works: bool
     detail: str
 
 
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--camera", default="0", metavar="N")
+    add_listen(parser)
+    add_json(parser)
+
+
+def run(options: argparse.Namespace, terminal: Terminal) -> None:
+    host, port = options.listen
+    findings = run_checks(camera=options.camera, host=host, port=port)
+    lines = [f"{'works' if finding.works else 'FAILS'}  {finding.name}: {finding.detail}" for finding in findings]
+    terminal.print_list("findings", findings, "\n".join(lines))
+
+
 def run_checks(*, camera: str, host: str, port: int) -> list[CheckResult]:
-    """Try everything that a call needs, and go on after each failure."""
+    """Check everything that a call needs; a failure does not stop the other checks."""
+    from conf.sender.tracking.model_files import fetch_models
+
     checks: dict[str, Callable[[], str]] = {
         "tracker's files": lambda: str(fetch_models()),
-        "camera": lambda: _camera(camera),
-        "drawing without a display": _offscreen,
-        "window": _window,
-        "port": lambda: _port(host, port),
+        "camera": lambda: _check_camera(camera),
+        "drawing without a display": _check_offscreen,
+        "window": _check_window,
+        "port": lambda: _check_port(host, port),
     }
-    return [_try(name, check) for name, check in checks.items()]
+    return [_run_check(name, check) for name, check in checks.items()]
 
 
-def _try(name: str, check: Callable[[], str]) -> CheckResult:
+def _run_check(name: str, check: Callable[[], str]) -> CheckResult:
     try:
         return CheckResult(name, True, check())
     except ConfError as error:
         return CheckResult(name, False, str(error))
 
 
-def _camera(name: str) -> str:
+def _check_camera(name: str) -> str:
+    from conf.sender.capture.video import open_camera
+
     with open_camera(name) as camera:
         frame = camera.read()
     if frame is None:
-        raise ConfError("the camera opens but gives no picture: close the program that uses it, or try another number")
+        raise ConfError("the camera opens but gives no image: close the program that uses it, or try another number")
     height, width = frame.pixels.shape[:2]
     return f"{width}x{height}"
 
 
-def _offscreen() -> str:
+def _check_offscreen() -> str:
+    from conf.render.window.offscreen import OffscreenWindow
+
     with OffscreenWindow(64, 64) as window:
         return str(window.ctx.info["GL_RENDERER"])
 
 
-def _window() -> str:
-    if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or os.name != "posix"):
+def _check_window() -> str:
+    from conf.render.window.glfw_window import GlfwWindow
+
+    if not has_display():
         raise ConfError("there is no display here: `conf receive --headless OUT.avi` draws into a file instead")
     with GlfwWindow(64, 64, "conf doctor") as window:
         return str(window.ctx.info["GL_RENDERER"])
 
 
-def _port(host: str, port: int) -> str:
-    with UdpSocket.bind(host, port) as link:
-        return "{}:{} is free".format(*link.address)
+def _check_port(host: str, port: int) -> str:
+    from conf.transport.udp import UdpSocket
+
+    with UdpSocket.bind(host, port) as socket:
+        return "{}:{} is free".format(*socket.address)

@@ -1,36 +1,34 @@
-"""`conf export`: a recorded motion or an emotion as pictures, clips, meshes and motion files."""
+"""`conf export`: write a recorded motion or an emotion as an image, clip, mesh or motion file."""
 
+from __future__ import annotations
+
+import argparse
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from conf.animator.face_document import open_face_document
-from conf.animator.file_export import ExportOptions, check_output, export, needs_drawing, parse_fps, parse_size
-from conf.animator.motion_clips import make_expression_clip, peak_time
-from conf.animator.motion_player import load_motion_clip
+from conf.commands import Terminal
+from conf.commands.arguments import add_json
 from conf.errors import ConfError
-from conf.face.animation.action_units import load_expression
-from conf.face.animation.idle_motion import IdleMotion
-from conf.face.animation.playback import duration_of
-from conf.face.animation.timed_expression import Envelope
-from conf.face.deformation.face_model import DeformerOptions, FaceModel
-from conf.face.formats.dpc import MotionClip
-from conf.render.window.offscreen import OffscreenWindow
 
+if TYPE_CHECKING:
+    from conf.face.deformation.face_model import FaceModel
+    from conf.face.formats.dpc import MotionClip
+
+HELP = "write a recording or an emotion as an image, clip or other format"
 EMOTION_FPS = 30.0
-SEED = 2007  # of the idle life beside an emotion: the same command writes the same file
+SEED = 2007  # of the idle motion of an emotion; fixed, so that the same command writes the same file
 
 
 @dataclass(frozen=True)
 class ExportRequest:
-    """What the command line asks for: one of dpc and emotion is given.
+    """What to export; exactly one of dpc and emotion is given.
 
-    size : `WxH`; fps : pictures a second; both as typed
+    size : `WxH`; fps : frames a second; both as typed
     face, ppc : another face than the shipped head
-    at : seconds, of a single picture or mesh; None takes an emotion at its strongest, a recording at its beginning
+    at : seconds, of a single image or mesh; None is the peak of an emotion, the start of a recording
     """
 
     output: Path
@@ -45,7 +43,7 @@ class ExportRequest:
 
 @dataclass(frozen=True)
 class ExportResult:
-    """What was written."""
+    """The figures of a written file."""
 
     output: str
     frames: int
@@ -53,42 +51,76 @@ class ExportResult:
     fps: float
 
 
-def export_file(request: ExportRequest, on_progress: Callable[[float], None] = lambda share: None) -> ExportResult:
-    """Write one file, `on_progress` is told the share that is done.
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument("--dpc", type=Path, help="a recording")
+    source.add_argument("--emotion", metavar="NAME", help="an emotion, or an EPC file")
+    suffixes = "a .jpg .png .avi .mp4 .obj .dpc .fap or .csv file"
+    parser.add_argument("-o", "--output", type=Path, required=True, help=suffixes)
+    parser.add_argument("--size", default=ExportRequest.size, metavar="WxH")
+    parser.add_argument("--fps", metavar="N", help="frames a second")
+    parser.add_argument("--face", type=Path, metavar="FILE", help="another face: a mesh with its PPC beside it")
+    parser.add_argument("--ppc", type=Path, help="its control points, if they are elsewhere")
+    parser.add_argument("--at", type=float, metavar="S", help="the time of a single image or mesh, in seconds")
+    add_json(parser)
+
+
+def run(options: argparse.Namespace, terminal: Terminal) -> None:
+    request = ExportRequest(**{field.name: getattr(options, field.name) for field in fields(ExportRequest)})
+    with terminal.progress_bar() as show:
+        result = export_file(request, show)
+    terminal.print_figures("exported", result)
+
+
+def export_file(request: ExportRequest, on_progress: Callable[[float], None] = lambda fraction: None) -> ExportResult:
+    """Write one file; on_progress gets the fraction that is done.
 
     Raises ConfError, FileFormatError, GraphicsError.
     """
-    check_output(request.output)
-    size, fps = parse_size(request.size), None if request.fps is None else parse_fps(request.fps)
+    from conf.animator import file_export
+    from conf.animator.face_document import open_face_document
+    from conf.face.animation.playback import duration_of
+    from conf.face.deformation.face_model import DeformerOptions
+    from conf.render.window.offscreen import OffscreenWindow
+
+    file_export.check_output(request.output)
+    size = file_export.parse_size(request.size)
+    fps = None if request.fps is None else file_export.parse_fps(request.fps)
     subject = open_face_document(request.face, request.ppc)
     if subject.points is None:
         raise ConfError(f"{subject.path} has no control points: run `conf fit {subject.path}` or give --ppc FILE")
     face = subject.operator_builder().build_face(DeformerOptions())
-    motion, peak_time = _motion(request, face, fps)
-    at = peak_time if request.at is None else request.at
-    if not 0 <= at <= duration_of(motion):
-        raise ConfError(f"the motion lasts {duration_of(motion):.2f} seconds: there is nothing at {at:g}")
-    motion_fps = motion.fps if fps is None else fps
-    order = ExportOptions(request.output, size, fps, at)
+    motion, default_time = _load_motion(request, face, fps)
+    seconds, at = duration_of(motion), default_time if request.at is None else request.at
+    if not 0 <= at <= seconds:
+        raise ConfError(f"the motion lasts {seconds:.2f} seconds: choose a time --at up to that instead of {at:g}")
+    options = file_export.ExportOptions(request.output, size, fps, at)
     with ExitStack() as stack:
-        ctx = stack.enter_context(OffscreenWindow(1, 1)).ctx if needs_drawing(request.output) else None
-        for share in export(face, motion, order, ctx):
-            on_progress(share)
-    frames = int(duration_of(motion) * motion_fps + 1e-6) + 1
-    return ExportResult(str(request.output), frames, duration_of(motion), motion_fps)
+        draws = file_export.needs_drawing(request.output)
+        ctx = stack.enter_context(OffscreenWindow(1, 1)).ctx if draws else None
+        for fraction in file_export.export(face, motion, options, ctx):
+            on_progress(fraction)
+    motion_fps = motion.fps if fps is None else fps
+    return ExportResult(str(request.output), int(seconds * motion_fps + 1e-6) + 1, seconds, motion_fps)
 
 
-def _motion(request: ExportRequest, face: FaceModel, fps: float | None) -> tuple[MotionClip, float]:
-    """Return the motion and the moment to show of it."""
+def _load_motion(request: ExportRequest, face: FaceModel, fps: float | None) -> tuple[MotionClip, float]:
+    """Return the motion, and the time in seconds that a single image shows."""
+    import numpy as np
+
+    from conf.animator.motion_clips import make_expression_clip, peak_time
+    from conf.animator.motion_player import load_motion_clip
+    from conf.face.animation.action_units import load_expression
+    from conf.face.animation.idle_motion import IdleMotion
+    from conf.face.animation.timed_expression import Envelope
+
     if request.dpc is not None:
         return load_motion_clip(request.dpc, face.fapu).motion, 0.0
     if request.emotion is None:
         raise ConfError("nothing to export: give --dpc FILE or --emotion NAME")
-    expressions = load_expression(request.emotion).in_fapu(face.fapu)
+    expressions = load_expression(request.emotion).in_fapu(face.fapu).displacements
     envelope, idle = Envelope(), IdleMotion(np.random.default_rng(SEED))
-    parts = [
-        make_expression_clip(frame, envelope, fps=fps or EMOTION_FPS, idle=idle) for frame in expressions.displacements
-    ]
-    joined = [np.concatenate([part.displacements for part in parts])]
-    poses = np.concatenate([part.poses for part in parts if part.poses is not None])
-    return replace(parts[0], displacements=joined[0], poses=poses), peak_time(envelope)
+    clips = [make_expression_clip(frame, envelope, fps=fps or EMOTION_FPS, idle=idle) for frame in expressions]
+    displacements = np.concatenate([clip.displacements for clip in clips])
+    poses = np.concatenate([clip.poses for clip in clips if clip.poses is not None])
+    return replace(clips[0], displacements=displacements, poses=poses), peak_time(envelope)

@@ -1,23 +1,20 @@
-"""`conf extract`: the motion of a clip as a DPC file."""
+"""`conf extract`: write the motion of a clip as a DPC file."""
 
+import argparse
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
+from conf.commands import Terminal
+from conf.commands.arguments import add_json
 from conf.errors import CameraError
-from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.face.formats.dpc import MotionClip, write_dpc
-from conf.sender.capture.video import open_clip
-from conf.sender.motion.extractor import MotionExtractor
-from conf.sender.tracking.canonical_face import read_canonical_face
-from conf.sender.tracking.model_files import fetch_models
-from conf.sender.tracking.offline import Progress, track_clip
+
+HELP = "write the motion of a clip as a DPC file"
 
 
 @dataclass(frozen=True)
 class ExtractionResult:
-    """What came out of a clip."""
+    """The figures of an extraction."""
 
     frames: int
     frames_tracked: int
@@ -25,18 +22,40 @@ class ExtractionResult:
     output: str
 
 
-def extract(clip: Path, output: Path, on_progress: Progress | None = None) -> ExtractionResult:
-    """Track a whole clip and write its motion.
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("clip", type=Path)
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT.dpc")
+    add_json(parser)
 
-    The clip is gone through once for the landmarks and twice with them: first to find the neutral pose, then, with it
-    known from the first frame on, for the motion. A frame without a face repeats the one before.
+
+def run(options: argparse.Namespace, terminal: Terminal) -> None:
+    with terminal.status_line() as show:
+        result = extract(options.clip, options.output, on_progress=lambda count: show(f"{count} frames"))
+    terminal.print_figures("extracted", result)
+
+
+def extract(clip: Path, output: Path, on_progress: Callable[[int], None] | None = None) -> ExtractionResult:
+    """Track a clip and write its motion.
+
+    The landmarks are extracted once and filtered twice: first to find the neutral pose, then to compute the motion with
+    that pose known from the first frame on. A frame without a face repeats the one before.
     Raises CameraError, ModelError, FileFormatError.
     """
+    import numpy as np
+
+    from conf.face.control_points import CONTROL_POINT_COUNT
+    from conf.face.formats.dpc import MotionClip, write_dpc
+    from conf.sender.capture.video import open_clip
+    from conf.sender.motion.extractor import MotionExtractor
+    from conf.sender.tracking.canonical_face import read_canonical_face
+    from conf.sender.tracking.model_files import fetch_models
+    from conf.sender.tracking.offline import track_clip
+
     with open_clip(clip) as source:
         size, fps = source.size, source.fps
     tracked = [(frame.timestamp, tracking) for frame, tracking in track_clip(clip, on_progress)]
     if not any(tracking for _, tracking in tracked):
-        raise CameraError(f"{clip} shows no face: choose a clip in which one face is well seen")
+        raise CameraError(f"{clip} shows no face: choose a clip in which one face is clearly visible")
     extractor = MotionExtractor(read_canonical_face(fetch_models()), size)
     for timestamp, tracking in tracked:
         if tracking is not None:

@@ -1,34 +1,22 @@
-"""`conf measure`: what one frame costs at every stage of its way, beside raw pixels."""
+"""`conf measure`: bytes a frame at every stage of the encoding, compared with raw pixels."""
 
+import argparse
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
-import numpy as np
-
+from conf.commands import Terminal
+from conf.commands.arguments import add_json
 from conf.errors import CameraError
-from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.output.media_writer import save_picture
-from conf.protocol.codec import LIVE, PROFILES
-from conf.protocol.loopback import LoopbackCall
-from conf.protocol.messages import StreamParameters
-from conf.protocol.sender_connection import RateOptions
-from conf.protocol.statistics import raw_frame_bytes
-from conf.render.ui.charts import Bar, bar_chart
-from conf.sender.capture.video import open_clip
-from conf.sender.frame_pacer import FramePacer
-from conf.sender.motion.extractor import MotionExtractor
-from conf.sender.tracking.canonical_face import read_canonical_face
-from conf.sender.tracking.model_files import fetch_models
-from conf.sender.tracking.offline import Progress, track_clip
 
-SEAL_BYTES = 14  # framing and seal of a datagram; WIRE.md counts them
-JPEG_QUALITY = 30  # about the lowest at which a face is pleasant to look at
+HELP = "bytes a frame at every stage of the encoding, compared with raw pixels"
+SEAL_BYTES = 14  # framing and authentication tag of a datagram, see WIRE.md
+JPEG_QUALITY = 30  # about the lowest at which a face looks acceptable
 
 
 @dataclass(frozen=True)
 class StageCost:
-    """One stage: mean bytes a frame, what that makes at `fps`, and how often it fits into raw pixels."""
+    """The mean cost of one stage. ratio : raw pixels to this stage"""
 
     name: str
     bytes_per_frame: float
@@ -37,28 +25,64 @@ class StageCost:
     ratio: float
 
 
-def measure(clip: Path, profile: str = LIVE.name, on_progress: Progress | None = None) -> list[StageCost]:
-    """Make a call with a clip, without a network, and count. Raises CameraError, ModelError."""
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("clip", type=Path)
+    parser.add_argument("--profile", choices=["live", "narrow", "rich"], default="live")
+    parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the table as a bar chart")
+    add_json(parser)
+
+
+def run(options: argparse.Namespace, terminal: Terminal) -> None:
+    from rich.table import Table
+
+    with terminal.status_line() as show:
+        stages = measure(options.clip, options.profile, on_progress=lambda count: show(f"{count} frames"))
+    if options.plot:
+        plot(stages, options.plot)
+    table = Table("stage", "B a frame", "kbit/s", "raw : this")
+    for stage in stages:
+        table.add_row(stage.name, f"{stage.bytes_per_frame:,.1f}", f"{stage.kbps:,.1f}", f"{stage.ratio:,.0f}")
+    terminal.print_list("stages", stages, table)
+
+
+def measure(clip: Path, profile: str = "live", on_progress: Callable[[int], None] | None = None) -> list[StageCost]:
+    """Return the cost of each stage of a call with a clip, without a network. Raises CameraError, ModelError."""
+    import cv2
+    import numpy as np
+
+    from conf.face.control_points import CONTROL_POINT_COUNT
+    from conf.protocol.codec import PROFILES
+    from conf.protocol.loopback import LoopbackCall
+    from conf.protocol.messages import StreamParameters
+    from conf.protocol.sender_connection import RateOptions
+    from conf.protocol.statistics import raw_frame_bytes
+    from conf.sender.capture.video import open_clip
+    from conf.sender.frame_pacer import FramePacer
+    from conf.sender.motion.extractor import MotionExtractor
+    from conf.sender.tracking.canonical_face import read_canonical_face
+    from conf.sender.tracking.model_files import fetch_models
+    from conf.sender.tracking.offline import track_clip
+
     with open_clip(clip) as source:
         size, fps = source.size, min(source.fps, float(PROFILES[profile].fps))
     extractor = MotionExtractor(read_canonical_face(fetch_models()), size)
     parameters = StreamParameters(*size, fps, CONTROL_POINT_COUNT, extractor.fapu_distances())
     call = LoopbackCall(parameters, 0.0, link=RateOptions(profile))
-    pace, frames, jpeg = FramePacer(fps), 0, 0
+    pacer, frames, jpeg_bytes = FramePacer(fps), 0, 0
     for frame, tracking in track_clip(clip, on_progress):
         now = frame.timestamp
-        if tracking is None or pace.delay_for(now, now) is None:
+        if tracking is None or pacer.delay_for(now, now) is None:
             continue
         call.send_frame(extractor.update(tracking, now), now)
         frames += 1
-        jpeg += len(cv2.imencode(".jpg", frame.pixels, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1])
+        jpeg_bytes += len(cv2.imencode(".jpg", frame.pixels, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1])
     if not frames:
-        raise CameraError(f"{clip} shows no face: choose a clip in which one face is well seen")
+        raise CameraError(f"{clip} shows no face: choose a clip in which one face is clearly visible")
     coded = call.sealed_bytes - SEAL_BYTES * call.datagrams
     raw = raw_frame_bytes(*size)
     costs = {
         f"raw pixels {size[0]}x{size[1]}": float(raw),
-        f"JPEG, quality {JPEG_QUALITY}": jpeg / frames,
+        f"JPEG, quality {JPEG_QUALITY}": jpeg_bytes / frames,
         "478 landmarks, float32": 478 * 3 * np.float32().nbytes,
         f"{CONTROL_POINT_COUNT} points and pose, float32": (CONTROL_POINT_COUNT * 3 + 6) * np.float32().nbytes,
         "coded": coded / frames,
@@ -69,7 +93,10 @@ def measure(clip: Path, profile: str = LIVE.name, on_progress: Progress | None =
 
 
 def plot(stages: list[StageCost], path: Path) -> None:
-    """Draw the stages as bars on a logarithmic scale. Raises RecordingError, GraphicsError."""
+    """Write a bar chart of the stages, with a logarithmic scale. Raises RecordingError, GraphicsError."""
+    from conf.output.media_writer import save_picture
+    from conf.render.ui.charts import Bar, bar_chart
+
     bars = [
         Bar(stage.name, stage.bytes_per_frame, f"{stage.bytes_per_frame:,.0f} B, {stage.kbps:,.1f} kbit/s")
         for stage in stages

@@ -1,4 +1,6 @@
-"""`conf send --preview`: what the camera sees and what is sent of it, in a small window of one's own."""
+"""The window of `conf send --preview`: the camera's image with the control points that are sent."""
+
+from collections.abc import Callable
 
 import cv2
 import glfw
@@ -16,44 +18,44 @@ NEUTRAL_KEY = "n"
 
 
 class Preview:
-    """A window with the frame and the fifty points on it. N takes the face as it is for the neutral pose."""
+    """A window with the frame and the fifty points on it. The key N calls on_neutral."""
 
-    def __init__(self, size: tuple[int, int]) -> None:
-        """Raises GraphicsError where no window can be opened."""
-        self.neutral_wanted = False
-        self._size = size
+    def __init__(self, size: tuple[int, int], *, on_neutral: Callable[[], None]) -> None:
+        """Open the window. Raises GraphicsError if that is not possible."""
+        self._on_neutral = on_neutral
         self._window = GlfwWindow(*size, "conf: what is sent (N: this is my neutral face)")
-        glfw.swap_interval(0)  # the picture must not hold the motion back
+        glfw.swap_interval(0)  # drawing must not delay the motion until the next vertical blank
         self._texture = self._window.ctx.texture(size, 4)
         self._source = self._window.ctx.framebuffer(self._texture)
 
     def show(self, frame: Frame, tracking: TrackedFace | None) -> None:
-        """Draw a frame; once the window is closed nothing is drawn any more."""
+        """Draw a frame, unless the window has been closed."""
         if self._window.should_close:
             return
-        for event in self._window.poll():
-            self.neutral_wanted |= isinstance(event, KeyPressed) and event.key == NEUTRAL_KEY
+        events = self._window.poll()
         self._texture.write(rgba(with_points(frame.pixels, tracking)).tobytes())
         self._window.begin()
         self._window.ctx.copy_framebuffer(self._window.framebuffer, self._source)
         self._window.end()
+        if any(isinstance(event, KeyPressed) and event.key == NEUTRAL_KEY for event in events):
+            self._on_neutral()
 
     def close(self) -> None:
         """Close the window."""
-        for thing in (self._source, self._texture, self._window):
-            thing.release()
+        for resource in (self._source, self._texture, self._window):
+            resource.release()
 
 
 def with_points(pixels: NDArray[np.uint8], tracking: TrackedFace | None) -> NDArray[np.uint8]:
-    """Return a copy of a picture (H, W, 3) uint8 BGR with the control points on it."""
-    picture = pixels.copy()
+    """Return a copy of an image (H, W, 3) uint8 BGR with the control points drawn on it."""
+    image = pixels.copy()
     if tracking is not None:
         radius = max(1, pixels.shape[0] // 240)
         for x, y in tracking.landmarks[CONTROL_POINT_LANDMARKS, :2]:
-            cv2.circle(picture, (round(float(x)), round(float(y))), radius, DOT, cv2.FILLED, cv2.LINE_AA)
-    return picture
+            cv2.circle(image, (round(float(x)), round(float(y))), radius, DOT, cv2.FILLED, cv2.LINE_AA)
+    return image
 
 
 def rgba(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return (H, W, 4) uint8 RGBA, the first row at the bottom as OpenGL has it."""
+    """Return (H, W, 4) uint8 RGBA, bottom row first as in OpenGL."""
     return np.ascontiguousarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2RGBA)[::-1], dtype=np.uint8)

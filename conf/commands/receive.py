@@ -1,21 +1,24 @@
-"""`conf receive`: listen, and show who calls."""
+"""`conf receive`: accept calls and show the participants."""
 
+from __future__ import annotations
+
+import argparse
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from conf.face.loading import load_face
-from conf.output.media_writer import save_picture
-from conf.protocol.receiver_endpoint import ReceiverEndpoint
-from conf.protocol.session.server import SessionServer
-from conf.protocol.statistics import TrafficSnapshot
-from conf.receiver.pipeline import ReceivingLoop
-from conf.receiver.viewer_controls import ConstantRateRecorder
-from conf.render.window.glfw_window import GlfwWindow
-from conf.render.window.offscreen import OffscreenWindow
-from conf.transport.udp import UdpSocket
+from conf.commands import Terminal
+from conf.commands.arguments import add_json, add_listen, add_seconds, pairing_code
 
+if TYPE_CHECKING:
+    from conf.protocol.statistics import TrafficSnapshot
+    from conf.receiver.pipeline import ReceivingLoop
+    from conf.render.window.offscreen import OffscreenWindow
+    from conf.transport.udp import UdpSocket
+
+HELP = "accept calls and show the participants"
 SIZE = (640, 480)
 WINDOW_FPS = 60.0
 HEADLESS_FPS = 30.0
@@ -23,10 +26,10 @@ HEADLESS_FPS = 30.0
 
 @dataclass(frozen=True)
 class ReceiveOptions:
-    """How the picture is shown.
+    """How the participants are shown.
 
-    headless : AVI to draw into instead of a window
-    picture : JPG of the last picture, for headless drawing
+    headless : AVI file to draw into instead of a window
+    picture : JPG file of the last image, for headless drawing
     """
 
     headless: Path | None = None
@@ -35,53 +38,80 @@ class ReceiveOptions:
     on_event: Callable[[str], None] | None = None
 
 
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_listen(parser)
+    parser.add_argument("--code", type=pairing_code, help="the code that callers need (default: a new one each time)")
+    parser.add_argument("--face", type=Path, metavar="FILE", help="another face: a mesh with its PPC beside it")
+    parser.add_argument("--headless", type=Path, metavar="OUT.avi", help="no window: draw into this clip")
+    add_seconds(parser)
+    add_json(parser)
+
+
+def run(options: argparse.Namespace, terminal: Terminal) -> None:
+    from conf.protocol.session.pairing_code import generate_code
+    from conf.transport.udp import UdpSocket
+
+    code = options.code or generate_code(os.urandom)
+    with UdpSocket.bind(*options.listen) as socket:
+        terminal.write("listening on {}:{}, code {}".format(*socket.address, code))
+        receive_options = ReceiveOptions(options.headless, None, options.seconds, on_event=terminal.write)
+        traffic = receive(socket, code, receive_options, face=options.face)
+    terminal.print_figures("the call", traffic)
+
+
 def has_display() -> bool:
-    """Say whether there is a screen to open a window on."""
+    """Return whether a window can be opened."""
     return os.name != "posix" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def receive(
-    link: UdpSocket,
+    socket: UdpSocket,
     code: str,
-    showing: ReceiveOptions,
+    options: ReceiveOptions,
     *,
     face: Path | None = None,
     should_continue: Callable[[], bool] = lambda: True,
 ) -> TrafficSnapshot:
-    """Show what comes over a link. Returns the figures of the traffic.
+    """Show the callers of a socket until the window is closed or the time is over. Returns the traffic figures.
 
-    code : what callers must know, as normalise_code returns it
-
+    code : what callers need, as normalise_code returns it
     Raises GraphicsError, FileFormatError, RecordingError.
     """
+    from conf.face.loading import load_face
+    from conf.protocol.receiver_endpoint import ReceiverEndpoint
+    from conf.protocol.session.server import SessionServer
+    from conf.receiver.pipeline import ReceivingLoop
+    from conf.render.window.glfw_window import GlfwWindow
+    from conf.render.window.offscreen import OffscreenWindow
+
     model = load_face(face)
-    host = ReceiverEndpoint(SessionServer(code, os.urandom))
-    greeting = "listening on {}:{}   code  {}".format(*link.address, code)
-    if showing.headless is None:
+    endpoint = ReceiverEndpoint(SessionServer(code, os.urandom))
+    idle_text = "listening on {}:{}   code  {}".format(*socket.address, code)
+    if options.headless is None:
         with GlfwWindow(*SIZE, "conf") as window:
-            loop = ReceivingLoop(window, model, host, link, idle_text=greeting)
+            loop = ReceivingLoop(window, model, endpoint, socket, idle_text=idle_text)
             return loop.run(
-                fps=WINDOW_FPS, seconds=showing.seconds, keep_going=should_continue, on_event=showing.on_event
+                fps=WINDOW_FPS, seconds=options.seconds, keep_going=should_continue, on_event=options.on_event
             )
     with OffscreenWindow(*SIZE) as window:
-        loop = ReceivingLoop(window, model, host, link, idle_text=greeting)
-        return _record(window, loop, showing, should_continue)
+        loop = ReceivingLoop(window, model, endpoint, socket, idle_text=idle_text)
+        return _record(window, loop, options, should_continue)
 
 
 def _record(
-    window: OffscreenWindow, loop: ReceivingLoop, showing: ReceiveOptions, should_continue: Callable[[], bool]
+    window: OffscreenWindow, loop: ReceivingLoop, options: ReceiveOptions, should_continue: Callable[[], bool]
 ) -> TrafficSnapshot:
-    assert showing.headless is not None
-    clip = ConstantRateRecorder(showing.headless, fps=HEADLESS_FPS)
+    from conf.output.media_writer import save_picture
+    from conf.receiver.viewer_controls import ConstantRateRecorder
+
+    assert options.headless is not None
+    clip = ConstantRateRecorder(options.headless, fps=HEADLESS_FPS)
     try:
         return loop.run(
-            fps=HEADLESS_FPS,
-            seconds=showing.seconds,
-            keep_going=should_continue,
-            on_picture=clip.add,
-            on_event=showing.on_event,
-        )
+            fps=HEADLESS_FPS, seconds=options.seconds, keep_going=should_continue,
+            on_picture=clip.add, on_event=options.on_event,
+        )  # fmt: skip
     finally:
         clip.close()
-        if showing.picture is not None:
-            save_picture(showing.picture, window.read())
+        if options.picture is not None:
+            save_picture(options.picture, window.read())

@@ -1,41 +1,43 @@
 """`conf send`: track a face and send its motion."""
 
+from __future__ import annotations
+
+import argparse
 import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from conf.commands.preview import Preview
-from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.protocol.messages import StreamParameters
-from conf.protocol.portrait import ObjectSender
-from conf.protocol.sender_connection import RateOptions, SenderConnection
-from conf.protocol.session.client import SenderSession
-from conf.sender.capture.video import Frame, open_camera, open_clip
-from conf.sender.motion.extractor import MotionExtractor
-from conf.sender.motion_source import MotionSource, TrackedMotionSource, open_motion_file
-from conf.sender.pipeline import SenderLoop, SenderStatus
-from conf.sender.portrait.scheduler import PortraitScheduler
-from conf.sender.tracking.canonical_face import read_canonical_face
-from conf.sender.tracking.model_files import fetch_models
-from conf.sender.tracking.tracker import FaceTracker, TrackedFace
-from conf.transport.udp import UdpSocket
+from conf.commands import Terminal
+from conf.commands.arguments import add_json, add_seconds, address, pairing_code, positive_number
+from conf.errors import ConfError
 
+if TYPE_CHECKING:
+    from conf.protocol.portrait import ObjectSender
+    from conf.sender.capture.video import Frame
+    from conf.sender.motion.extractor import MotionExtractor
+    from conf.sender.motion_source import MotionSource
+    from conf.sender.pipeline import SenderStatus
+    from conf.sender.tracking.tracker import TrackedFace
+
+HELP = "track a face and send its motion"
+PROFILES_HELP = "live: 15 frames a second; narrow: for 2,400 bit/s; rich: 30; auto: live, and less when the link asks"
 FPS = 15.0
-
-OnFrame = Callable[[Frame, TrackedFace | None], None]
+MIN_PORTRAIT_KBPS = 3.0  # a lower cap is used up by the motion
 
 
 @dataclass(frozen=True)
 class SendOptions:
     """What is sent and for how long.
 
-    calibrate : take the first face seen for the neutral pose
-    preview : show what the camera sees in a window
-    portrait_kbps : what the person's picture may cost; None lets none leave the machine
-    file : a clip as a fake camera; dpc : a recorded motion; else the camera by its number or device
+    file : a clip as the camera; dpc : a recorded motion; without both the camera, by number or device
+    calibrate : use the first detected face as the neutral pose
+    preview : show the camera's image in a window
+    portrait_kbps : rate for images of the person; None never sends any
+    profile, kbps : as in RateOptions
     """
 
     camera: str = "0"
@@ -46,60 +48,128 @@ class SendOptions:
     calibrate: bool = False
     preview: bool = False
     portrait_kbps: float | None = None
-    link: RateOptions = field(default_factory=RateOptions)
+    profile: str = "auto"
+    kbps: float | None = None
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add("receiver", type=address, metavar="HOST[:PORT]")
+    source = parser.add_mutually_exclusive_group()
+    source.add_argument("--camera", default="0", metavar="N", help="number or device of the camera (default 0)")
+    source.add_argument("--file", type=Path, metavar="CLIP", help="a clip as the camera")
+    source.add_argument("--dpc", type=Path, metavar="FILE", help="a recorded motion instead of a face")
+    add("--code", type=pairing_code, help="the code that the receiver shows (default: CONF_CODE, or asked for)")
+    add("--profile", choices=["auto", "live", "narrow", "rich"], default="auto", help=PROFILES_HELP)
+    add("--kbps", type=positive_number, metavar="N", help="never more than this over any ten seconds")
+    add("--calibrate", action="store_true", help="use the first detected face as the neutral pose")
+    add("--preview", action="store_true", help="show the camera's image in a window; N: this is my neutral face")
+    add("--portrait", action="store_true", help="allow images of the person to be sent (default: none ever)")
+    add("--portrait-kbps", type=positive_number, default=4.0, metavar="N", help="rate for these images (default 4)")
+    add("--loop", action="store_true", help="repeat the clip")
+    add_seconds(parser)
+    add_json(parser)
+
+
+def run(options: argparse.Namespace, terminal: Terminal) -> None:
+    code = options.code or _read_code(terminal)
+    if options.portrait and (options.profile == "narrow" or (options.kbps or MIN_PORTRAIT_KBPS) < MIN_PORTRAIT_KBPS):
+        terminal.write("no image will be sent: --profile narrow or a --kbps this low leaves no room for one")
+    if not options.portrait:
+        options.portrait_kbps = None
+    send_options = SendOptions(**{field.name: getattr(options, field.name) for field in fields(SendOptions)})
+    with terminal.status_line() as show:
+        status = send(options.receiver, code, send_options, on_status=lambda s: show(_status_text(s)))
+    terminal.print_figures("sent", status)
+
+
+def _read_code(terminal: Terminal) -> str:
+    """Return the code from CONF_CODE or from the user. Raises ConfError if there is neither."""
+    text = os.environ.get("CONF_CODE") or terminal.ask("the code that the receiver shows: ")
+    try:
+        return pairing_code(text)
+    except argparse.ArgumentTypeError as error:
+        raise ConfError(f"{error}: give the one the receiver shows with --code") from error
+
+
+def _status_text(status: SenderStatus) -> str:
+    link = status.link
+    if not link.connected:
+        return status.note or "calling"
+    if link.stopped:
+        return "no reply for 10 s: not sending; trying again now and then"
+    parts = ["face" if status.face else "no face: looking for one", f"{link.profile}, {status.wire_kbps:.1f} kbit/s"]
+    parts.append(f"{status.wire_bytes_per_frame:.0f} B a frame with headers, {status.frames_sent} frames")
+    if link.round_trip_ms is not None:
+        parts.append(f"round trip {link.round_trip_ms:.0f} ms, loss {link.loss_percent or 0:.1f} %")
+        parts.append(f"jitter {link.jitter_ms or 0:.0f} ms")
+    return ", ".join([*parts, f"tracker {status.tracker_ms_median:.1f} ms"])
 
 
 def send(
-    receiver: tuple[str, int], code: str, sending: SendOptions, on_status: Callable[[SenderStatus], None] | None = None
+    receiver: tuple[str, int], code: str, options: SendOptions, on_status: Callable[[SenderStatus], None] | None = None
 ) -> SenderStatus:
-    """Send until the clip ends, the time is over or the user stops it.
+    """Send until the clip ends, the time is over or the user interrupts.
 
     code : what the receiver shows, as normalise_code returns it
     Raises CameraError, ModelError, NetworkError, FileFormatError.
     """
-    outbox = ObjectSender(kbps=sending.portrait_kbps) if sending.portrait_kbps else None
-    with UdpSocket.open_to(*receiver) as link, _open(sending, outbox) as performance:
-        size, fps = performance.size, min(FPS, performance.fps)
-        parameters = StreamParameters(*size, fps, CONTROL_POINT_COUNT, performance.fapu_lengths)
+    from conf.face.control_points import CONTROL_POINT_COUNT
+    from conf.protocol.messages import StreamParameters
+    from conf.protocol.portrait import ObjectSender
+    from conf.protocol.sender_connection import RateOptions, SenderConnection
+    from conf.protocol.session.client import SenderSession
+    from conf.sender.pipeline import SenderLoop
+    from conf.transport.udp import UdpSocket
+
+    object_sender = ObjectSender(kbps=options.portrait_kbps) if options.portrait_kbps else None
+    with UdpSocket.open_to(*receiver) as socket, _open_source(options, object_sender) as source:
+        parameters = StreamParameters(*source.size, min(FPS, source.fps), CONTROL_POINT_COUNT, source.fapu_lengths)
         now = time.monotonic()
-        assert link.remote is not None
-        session = SenderSession(code, link.remote, os.urandom, now)
-        caller = SenderConnection(session, parameters, now, link=sending.link, portrait=outbox)
-        return SenderLoop(performance, caller, link).run(seconds=sending.seconds, on_status=on_status)
+        assert socket.remote is not None
+        session = SenderSession(code, socket.remote, os.urandom, now)
+        rate = RateOptions(options.profile, options.kbps)
+        connection = SenderConnection(session, parameters, now, link=rate, portrait=object_sender)
+        return SenderLoop(source, connection, socket).run(seconds=options.seconds, on_status=on_status)
 
 
 @contextmanager
-def _open(sending: SendOptions, outbox: ObjectSender | None) -> Iterator[MotionSource]:
-    if sending.dpc is not None:
-        yield open_motion_file(sending.dpc, loop=sending.loop)
+def _open_source(options: SendOptions, object_sender: ObjectSender | None) -> Iterator[MotionSource]:
+    from conf.sender.capture.video import open_camera, open_clip
+    from conf.sender.motion.extractor import MotionExtractor
+    from conf.sender.motion_source import TrackedMotionSource, open_motion_file
+    from conf.sender.portrait.scheduler import PortraitScheduler
+    from conf.sender.tracking.canonical_face import read_canonical_face
+    from conf.sender.tracking.model_files import fetch_models
+    from conf.sender.tracking.tracker import FaceTracker
+
+    if options.dpc is not None:
+        yield open_motion_file(options.dpc, loop=options.loop)
         return
     models = fetch_models()
-    with open_clip(sending.file, loop=sending.loop) if sending.file else open_camera(sending.camera) as source:
+    with open_clip(options.file, loop=options.loop) if options.file else open_camera(options.camera) as source:
         canonical = read_canonical_face(models)
         extractor = MotionExtractor(canonical, source.size)
-        studio = PortraitScheduler(canonical, outbox) if outbox else None
-        if sending.calibrate:
+        scheduler = PortraitScheduler(canonical, object_sender) if object_sender else None
+        if options.calibrate:
             extractor.set_neutral_now()
-        with _preview(sending, source.size, extractor) as on_frame:
+        with _preview(options, source.size, extractor) as on_frame:
             yield TrackedMotionSource(
-                source, FaceTracker(models), extractor, portrait_scheduler=studio, on_frame=on_frame
+                source, FaceTracker(models), extractor, portrait_scheduler=scheduler, on_frame=on_frame
             )
 
 
 @contextmanager
-def _preview(sending: SendOptions, size: tuple[int, int], extractor: MotionExtractor) -> Iterator[OnFrame | None]:
-    if not sending.preview:
+def _preview(
+    options: SendOptions, size: tuple[int, int], extractor: MotionExtractor
+) -> Iterator[Callable[[Frame, TrackedFace | None], None] | None]:
+    if not options.preview:
         yield None
         return
-    preview = Preview(size)
+    from conf.commands.preview import Preview
 
-    def show(frame: Frame, tracking: TrackedFace | None) -> None:
-        preview.show(frame, tracking)
-        if preview.neutral_wanted:
-            preview.neutral_wanted = False
-            extractor.set_neutral_now()
-
+    preview = Preview(size, on_neutral=extractor.set_neutral_now)
     try:
-        yield show
+        yield preview.show
     finally:
         preview.close()

@@ -7,7 +7,7 @@ from conf.commands.measure import StageCost, measure, plot
 from conf.errors import CameraError
 
 
-def test_stages_get_smaller_and_their_ratios_agree(short_clip: Path) -> None:
+def test_later_stages_are_smaller_and_ratios_are_consistent(short_clip: Path) -> None:
     stages = measure(short_clip)
     raw, *_, coded, sealed, wire = stages
     assert raw == StageCost(
@@ -19,12 +19,12 @@ def test_stages_get_smaller_and_their_ratios_agree(short_clip: Path) -> None:
         assert stage.kbps == pytest.approx(stage.bytes_per_frame * stage.fps * 8 / 1000)
 
 
-def test_a_clip_without_a_face_is_named(empty_clip: Path) -> None:
+def test_a_clip_without_a_face_is_an_error(empty_clip: Path) -> None:
     with pytest.raises(CameraError, match="shows no face"):
         measure(empty_clip)
 
 
-def test_the_plot_is_a_picture(gl: None, tmp_path: Path) -> None:
+def test_the_plot_is_an_image(gl: None, tmp_path: Path) -> None:
     stages = [StageCost("raw pixels", 76_032.0, 15.0, 9123.8, 1.0), StageCost("coded", 20.0, 15.0, 2.4, 3801.6)]
     plot(stages, tmp_path / "plot.png")
     assert cv2.imread(str(tmp_path / "plot.png")).std() > 5

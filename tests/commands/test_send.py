@@ -11,37 +11,37 @@ from conf.transport.udp import UdpSocket
 CODE = "amber-canoe-tiger-7"
 
 
-def test_nobody_answers(short_clip: Path) -> None:
+def test_no_reply_is_an_error(short_clip: Path) -> None:
     with (
-        UdpSocket.bind("127.0.0.1", 0) as deaf,
+        UdpSocket.bind("127.0.0.1", 0) as silent,
         pytest.raises(NetworkError, match="nobody answered: start `conf receive` there"),
     ):
-        send(deaf.address, CODE, SendOptions(file=short_clip, seconds=0.3))
+        send(silent.address, CODE, SendOptions(file=short_clip, seconds=0.3))
 
 
-def test_a_clip_that_is_not_there_is_named() -> None:
+def test_a_missing_clip_is_an_error() -> None:
     with pytest.raises(CameraError, match=r"there is no file nosuch\.avi"):
         send(("127.0.0.1", 9), CODE, SendOptions(file=Path("nosuch.avi")))
 
 
-def test_a_receiver_without_an_address_is_named(short_clip: Path) -> None:
+def test_an_unknown_host_is_an_error(short_clip: Path) -> None:
     with pytest.raises(NetworkError, match="no address for"):
         send(("no.such.host.invalid", 5005), CODE, SendOptions(file=short_clip))
 
 
 @pytest.mark.parametrize("portrait_kbps", [None, 4.0])
-def test_only_who_allows_it_has_pictures_taken_and_sent(
+def test_images_are_captured_and_sent_only_if_allowed(
     portrait_kbps: float | None, short_clip: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made: list[tuple[TrackedMotionSource, SenderConnection]] = []
+    created: list[tuple[TrackedMotionSource, SenderConnection]] = []
 
     class Loop:
         def __init__(self, performance: TrackedMotionSource, caller: SenderConnection, link: object) -> None:
-            made.append((performance, caller))
+            created.append((performance, caller))
 
         def run(self, **options: object) -> None: ...
 
-    monkeypatch.setattr("conf.commands.send.SenderLoop", Loop)
+    monkeypatch.setattr("conf.sender.pipeline.SenderLoop", Loop)
     send(("127.0.0.1", 9), CODE, SendOptions(file=short_clip, portrait_kbps=portrait_kbps))
-    ((performance, caller),) = made
+    ((performance, caller),) = created
     assert (performance._studio is not None) == (caller._portrait is not None) == (portrait_kbps is not None)

@@ -23,8 +23,9 @@ from typing import IO, Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from conf.commands import send as sending
 from conf.commands.receive import SIZE, WINDOW_FPS
+from conf.commands.send import SendOptions
+from conf.commands.send import send as send_face
 from conf.errors import NetworkError
 from conf.face.loading import load_face
 from conf.protocol.address import Address
@@ -34,6 +35,7 @@ from conf.protocol.statistics import HEADER_BYTES
 from conf.receiver.participant_grid import Window
 from conf.receiver.pipeline import ReceivingLoop
 from conf.render.window.offscreen import OffscreenWindow
+from conf.sender import pipeline
 from conf.sender.pipeline import SenderLoop, SenderStatus
 from conf.transport.udp import UdpSocket
 
@@ -153,10 +155,10 @@ def receive(address: tuple[str, int], code: str, seconds: float) -> None:
         tell(at=time.monotonic(), memory_kb=memory_kb(), **asdict(final), pictures=window.pictures)
 
 
-def send(receiver: tuple[str, int], code: str, what: sending.SendOptions) -> None:
+def send(receiver: tuple[str, int], code: str, what: SendOptions) -> None:
     """Send a looped clip as `conf send` does."""
-    sending.SenderLoop = WatchedSendingLoop  # type: ignore[attr-defined]
-    sending.send(receiver, code, what)
+    pipeline.SenderLoop = WatchedSendingLoop  # type: ignore[misc]
+    send_face(receiver, code, what)
 
 
 def start(*arguments: object) -> subprocess.Popen[str]:
@@ -198,7 +200,7 @@ def main() -> None:
     if options.side == "receive":
         receive(options.address, options.code, options.seconds)
         return
-    what = sending.SendOptions(file=options.clip, loop=True, seconds=options.seconds)
+    what = SendOptions(file=options.clip, loop=True, seconds=options.seconds)
     try:
         send(options.address, options.code, replace(what, portrait_kbps=4.0) if options.portrait else what)
     except NetworkError as error:

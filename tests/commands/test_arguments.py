@@ -1,0 +1,45 @@
+import argparse
+
+import pytest
+
+from conf.commands.arguments import add_json, add_listen, add_seconds, address, pairing_code, positive_number
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("example.org", ("example.org", 5005)),
+        ("10.0.0.1:6000", ("10.0.0.1", 6000)),
+        ("[::1]:6000", ("::1", 6000)),
+        ("::1", ("::1", 5005)),
+    ],
+)
+def test_an_address_is_a_host_with_an_optional_port(text: str, expected: tuple[str, int]) -> None:
+    assert address(text) == expected
+
+
+@pytest.mark.parametrize("text", ["host:port", "127.0.0.1:99999", ""])
+def test_an_invalid_address_is_an_error(text: str) -> None:
+    with pytest.raises(argparse.ArgumentTypeError, match="is not HOST:PORT"):
+        address(text)
+
+
+@pytest.mark.parametrize("text", ["-1", "0", "inf", "nan"])
+def test_a_number_must_be_positive_and_finite(text: str) -> None:
+    assert positive_number("0.5") == 0.5
+    with pytest.raises(argparse.ArgumentTypeError, match="is not a positive number"):
+        positive_number(text)
+
+
+def test_a_pairing_code_is_normalised() -> None:
+    assert pairing_code("Amber canoe tiger 7") == "amber-canoe-tiger-7"
+    with pytest.raises(argparse.ArgumentTypeError):
+        pairing_code("x")
+
+
+def test_defaults_of_the_common_options() -> None:
+    parser = argparse.ArgumentParser()
+    for add in (add_json, add_listen, add_seconds):
+        add(parser)
+    options = parser.parse_args([])
+    assert (options.json, options.listen, options.seconds) == (False, ("127.0.0.1", 5005), None)
