@@ -25,7 +25,7 @@ from conf.face.animation.idle_motion import IdleMotion
 from conf.face.formats.dpc import MotionClip
 from conf.face.formats.epc import ExpressionSet, read_epc
 from conf.face.formats.ppc import read_ppc, write_ppc
-from conf.face.symmetry import PARTNERS
+from conf.face.symmetry import MIRROR_INDICES
 from conf.output.media_writer import CLIPS, PICTURES, next_free_path, save_picture
 from conf.output.obj_writer import write_obj
 from conf.output.sampled_motion_recorder import MotionRecorder
@@ -191,7 +191,7 @@ class Controller:
         placing = placing.push_undo()
         for point in left_points(placing):
             place = placing.points[point]
-            placing = placing.set_point(PARTNERS[point], self.mirror(placing, place))
+            placing = placing.set_point(MIRROR_INDICES[point], self.mirror(placing, place))
         self._change(placing=placing)
 
     def mirror(self, placing: PointPlacement, place: NDArray[np.float64]) -> NDArray[np.float64]:

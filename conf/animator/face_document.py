@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from conf.errors import ConfError
 from conf.face.default_head import DEFAULT_HEAD
-from conf.face.deformation.blendshapes import Blendshapes, load_shapes
+from conf.face.deformation.blendshapes import Blendshapes, load_blendshapes
 from conf.face.deformation.operator_builder import OperatorBuilder
 from conf.face.deformation.rig import Rig
 from conf.face.deformation.rig_json import load_rig
@@ -75,7 +75,7 @@ def open_face_document(
         ppc = path.with_suffix(".ppc")
     subject = FaceDocument(path, mesh, mesh)
     if subject.is_default:
-        shapes = load_shapes(path.with_name("shapes.npz"), len(mesh.vertices))
+        shapes = load_blendshapes(path.with_name("shapes.npz"), len(mesh.vertices))
         return with_points(replace(subject, shapes=shapes), read_ppc(ppc or path.with_suffix(".ppc")))
     return with_axes(subject, up, front) if ppc is None else with_points(subject, read_ppc(ppc))
 

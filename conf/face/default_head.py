@@ -12,7 +12,7 @@ from conf.face.deformation.rig_json import read_joints
 from conf.face.formats.ppc import read_ppc
 
 DEFAULT_HEAD = Path(str(files("conf"))) / "assets" / "head" / "head.obj"
-EYE_MIDDLE = np.array([0.0, 2.845, 3.8])  # between its pupils, model centimetres
+EYE_MIDPOINT = np.array([0.0, 2.845, 3.8])  # between its pupils, model centimetres
 
 
 @cache

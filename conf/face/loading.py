@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from conf.errors import FileFormatError
 from conf.face.default_head import DEFAULT_HEAD
-from conf.face.deformation.blendshapes import Blendshapes, load_shapes
+from conf.face.deformation.blendshapes import Blendshapes, load_blendshapes
 from conf.face.deformation.face_model import DeformerOptions, FaceModel
 from conf.face.deformation.operator_builder import OperatorBuilder
 from conf.face.deformation.operator_cache import cache_key, cached_operator
@@ -33,7 +33,7 @@ def load_face(path: Path | str | None = None, /, *, kernel: str = "multiquadric"
         raise FileFormatError(ppc, None, f"expected a file; `conf fit {path}` makes it")
     points, options = read_ppc(ppc), DeformerOptions(kernel)
     if path.resolve() == DEFAULT_HEAD.resolve():
-        blendshapes = load_shapes(path.with_name("shapes.npz"), len(mesh.vertices))
+        blendshapes = load_blendshapes(path.with_name("shapes.npz"), len(mesh.vertices))
         rig = load_rig(path.with_name("rig.json"), mesh, points, blendshapes)
         return build_face(mesh, points, options, rig=rig, blendshapes=blendshapes)
     try:
@@ -62,7 +62,7 @@ def build_face(
     builder = OperatorBuilder(mesh, points, rig, blendshapes)
     rigid = b"" if rig is None else rig.rigid
     jaw = b"" if rig is None or rig.jaw is None else rig.jaw.weighted_offsets
-    lids = b"" if rig is None or rig.margins is None else rig.margins.weights
+    lids = b"" if rig is None or rig.eyelid_helpers is None else rig.eyelid_helpers.weights
     parts = (rigid, jaw, lids, b"" if blendshapes is None else blendshapes.offsets)
     key = cache_key(_CACHE_VERSION, mesh.vertices, mesh.triangles, points, builder.anchors, *parts, options)
     operator = cached_operator(key, (len(mesh.vertices), len(points)), lambda: builder.build(options))

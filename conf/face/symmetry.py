@@ -10,7 +10,7 @@ OTHER_SIDE = {"l": "r", "r": "l"}
 
 def mirror_motion(displacements: NDArray[np.float32], /) -> NDArray[np.float32]:
     """Return the displacements, (..., n, 3) along face axes, that the face in the mirror makes."""
-    return displacements[..., PARTNERS, :] * np.array([-1, 1, 1], np.float32)
+    return displacements[..., MIRROR_INDICES, :] * np.array([-1, 1, 1], np.float32)
 
 
 def side_weighted(displacements: NDArray[np.float32], side: str, /) -> NDArray[np.float32]:
@@ -18,17 +18,17 @@ def side_weighted(displacements: NDArray[np.float32], side: str, /) -> NDArray[n
     return displacements * SIDE_WEIGHTS[side][:, None]
 
 
-def _partner(name: str) -> str:
+def _mirror_name(name: str) -> str:
     stem, _, side = name.rpartition("_")
     return f"{stem}_{OTHER_SIDE[side]}" if side in OTHER_SIDE else name
 
 
-def _side_shares(side: str) -> NDArray[np.float32]:
+def _side_weights(side: str) -> NDArray[np.float32]:
     shares = {side: 1.0, OTHER_SIDE[side]: 0.0}
     return np.array([shares.get(point.name.rpartition("_")[2], 0.5) for point in CONTROL_POINTS], np.float32)
 
 
-PARTNERS = [
-    CONTROL_POINT_INDEX[_partner(point.name)] for point in CONTROL_POINTS
+MIRROR_INDICES = [
+    CONTROL_POINT_INDEX[_mirror_name(point.name)] for point in CONTROL_POINTS
 ]  # of each control point, on the other side
-SIDE_WEIGHTS = {side: _side_shares(side) for side in OTHER_SIDE}  # (n,) how far each control point belongs to a side
+SIDE_WEIGHTS = {side: _side_weights(side) for side in OTHER_SIDE}  # (n,) how far each control point belongs to a side

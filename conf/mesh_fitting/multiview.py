@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.deformation.face_model import FaceModel
 from conf.face.fapu import Fapu
-from conf.face.fitting.face_prior import OBSERVED_LANDMARKS, SEEN_PARTNERS
+from conf.face.fitting.face_prior import OBSERVED_LANDMARKS, OBSERVED_MIRROR_INDICES
 from conf.face.head_pose import HeadPose
 from conf.face.mesh.mesh import Mesh
 from conf.render.camera import ViewState, clip_matrix
@@ -73,7 +73,7 @@ class MultiviewTracker:
             if tracking is None:
                 continue
             places = tracking.landmarks[OBSERVED_LANDMARKS, :2].astype(np.float64) / IMAGE_SIZE * [2, -2] + [-1, 1]
-            yield LandmarkView(places[SEEN_PARTNERS] * [-1, 1] if mirrored else places, clip)
+            yield LandmarkView(places[OBSERVED_MIRROR_INDICES] * [-1, 1] if mirrored else places, clip)
 
     def __enter__(self) -> "MultiviewTracker":
         return self

@@ -5,8 +5,6 @@ uploaded, each group of triangles is drawn with its material's shader into a can
 background with its edges smoothed.
 """
 
-from dataclasses import replace
-
 import cv2
 import moderngl
 import numpy as np
@@ -18,6 +16,7 @@ from conf.face.deformation.face_model import FaceModel
 from conf.face.deformation.neck import NeckBend
 from conf.face.head_pose import HeadPose
 from conf.face.mesh.mesh import Mesh
+from conf.face.mesh.winding import orient_outwards
 from conf.render.camera import ViewState, clip_matrix, view_rotation
 from conf.render.control_point_markers import ControlPointMarkers
 from conf.render.lighting import STUDIO, Lighting
@@ -26,7 +25,7 @@ from conf.render.render_target import RenderTarget
 from conf.render.shader_programs import load_program, set_matrix, to_column_major
 from conf.render.shadow_map import ShadowMap, light_matrix
 from conf.render.vertex_cache import optimise_vertex_cache
-from conf.render.vertex_normals import VertexNormals, is_inside_out
+from conf.render.vertex_normals import VertexNormals
 from conf.render.wireframe import WireframeRenderer
 
 CLIP_TO_TEXTURE = np.array(
@@ -180,13 +179,6 @@ class MeshPart:
         """Free everything on the card."""
         for thing in (self._array, self._indices, self._program):
             thing.release()
-
-
-def orient_outwards(mesh: Mesh) -> Mesh:
-    """Return the mesh with its triangles the right way out: what faces inwards is not drawn."""
-    if not is_inside_out(mesh.triangles, mesh.vertices):
-        return mesh
-    return replace(mesh, triangles=mesh.triangles[:, ::-1], render_triangles=mesh.render_triangles[:, ::-1])
 
 
 def ordered_groups(mesh: Mesh) -> list[tuple[str, NDArray[np.int64]]]:

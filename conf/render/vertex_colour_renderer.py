@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from conf.face.deformation.neck import NeckBend
 from conf.face.head_pose import HeadPose
 from conf.face.mesh.mesh import Mesh
+from conf.face.mesh.winding import orient_outwards
 from conf.render.camera import ViewState, clip_matrix, view_rotation
-from conf.render.face_renderer import orient_outwards
 from conf.render.render_target import RenderTarget
 from conf.render.shader_programs import load_program, set_matrix, to_column_major
 from conf.render.vertex_normals import VertexNormals

@@ -9,12 +9,6 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 
-def is_inside_out(triangles: NDArray[np.integer], vertices: NDArray[np.floating], /) -> bool:
-    """Say whether most triangles (F, 3) of the vertices (V, 3) face inwards: some programs order corners clockwise."""
-    a, b, c = (vertices[triangles[:, corner]] - vertices.mean(axis=0) for corner in range(3))
-    return bool(np.einsum("fi,fi->", a, np.cross(b, c)) < 0)
-
-
 class VertexNormals:
     """Work space for one mesh: nothing is allocated while frames go by."""
 

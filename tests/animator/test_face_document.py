@@ -6,7 +6,7 @@ import pytest
 from conf.animator.face_document import FaceDocument, open_face_document, save_points, with_axes, with_points
 from conf.errors import ConfError
 from conf.face.control_points import PUPILS
-from conf.face.default_head import EYE_MIDDLE
+from conf.face.default_head import EYE_MIDPOINT
 from conf.face.formats.ppc import read_ppc, write_ppc
 from conf.face.mesh.axes import axes_rotation
 from conf.output.obj_writer import write_obj
@@ -40,7 +40,7 @@ def test_placed_points_bring_the_eyes_to_their_place_and_save_in_the_files_unit(
 ) -> None:
     placed = with_points(open_face_document(stranger), in_file(subject))
     assert placed.points is not None and subject.points is not None
-    np.testing.assert_allclose(placed.points[PUPILS].mean(axis=0), EYE_MIDDLE, atol=1e-9)
+    np.testing.assert_allclose(placed.points[PUPILS].mean(axis=0), EYE_MIDPOINT, atol=1e-9)
     assert np.linalg.norm(placed.points[PUPILS[0]] - placed.points[PUPILS[1]]) == pytest.approx(6.4)
     save_points(tmp_path / "a.ppc", placed)
     np.testing.assert_allclose(read_ppc(tmp_path / "a.ppc"), in_file(subject), atol=1e-5)

@@ -3,7 +3,7 @@ import numpy as np
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
 from conf.face.default_head import DEFAULT_HEAD
 from conf.face.formats.ppc import read_ppc
-from conf.face.symmetry import PARTNERS, SIDE_WEIGHTS, mirror_motion, side_weighted
+from conf.face.symmetry import MIRROR_INDICES, SIDE_WEIGHTS, mirror_motion, side_weighted
 
 
 def random_displacements() -> np.ndarray:
@@ -18,10 +18,10 @@ def test_the_mirror_of_the_mirror_is_the_face() -> None:
 
 def test_partners_lie_on_opposite_sides_of_the_shipped_head() -> None:
     points = read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
-    mirror = points[PARTNERS] * [-1, 1, 1]
+    mirror = points[MIRROR_INDICES] * [-1, 1, 1]
     assert np.linalg.norm(mirror - points, axis=1).max() < 0.3  # centimetres: nearly symmetric
-    assert PARTNERS[CONTROL_POINT_INDEX["brow_inner_l"]] == CONTROL_POINT_INDEX["brow_inner_r"]
-    assert PARTNERS[CONTROL_POINT_INDEX["chin_boss"]] == CONTROL_POINT_INDEX["chin_boss"]
+    assert MIRROR_INDICES[CONTROL_POINT_INDEX["brow_inner_l"]] == CONTROL_POINT_INDEX["brow_inner_r"]
+    assert MIRROR_INDICES[CONTROL_POINT_INDEX["chin_boss"]] == CONTROL_POINT_INDEX["chin_boss"]
 
 
 def test_the_two_sides_make_the_whole() -> None:

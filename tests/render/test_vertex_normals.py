@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from conf.render.vertex_normals import VertexNormals, is_inside_out
+from conf.render.vertex_normals import VertexNormals
 from tests.support.stand_in_head import ball, ball_triangles
 
 VERTICES, TRIANGLES = ball(np.zeros(3), 2.0, 32).astype(np.float32), ball_triangles(32)
@@ -39,8 +39,3 @@ def test_render_vertices_of_one_vertex_share_its_normal_so_no_seam_shows() -> No
 def test_vertices_that_no_triangle_uses_have_no_normal() -> None:
     surface = VertexNormals(np.array([[0, 1, 2]]), np.arange(5))
     np.testing.assert_array_equal(surface.interleaved(np.eye(5, 3, dtype=np.float32))[3:, 3:], 0)
-
-
-def test_a_mesh_turned_inside_out_is_noticed_wherever_it_lies() -> None:
-    assert not is_inside_out(TRIANGLES, VERTICES + 100)
-    assert is_inside_out(TRIANGLES[:, ::-1], VERTICES + 100)

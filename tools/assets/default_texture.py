@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.default_head import DEFAULT_HEAD
-from conf.face.fitting.default_texture import COLOURS, EYE_ARC, EYE_MIDDLE, EYE_RIM, PICTURE
+from conf.face.fitting.default_texture import COLOUR_UVS, EYE_ARC, EYE_UV, EYE_UV_RADII, TEXTURE_FILE
 from conf.render.face_renderer import PLAIN_SKIN
 from tools.assets.head.eyeballs import CAP_ANGLE, IRIS_ANGLE, eye_uv
 from tools.assets.head.noise import smoothstep
@@ -34,18 +34,18 @@ def main() -> None:
     v, u = (np.mgrid[:HEIGHT, :WIDTH] + 0.5) / np.array([[[HEIGHT]], [[WIDTH]]])
     v = 1 - v
     picture = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
-    for name, (left, bottom) in COLOURS.items():
+    for name, (left, bottom) in COLOUR_UVS.items():
         inside = (np.abs(u - left) <= COLOUR_SIZE[0] / 2) & (np.abs(v - bottom) <= COLOUR_SIZE[1] / 2)
         picture[inside] = RGB[name][::-1]
-    eye = u < EYE_MIDDLE[0] * 2
+    eye = u < EYE_UV[0] * 2
     picture[eye] = eye_colours(np.stack([u[eye], v[eye]], axis=1))
-    cv2.imwrite(str(PICTURE), picture, [cv2.IMWRITE_WEBP_QUALITY, QUALITY])
-    print(f"{PICTURE}: {PICTURE.stat().st_size:,} B")
+    cv2.imwrite(str(TEXTURE_FILE), picture, [cv2.IMWRITE_WEBP_QUALITY, QUALITY])
+    print(f"{TEXTURE_FILE}: {TEXTURE_FILE.stat().st_size:,} B")
 
 
 def eye_colours(places: NDArray[np.float64]) -> NDArray[np.uint8]:
     """Return the (k, 3) BGR colours of the shipped head's eye at places (k, 2) of the picture."""
-    x, y = ((places - EYE_MIDDLE) / EYE_RIM).T
+    x, y = ((places - EYE_UV) / EYE_UV_RADII).T
     angle = np.minimum(np.hypot(x, y), BLEED) * EYE_ARC / EYE_RADIUS
     uv = FRAMES["eye"].place(eye_uv(np.minimum(angle, CAP_ANGLE), np.arctan2(y, x)))
     atlas = cv2.imread(str(DEFAULT_HEAD.with_name("skin.webp")))

@@ -32,7 +32,7 @@ from scipy.interpolate import RBFInterpolator
 from conf.face.control_points import LOWER_LIP, PUPILS, UPPER_LIP, control_point_indices
 from conf.face.default_head import DEFAULT_HEAD
 from conf.face.deformation.anchors import choose_anchors
-from conf.face.deformation.blendshapes import Blendshapes, load_shapes
+from conf.face.deformation.blendshapes import Blendshapes, load_blendshapes
 from conf.face.deformation.eyelid_helpers import append_helpers, fold_helpers
 from conf.face.deformation.face_model import DeformerOptions
 from conf.face.deformation.kernels import KERNELS
@@ -196,7 +196,7 @@ def main() -> None:
     mesh, points = load_mesh(DEFAULT_HEAD), read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
     rig, sculpted = DEFAULT_HEAD.with_name("rig.json"), DEFAULT_HEAD.with_name("shapes.npz")
     costs = [measure_cost(mesh, points, size) for size in SIZES]
-    shapes = load_shapes(sculpted, len(mesh.vertices)) if sculpted.is_file() else None
+    shapes = load_blendshapes(sculpted, len(mesh.vertices)) if sculpted.is_file() else None
     truth = None if shapes is None else measure_truth(mesh, points, rig, shapes)
     print_json(costs, truth) if options.json else print_tables(costs, truth)
 

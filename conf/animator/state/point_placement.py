@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINTS
-from conf.face.symmetry import PARTNERS
+from conf.face.symmetry import MIRROR_INDICES
 
-MIDDLE_POINTS = [point.index for point in CONTROL_POINTS if PARTNERS[point.index] == point.index]
+MIDDLE_POINTS = [point.index for point in CONTROL_POINTS if MIRROR_INDICES[point.index] == point.index]
 UNDO_STEPS = 100
 
 
@@ -51,7 +51,7 @@ class PointPlacement:
         """Give a point its place, (3,), and its partner another if one is given: no step of undo of its own."""
         positions = self.points.copy()
         positions[point] = place
-        partner = PARTNERS[point]
+        partner = MIRROR_INDICES[point]
         if mirrored is not None and partner != point:
             positions[partner] = mirrored
         return replace(self, points=positions)
@@ -80,7 +80,7 @@ class PointPlacement:
 
 def swapped_pairs(placing: PointPlacement) -> list[tuple[int, int]]:
     """Return the pairs, left and right, whose left point does not lie to the subject's left of its partner."""
-    pairs = [(point, PARTNERS[point]) for point in left_points(placing) if placing.placed[PARTNERS[point]]]
+    pairs = [(point, MIRROR_INDICES[point]) for point in left_points(placing) if placing.placed[MIRROR_INDICES[point]]]
     return [(left, right) for left, right in pairs if placing.points[left, 0] <= placing.points[right, 0]]
 
 

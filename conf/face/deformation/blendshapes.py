@@ -36,7 +36,7 @@ class Blendshapes:
         return self.offsets[:, vertices]
 
 
-def load_shapes(path: Path, vertex_count: int, /) -> Blendshapes:
+def load_blendshapes(path: Path, vertex_count: int, /) -> Blendshapes:
     """Read the shapes of a mesh of so many vertices from an .npz with `names` and `offsets`.
 
     Raises FileFormatError if the file is not that.
@@ -47,7 +47,7 @@ def load_shapes(path: Path, vertex_count: int, /) -> Blendshapes:
             warnings.simplefilter("ignore")  # of headers that only look old
             names, offsets = _read_arrays(file)
             offsets = offsets.astype(np.float32)
-    except _DAMAGED as error:
+    except _READ_ERRORS as error:
         raise FileFormatError(path, None, "expected sculpted shapes (`names`, `offsets`)") from error
     if names.ndim != 1 or offsets.shape != (len(names), vertex_count, 3) or not np.isfinite(offsets).all():
         expected = f"expected finite offsets of so many shapes and {vertex_count} vertices, found {offsets.shape}"
@@ -56,7 +56,7 @@ def load_shapes(path: Path, vertex_count: int, /) -> Blendshapes:
 
 
 # Whatever zipfile and numpy say of a damaged archive.
-_DAMAGED = (
+_READ_ERRORS = (
     EOFError,
     KeyError,
     MemoryError,

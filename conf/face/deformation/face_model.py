@@ -59,7 +59,7 @@ class FaceModel:
         return self.mesh.vertices.astype(np.float32)
 
     @cached_property
-    def _units(self) -> NDArray[np.float32]:
+    def _fapu_lengths(self) -> NDArray[np.float32]:
         return self.fapu.lengths().astype(np.float32)
 
     def deform(
@@ -71,7 +71,7 @@ class FaceModel:
         out : (V, 3) float32 to write to; without it a new array is made
         Returns (V, 3) float32, model centimetres.
         """
-        offsets = np.asarray(displacements, dtype=np.float32) * self._units
+        offsets = np.asarray(displacements, dtype=np.float32) * self._fapu_lengths
         if self.rig is None:
             vertices = np.matmul(self.operator, offsets, out=out)
             vertices += self.neutral
@@ -79,7 +79,7 @@ class FaceModel:
         carried, jaw, points = offsets, self.rig.jaw, self.control_points
         if jaw is not None:
             motion = jaw.estimate_motion(points, offsets)
-            carried = offsets - jaw_offsets(jaw.point_arms, jaw.point_shares, motion)
+            carried = offsets - jaw_offsets(jaw.weighted_point_offsets, jaw.point_weights, motion)
         vertices = np.matmul(self.operator, carried, out=out)
         vertices += self.neutral
         if jaw is not None:
@@ -90,7 +90,7 @@ class FaceModel:
 
     def deformed_points(self, displacements: NDArray[np.floating], /) -> NDArray[np.float32]:
         """Return the (n, 3) control points where the displacements (FAPU units) have taken them, model centimetres."""
-        return self.control_points.astype(np.float32) + np.asarray(displacements, dtype=np.float32) * self._units
+        return self.control_points.astype(np.float32) + np.asarray(displacements, dtype=np.float32) * self._fapu_lengths
 
     def to_file_coordinates(self, places: NDArray[np.floating], /) -> NDArray[np.float64]:
         """Return (..., 3) places, model centimetres, in the coordinates and the unit of the face's own file."""

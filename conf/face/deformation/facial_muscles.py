@@ -19,7 +19,7 @@ from conf.face.deformation.waters_muscles import LinearMuscle, MuscleSet, Sphinc
 from conf.face.mesh.surface_graph import SurfaceGraph
 
 SPHINCTER = "orbicularis_oris"
-Place = Mapping[str, float]  # control point, without its side -> share
+PointWeights = Mapping[str, float]  # control point, without its side -> share
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,8 @@ class MuscleCourse:
     lip : "upper" or "lower" if it moves that lip alone
     """
 
-    root: Place
-    insertion: Place
+    root: PointWeights
+    insertion: PointWeights
     angle: float = 45.0
     start: float = 0.8
     end: float = 1.4
@@ -73,7 +73,7 @@ def build_muscles(points: NDArray[np.float64], /) -> dict[str, LinearMuscle | Sp
     muscles: dict[str, LinearMuscle | Sphincter] = {}
     for name, course in MUSCLE_COURSES.items():
         for side in "lr":
-            ends = (_place(points, course.root, side), _place(points, course.insertion, side))
+            ends = (_weighted_point(points, course.root, side), _weighted_point(points, course.insertion, side))
             muscles[f"{name}_{side}"] = LinearMuscle(*ends, np.radians(course.angle), course.start, course.end)
     left, right = (points[CONTROL_POINT_INDEX[f"outer_lip_corner_{side}"]] for side in "lr")
     upper, lower = (points[CONTROL_POINT_INDEX[f"outer_lip_{lip}_mid"]] for lip in ("upper", "lower"))
@@ -94,7 +94,7 @@ class MuscleDeformer:
         """Attach the muscles to a face: some tens of milliseconds."""
         self._face = face
         muscles = build_muscles(face.control_points)
-        self.musculature = MuscleSet.attach(muscles, face.mesh.vertices, shares=_shares(face))
+        self.muscles = MuscleSet.attach(muscles, face.mesh.vertices, shares=_vertex_weights(face))
 
     def deform(self, contractions: Mapping[str, float], /, *, jaw: float = 0.0) -> NDArray[np.float32]:
         """Return the (V, 3) float32 vertices, model centimetres.
@@ -102,7 +102,7 @@ class MuscleDeformer:
         contractions : muscle -> 0 relaxed to 1
         jaw : radians the jaw turns about its hinge before the muscles pull, if the face has one
         """
-        offsets = self.musculature.contract(contractions)
+        offsets = self.muscles.contract(contractions)
         rig = self._face.rig
         if rig is not None and rig.jaw is not None and jaw:
             across = cross_matrix(rig.jaw.axis)
@@ -113,12 +113,12 @@ class MuscleDeformer:
         return np.asarray(self._face.neutral + offsets, np.float32)
 
 
-def _place(points: NDArray[np.float64], place: Place, side: str) -> NDArray[np.float64]:
+def _weighted_point(points: NDArray[np.float64], place: PointWeights, side: str) -> NDArray[np.float64]:
     rows = [CONTROL_POINT_INDEX[f"{name}_{side}"] for name in place]
     return np.asarray(np.array(list(place.values())) @ points[rows])
 
 
-def _shares(face: FaceModel) -> dict[str, NDArray[np.float64]]:
+def _vertex_weights(face: FaceModel) -> dict[str, NDArray[np.float64]]:
     """Return how far each vertex is each muscle's own: nothing rigid, and one lip where the muscle has one."""
     mesh = face.mesh
     skin = np.ones(len(mesh.vertices))

@@ -17,7 +17,7 @@ TORSO = "shirt"  # faces without this group have no shoulders, and are drawn as 
 PIVOT = np.array([0.0, -13.0, -8.0], dtype=np.float32)  # in the middle of the neck; model centimetres, as the next
 TOP, BOTTOM = -10.0, -19.0  # the neck bends between these heights
 NECK_RADIUS = 6.0  # farther out the shoulders begin, and go with the head less than the neck at the same height
-SHOULDERS_FOLLOW = 0.22  # how much of the head's turn
+SHOULDER_WEIGHT = 0.22  # how much of the head's turn
 
 
 def head_weights(vertices: NDArray[np.floating], /) -> NDArray[np.float64]:
@@ -33,7 +33,7 @@ class NeckBend:
     def __init__(self, mesh: Mesh) -> None:
         share = head_weights(mesh.vertices) if TORSO in mesh.groups else np.ones(len(mesh.vertices))
         self._below = np.flatnonzero(share < 1.0)
-        self._back = ((1.0 - SHOULDERS_FOLLOW) * (1.0 - share[self._below])).astype(np.float32)[:, None]
+        self._back = ((1.0 - SHOULDER_WEIGHT) * (1.0 - share[self._below])).astype(np.float32)[:, None]
         self._bent = mesh.vertices.astype(np.float32)
 
     def apply(self, vertices: NDArray[np.float32], pose: HeadPose, /) -> NDArray[np.float32]:

@@ -53,7 +53,7 @@ class OperatorBuilder:
         if options.degree is not None:
             kernel = replace(kernel, degree=options.degree)
         regions = self._split if options.use_regions else self._unrestricted
-        helpers = None if self._rig is None else self._rig.margins
+        helpers = None if self._rig is None else self._rig.eyelid_helpers
         centres, fields = append_helpers(self._points, regions, helpers)
         operator = build_operator(
             self._mesh.vertices,

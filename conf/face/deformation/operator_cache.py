@@ -16,8 +16,8 @@ import platformdirs
 
 from conf.face.deformation.rbf import Operator
 
-_HEAD = 2  # lambda, a float64, takes the place of two float32
-_KEPT = 16  # files; one of 20,000 vertices is 4 MB
+_PREFIX = 2  # lambda, a float64, takes the place of two float32
+_MAX_FILES = 16  # files; one of 20,000 vertices is 4 MB
 
 
 def cache_folder() -> Path:
@@ -50,7 +50,7 @@ def cached_operator(key: str, shape: tuple[int, int], build: Callable[[], Operat
 
 def _read(path: Path, shape: tuple[int, int]) -> Operator | None:
     """Return what the file holds if it is one finite matrix of the shape, with its lambda in front."""
-    numbers = shape[0] * shape[1] + _HEAD
+    numbers = shape[0] * shape[1] + _PREFIX
     try:
         if path.stat().st_size > 4 * numbers + 4096:
             return None
@@ -59,10 +59,10 @@ def _read(path: Path, shape: tuple[int, int]) -> Operator | None:
             values = np.lib.format.read_array(file, allow_pickle=False)
     except (OSError, ValueError, MemoryError):
         return None
-    if values.shape != (numbers,) or values.dtype != np.float32 or not np.isfinite(values[_HEAD:]).all():
+    if values.shape != (numbers,) or values.dtype != np.float32 or not np.isfinite(values[_PREFIX:]).all():
         return None
-    smoothing = float(values[:_HEAD].view(np.float64)[0])
-    return Operator(values[_HEAD:].reshape(shape), smoothing) if np.isfinite(smoothing) else None
+    smoothing = float(values[:_PREFIX].view(np.float64)[0])
+    return Operator(values[_PREFIX:].reshape(shape), smoothing) if np.isfinite(smoothing) else None
 
 
 def _write(path: Path, operator: Operator) -> None:
@@ -72,7 +72,7 @@ def _write(path: Path, operator: Operator) -> None:
         with temporary.open("wb") as file:
             np.save(file, np.concatenate([np.array([operator.smoothing]).view(np.float32), operator.matrix.ravel()]))
         temporary.replace(path)  # never half a file under the name
-        for old in sorted(path.parent.glob("*.npy"), key=lambda kept: kept.stat().st_mtime)[:-_KEPT]:
+        for old in sorted(path.parent.glob("*.npy"), key=lambda kept: kept.stat().st_mtime)[:-_MAX_FILES]:
             old.unlink()
     except OSError:
         with contextlib.suppress(OSError):

@@ -16,7 +16,7 @@ from scipy.spatial.distance import cdist
 from conf.face.deformation.kernels import Kernel
 from conf.face.deformation.regions import InfluenceField, Regions
 
-_WORST_CONDITION = 1e13  # above it a solution in float64 says nothing
+_MAX_CONDITION = 1e13  # above it a solution in float64 says nothing
 _REGULARISATION = (1e-9, 1e-7, 1e-5, 1e-3)  # lambda, relative to the largest entry of the system
 _CHUNK = 2048  # vertices at a time: their kernel values stay in the cache
 
@@ -57,7 +57,7 @@ def build_operator(
     regions = regions or Regions.unrestricted(len(vertices))
     centres = np.concatenate([control_points, regions.anchors])
     basis = _Basis(centres, kernel, epsilon)
-    solved = [basis.solve(_centres_of(field, n, len(centres)), n, smoothing) for field in regions.fields]
+    solved = [basis.solve(_field_centres(field, n, len(centres)), n, smoothing) for field in regions.fields]
     matrix = np.empty((len(vertices), n), dtype=np.float32)
     with np.errstate(under="ignore"):
         for start in range(0, len(vertices), _CHUNK):
@@ -82,7 +82,7 @@ def _check(vertices: NDArray[np.float64], points: NDArray[np.float64], epsilon: 
         raise ValueError(f"smoothing must not be negative, got {smoothing}")
 
 
-def _centres_of(field: InfluenceField, n: int, count: int) -> NDArray[np.intp]:
+def _field_centres(field: InfluenceField, n: int, count: int) -> NDArray[np.intp]:
     """Return the centres a field is built on: its control points and every anchor."""
     used = np.ones(count, dtype=bool)
     used[list(field.excluded)] = False
@@ -140,6 +140,6 @@ def _solve_regularised(
         # The monomials' block gets it only in need: points in one plane leave a linear polynomial undetermined.
         diagonal[kernels:] = -rescue * largest
         raised = system + np.diag(diagonal)
-        if np.linalg.cond(raised) < _WORST_CONDITION:
+        if np.linalg.cond(raised) < _MAX_CONDITION:
             return used, np.asarray(np.linalg.inv(raised), dtype=np.float64)
     raise ValueError("control_points must not all lie in one place")

@@ -20,11 +20,14 @@ from conf.face.mesh.surface_graph import SurfaceGraph
 # How far along the surface lips or lids divide it, in eye distances, and over which share of that they cease to.
 _MOUTH_REACH = 1.0
 _EYE_REACH = 0.6
-_FADE = 0.3
-_TOUCH = 0.02  # lips nearer to each other than this are taken for touching, in eye distances
-_INNER_UP, _INNER_LOW = control_point_indices("inner_lip_upper"), control_point_indices("inner_lip_lower")
-_OUTER_UP, _OUTER_LOW = control_point_indices("outer_lip_upper", "cupids_bow"), control_point_indices("outer_lip_lower")
-_SNAP = 0.05  # how much farther than the nearest vertex the skin may be, in eye distances
+_FADE_FRACTION = 0.3
+_CONTACT_DISTANCE = 0.02  # lips nearer to each other than this are taken for touching, in eye distances
+_INNER_UPPER, _INNER_LOWER = control_point_indices("inner_lip_upper"), control_point_indices("inner_lip_lower")
+_OUTER_UPPER, _OUTER_LOWER = (
+    control_point_indices("outer_lip_upper", "cupids_bow"),
+    control_point_indices("outer_lip_lower"),
+)
+_SKIN_TOLERANCE = 0.05  # how much farther than the nearest vertex the skin may be, in eye distances
 
 
 @dataclass(frozen=True)
@@ -69,8 +72,8 @@ def split_regions(surface: SurfaceGraph, points: NDArray[np.float64], /, *, anch
     anchors : (k, 3) what stays still
     """
     eye_distance = float(np.linalg.norm(points[PUPILS[0]] - points[PUPILS[1]]))
-    seeds = surface.nearest_vertices(points, tolerance=_SNAP * eye_distance)
-    _tell_lips_apart(surface, points, seeds, eye_distance)
+    seeds = surface.nearest_vertices(points, tolerance=_SKIN_TOLERANCE * eye_distance)
+    _separate_inner_lips(surface, points, seeds, eye_distance)
     carriers = surface.parent_vertices(seeds)
     mouth = _lower_weight(surface, seeds, (UPPER_LIP, LOWER_LIP), _MOUTH_REACH * eye_distance)[carriers]
     eyes = _lower_weight(surface, seeds, (UPPER_LID, LOWER_LID), _EYE_REACH * eye_distance)[carriers]
@@ -83,7 +86,7 @@ def split_regions(surface: SurfaceGraph, points: NDArray[np.float64], /, *, anch
     return Regions(fields, anchors)
 
 
-def _tell_lips_apart(
+def _separate_inner_lips(
     surface: SurfaceGraph, points: NDArray[np.float64], seeds: NDArray[np.intp], eye_distance: float
 ) -> None:
     """Move the seeds of the inner lips to the lip they belong to, in place.
@@ -91,10 +94,12 @@ def _tell_lips_apart(
     Where lips touch, the vertex nearest to a point may be the other lip's. The outer lips touch nothing: the distance
     to them along the surface tells which is which.
     """
-    upper, lower = (surface.distances(seeds[lip], limit=_MOUTH_REACH * eye_distance) for lip in (_OUTER_UP, _OUTER_LOW))
-    for lip, own, other in ((_INNER_UP, upper, lower), (_INNER_LOW, lower, upper)):
+    upper, lower = (
+        surface.distances(seeds[lip], limit=_MOUTH_REACH * eye_distance) for lip in (_OUTER_UPPER, _OUTER_LOWER)
+    )
+    for lip, own, other in ((_INNER_UPPER, upper, lower), (_INNER_LOWER, lower, upper)):
         for point in lip:
-            near = surface.vertices_within(points[point], tolerance=_TOUCH * eye_distance)
+            near = surface.vertices_within(points[point], tolerance=_CONTACT_DISTANCE * eye_distance)
             seeds[point] = near[np.argmin(own[near] - other[near])]
 
 
@@ -107,4 +112,4 @@ def _lower_weight(
     """
     upper, lower = (surface.distances(seeds[group], limit=reach) for group in groups)
     share = smoothstep(0.5 + 0.9 * (upper - lower) / np.maximum(upper + lower, 1e-9 * reach))
-    return share * smoothstep((reach - np.minimum(upper, lower)) / (_FADE * reach))
+    return share * smoothstep((reach - np.minimum(upper, lower)) / (_FADE_FRACTION * reach))

@@ -15,8 +15,8 @@ from conf.face.deformation.rig import CHIN, Jaw, jaw_offsets
 
 # lambda, cm: of those that rebuild a held-out jaw to 1 mm, the least error on all, see tools/bench/deformation.py
 SMOOTHING = 0.1
-_SMALLEST = 0.3  # cm, root of the summed squares at the control points: smaller shapes weigh no more
-_JAW_SHIFTS = ("jawForward", "jawLeft", "jawRight")  # what follows the jaw moves as far as the chin, the rest does not
+_MIN_SIZE = 0.3  # cm, root of the summed squares at the control points: smaller shapes weigh no more
+_JAW_SHAPES = ("jawForward", "jawLeft", "jawRight")  # what follows the jaw moves as far as the chin, the rest does not
 
 
 def refine_with_blendshapes(
@@ -55,7 +55,7 @@ def refine_with_blendshapes(
 def blendshape_importance(displacements: NDArray[np.float32], /) -> NDArray[np.float32]:
     """Return the (S,) weight of each shape: one over the root of its size, (S, n, 3) model units."""
     sizes = np.linalg.norm(displacements.reshape(len(displacements), -1), axis=1)
-    return np.asarray(1 / np.sqrt(np.maximum(sizes, _SMALLEST)), np.float32)
+    return np.asarray(1 / np.sqrt(np.maximum(sizes, _MIN_SIZE)), np.float32)
 
 
 def subtract_jaw_motion(
@@ -70,7 +70,7 @@ def subtract_jaw_motion(
     displacements, offsets = displacements.copy(), offsets.copy()
     for moved, carried in zip(displacements, offsets, strict=True):
         motion = jaw.estimate_motion(points, moved)
-        moved -= jaw_offsets(jaw.point_arms, jaw.point_shares, motion)
+        moved -= jaw_offsets(jaw.weighted_point_offsets, jaw.point_weights, motion)
         carried[jaw.vertices] -= jaw_offsets(jaw.weighted_offsets, jaw.weights, motion)
     return displacements, offsets
 
@@ -80,7 +80,7 @@ def jaw_weights(shapes: Blendshapes, nearest: NDArray[np.integer], /) -> NDArray
 
     nearest : (n,) the vertex of each control point
     """
-    used = [i for i, name in enumerate(shapes.names) if name in _JAW_SHIFTS]
+    used = [i for i, name in enumerate(shapes.names) if name in _JAW_SHAPES]
     chin = shapes.offsets[used][:, nearest[CHIN]].mean(axis=1).astype(np.float64)
     along = np.einsum("svi,si->v", shapes.offsets[used], chin)
     return np.asarray(np.clip(along / max(float((chin**2).sum()), 1e-9), 0.0, 1.0))

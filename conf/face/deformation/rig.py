@@ -94,8 +94,8 @@ class Jaw:
     vertices: NDArray[np.int64]
     weights: NDArray[np.float32]
     weighted_offsets: NDArray[np.float32]
-    point_shares: NDArray[np.float32]
-    point_arms: NDArray[np.float32]
+    point_weights: NDArray[np.float32]
+    weighted_point_offsets: NDArray[np.float32]
 
     def estimate_motion(
         self, points: NDArray[np.float64], offsets: NDArray[np.floating], /
@@ -140,4 +140,4 @@ class Rig:
     jaw: Jaw | None
     anchors: NDArray[np.float64]
     rigid: NDArray[np.int64]
-    margins: EyelidHelpers | None = None
+    eyelid_helpers: EyelidHelpers | None = None

@@ -16,9 +16,9 @@ from conf.face.mesh.mesh import Mesh
 EYES = {"eye_l": "pupil_l", "eye_r": "pupil_r"}  # group of the eyeball -> control point that leads it
 JAW_GROUPS = ("teeth_lower", "tongue")
 RIGID_GROUPS = ("teeth_upper", *JAW_GROUPS, *EYES)
-_LID_REACH = 1.35  # skin this many eyeball radii from the centre may come to rest on the eyeball
-_LID_MARGIN_CM = 0.03  # a closed lid stays this far off the eyeball
-_LEAST_SHARE = 0.02  # skin that follows the jaw less does not follow it
+_LID_RADII = 1.35  # skin this many eyeball radii from the centre may come to rest on the eyeball
+_LID_CLEARANCE_CM = 0.03  # a closed lid stays this far off the eyeball
+_MIN_JAW_WEIGHT = 0.02  # skin that follows the jaw less does not follow it
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ def build_rig(mesh: Mesh, points: NDArray[np.float64], joints: RigJoints, shapes
     skin = np.setdiff1d(np.arange(len(mesh.vertices)), rigid)
     return Rig(
         eyes=tuple(_build_eye(mesh, name, centre, skin) for name, centre in joints.eyes.items()),
-        jaw=_jaw(joints.hinge, mesh, points, shapes) if joints.hinge else None,
+        jaw=_build_jaw(joints.hinge, mesh, points, shapes) if joints.hinge else None,
         anchors=joints.anchors,
         rigid=rigid,
     )
@@ -55,18 +55,18 @@ def _build_eye(mesh: Mesh, name: str, centre: NDArray[np.float64], skin: NDArray
     ball = mesh.group_vertices(name)
     radius = np.linalg.norm(mesh.vertices[ball] - centre, axis=1).max(initial=0.0)
     distance = np.linalg.norm(mesh.vertices[skin] - centre, axis=1)
-    near = distance < _LID_REACH * radius
+    near = distance < _LID_RADII * radius
     return Eye(
         centre=centre,
         pupil=CONTROL_POINT_INDEX[EYES[name]],
         vertices=ball,
         lids=skin[near],
         # What is inside the eyeball at rest may stay as deep, no deeper.
-        clearance=np.minimum(distance[near], radius + _LID_MARGIN_CM).astype(np.float32),
+        clearance=np.minimum(distance[near], radius + _LID_CLEARANCE_CM).astype(np.float32),
     )
 
 
-def _jaw(
+def _build_jaw(
     hinge: tuple[NDArray[np.float64], NDArray[np.float64]],
     mesh: Mesh,
     points: NDArray[np.float64],
@@ -78,7 +78,7 @@ def _jaw(
     opens = np.cross(axis, points[CONTROL_POINT_INDEX["chin_bottom"]] - centre)[1] < 0
     nearest = np.asarray(KDTree(mesh.vertices).query(points)[1])
     shares = np.zeros(len(mesh.vertices)) if shapes is None else jaw_weights(shapes, nearest)
-    shares[shares < _LEAST_SHARE] = 0.0
+    shares[shares < _MIN_JAW_WEIGHT] = 0.0
     shares[mesh.group_vertices(*RIGID_GROUPS)] = 0.0
     shares[mesh.group_vertices(*JAW_GROUPS)] = 1.0
     vertices = np.flatnonzero(shares)
@@ -90,6 +90,6 @@ def _jaw(
         vertices=vertices,
         weights=shares[vertices].astype(np.float32),
         weighted_offsets=arms[vertices].astype(np.float32),
-        point_shares=shares[nearest].astype(np.float32),
-        point_arms=point_arms.astype(np.float32),
+        point_weights=shares[nearest].astype(np.float32),
+        weighted_point_offsets=point_arms.astype(np.float32),
     )

@@ -1,1 +1,1 @@
-"""Preparing a mesh that the program does not know: its control points, parts and openings."""
+"""Prepare an unknown mesh: its control points, rigid parts, openings and texture."""

@@ -1,4 +1,4 @@
-"""Put eyeballs into a face that has holes for its eyes and nothing in them."""
+"""Add eyeballs to a face with empty eye sockets."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,15 +6,16 @@ from numpy.typing import NDArray
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.rig_builder import EYES
 from conf.face.formats.obj import RawMesh
+from conf.face.mesh.editing import grid_triangles
 from conf.face.mesh.mesh import Mesh, build_mesh
-from conf.face.mesh.raycast import cast_front_rays
+from conf.face.mesh.raycast import cast_front_rays, faces_viewer
 
 # Model centimetres, 6.4 between the pupils.
 _RADIUS = 1.55  # as on eight heads that have eyeballs
-_DEEP = 1.0  # behind the lids: what the viewer sees there is no eyeball and no closed lid
-_BEHIND = 0.06  # the edges of the lids an eyeball lies
+_EMPTY_DEPTH = 1.0  # behind the lids: what is visible deeper than this is neither an eyeball nor a closed lid
+_LID_GAP = 0.06  # from the edges of the lids back to the eyeball
 _RINGS, _COLUMNS = 14, 24
-_REACH = np.radians(100.0)  # from its front an eyeball is made
+_CAP_ANGLE = np.radians(100.0)  # from the front of the eyeball to the rim of the cap that is made of it
 
 
 def insert_eyeballs(mesh: Mesh, points: NDArray[np.float64], /) -> tuple[Mesh, NDArray[np.float64]]:
@@ -24,46 +25,37 @@ def insert_eyeballs(mesh: Mesh, points: NDArray[np.float64], /) -> tuple[Mesh, N
     """
     points = points.copy()
     for pupil in EYES.values():
-        lids = points[[CONTROL_POINT_INDEX[f"eyelid_{lid}_{pupil[-1]}"] for lid in ("upper", "lower")]]
-        seen = cast_front_rays(lids[:, :2].mean(axis=0)[None], mesh.vertices, mesh.triangles).points[0, 2]
-        if seen > lids[:, 2].mean() - _DEEP:  # nan is not
+        side, pupil_row = pupil[-1], CONTROL_POINT_INDEX[pupil]
+        names = ("eyelid_upper", "eyelid_lower", "eye_outer_corner")
+        edges = points[[CONTROL_POINT_INDEX[f"{name}_{side}"] for name in names]]
+        lids = edges[:2]
+        depth = cast_front_rays(lids[:, :2].mean(axis=0)[None], mesh.vertices, mesh.triangles).points[0, 2]
+        if depth > lids[:, 2].mean() - _EMPTY_DEPTH:  # False for nan, a miss
             continue
-        centre = _centre(
-            points[CONTROL_POINT_INDEX[pupil]],
-            np.concatenate([lids, points[[CONTROL_POINT_INDEX[f"eye_outer_corner_{pupil[-1]}"]]]]),
-        )
-        points[CONTROL_POINT_INDEX[pupil]] = centre + np.array([0.0, 0.0, _RADIUS])
-        mesh = _with_ball(mesh, centre, outwards=_faces_viewer(mesh, points))
+        centre = _eyeball_centre(points[pupil_row], edges)
+        points[pupil_row] = centre + np.array([0.0, 0.0, _RADIUS])
+        mesh = _add_eyeball(mesh, centre, outwards=faces_viewer(points[:, :2], mesh.vertices, mesh.triangles))
     return mesh, points
 
 
-def _centre(pupil: NDArray[np.float64], edges: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the centre (3,) of an eyeball behind a pupil that lies just behind the edges of the lids (k, 3)."""
-    away = np.linalg.norm(edges[:, :2] - pupil[:2], axis=1)
-    bulge = np.sqrt(np.maximum(_RADIUS**2 - away**2, 0.0))
-    return np.array([*pupil[:2], float((edges[:, 2] - bulge).min()) - _BEHIND])
+def _eyeball_centre(pupil: NDArray[np.float64], edges: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the centre (3,) of an eyeball behind a pupil, its surface just behind the edges of the lids (k, 3)."""
+    distance = np.linalg.norm(edges[:, :2] - pupil[:2], axis=1)
+    bulge = np.sqrt(np.maximum(_RADIUS**2 - distance**2, 0.0))
+    return np.array([*pupil[:2], float((edges[:, 2] - bulge).min()) - _LID_GAP])
 
 
-def _faces_viewer(mesh: Mesh, points: NDArray[np.float64]) -> bool:
-    """Say whether the triangles seen from the front face outwards."""
-    hits = cast_front_rays(points[:, :2], mesh.vertices, mesh.triangles).triangles
-    corners = mesh.vertices[mesh.triangles[hits[hits >= 0]]]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return bool((normals[:, 2] > 0).sum() * 2 >= len(normals))
-
-
-def _with_ball(mesh: Mesh, centre: NDArray[np.float64], *, outwards: bool) -> Mesh:
-    """Return the mesh with a round cap more, its triangles facing outwards or inwards as the mesh's do."""
-    angle = np.linspace(0, _REACH, _RINGS + 1)[1:, None]
-    around = np.arange(_COLUMNS) * 2 * np.pi / _COLUMNS
-    rings = np.stack([np.sin(angle) * np.cos(around), np.sin(angle) * np.sin(around), np.cos(angle) + 0 * around], -1)
+def _add_eyeball(mesh: Mesh, centre: NDArray[np.float64], *, outwards: bool) -> Mesh:
+    """Return the mesh with a spherical cap added, its triangles facing outwards or inwards as the mesh's do."""
+    polar = np.linspace(0, _CAP_ANGLE, _RINGS + 1)[1:, None]
+    azimuth = np.arange(_COLUMNS) * 2 * np.pi / _COLUMNS
+    x, y = np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth)
+    rings = np.stack([x, y, np.cos(polar) + 0 * azimuth], -1)
     ball = centre + _RADIUS * np.concatenate([[[0.0, 0.0, 1.0]], rings.reshape(-1, 3)])
-    row = 1 + np.arange(_RINGS * _COLUMNS).reshape(_RINGS, _COLUMNS)
-    turned = np.roll(row, -1, axis=1)
-    a, b, c, d = row[:-1], row[1:], turned[1:], turned[:-1]
-    fan = np.stack([np.zeros(_COLUMNS, np.int64), row[0], turned[0]], axis=-1)
-    sides = [np.stack(corners, axis=-1).reshape(-1, 3) for corners in ((a, b, c), (a, c, d))]
-    triangles = len(mesh.vertices) + np.concatenate([fan, *sides])
+    grid = 1 + np.arange(_RINGS * _COLUMNS).reshape(_RINGS, _COLUMNS)
+    grid = np.column_stack([grid, grid[:, 0]])
+    fan = np.stack([np.zeros(_COLUMNS, np.int64), grid[0, :-1], grid[0, 1:]], axis=-1)
+    triangles = len(mesh.vertices) + np.concatenate([fan, grid_triangles(grid)])
     if not outwards:
         triangles = triangles[:, ::-1]
     old = np.stack([mesh.triangles, mesh.render_triangles], axis=-1).astype(np.int64)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_LANDMARKS, control_point_indices
 from conf.face.mesh.raycast import cast_front_rays
 from conf.face.similarity import SimilarityTransform, fit_similarity
-from conf.face.symmetry import PARTNERS
+from conf.face.symmetry import MIRROR_INDICES
 
 # array of face_prior.npz -> field of FacePrior
 ARRAYS = {
@@ -36,13 +36,15 @@ _JAW_LEFT = [454, 323, 361, 288, 397, 365, 379, 378, 377]
 _JAW_RIGHT = [234, 93, 132, 58, 172, 136, 150, 149, 148]
 OBSERVED_LANDMARKS = np.array([*CONTROL_POINT_LANDMARKS, *_JAW_LEFT, *_JAW_RIGHT])  # (m,) of the tracker
 _LEFT = CONTROL_POINT_COUNT + np.arange(len(_JAW_LEFT))
-SEEN_PARTNERS = np.array([*PARTNERS, *(_LEFT + len(_JAW_LEFT)), *_LEFT])  # (m,) of each, on the other side
+OBSERVED_MIRROR_INDICES = np.array(
+    [*MIRROR_INDICES, *(_LEFT + len(_JAW_LEFT)), *_LEFT]
+)  # (m,) of each, on the other side
 _MIRROR = np.array([-1.0, 1.0, 1.0])
-_ACROSS, _UP = np.meshgrid(np.arange(-5.0, 6.0), np.arange(-11.0, 7.0))
-RELIEF_PLACES = np.stack([_ACROSS.ravel(), _UP.ravel()], axis=1)  # (k, 2) of the prior's frame, cm: chin to forehead
-_RELIEF_PARTNERS = np.arange(len(RELIEF_PLACES)).reshape(_UP.shape)[:, ::-1].ravel()
-_RELIEF_WEIGHT = 0.3  # beside what the tracker sees; least error on heads left out
-_RELIEF_MOST = 1.0  # cm: what stands out farther is hair, or another part of the head
+_X, _Y = np.meshgrid(np.arange(-5.0, 6.0), np.arange(-11.0, 7.0))
+DEPTH_POSITIONS = np.stack([_X.ravel(), _Y.ravel()], axis=1)  # (k, 2) of the prior's frame, cm: chin to forehead
+_DEPTH_MIRROR_INDICES = np.arange(len(DEPTH_POSITIONS)).reshape(_Y.shape)[:, ::-1].ravel()
+_DEPTH_WEIGHT = 0.3  # beside what the tracker sees; least error on heads left out
+_MAX_DEPTH_RESIDUAL = 1.0  # cm: what stands out farther is hair, or another part of the head
 
 
 @dataclass(frozen=True)
@@ -113,12 +115,12 @@ def train_prior(heads: Sequence[TrainingHead], /, *, ridge: float) -> FacePrior:
         seen = said.mean(axis=0)
     true = np.array([f.apply(head.truth) for f, head in zip(frames, heads, strict=True)])
     measured = np.array([sample_depths(f.apply(h.vertices), h.triangles) for f, h in zip(frames, heads, strict=True)])
-    depths = np.nanmedian(np.concatenate([measured, measured[:, _RELIEF_PARTNERS]]), axis=0)
+    depths = np.nanmedian(np.concatenate([measured, measured[:, _DEPTH_MIRROR_INDICES]]), axis=0)
     reliefs, mean = depth_residuals(measured, depths), true.mean(axis=0)
-    differences, own = _with_mirror(said - seen, SEEN_PARTNERS), _with_mirror(true - mean, PARTNERS)
+    differences, own = _with_mirror(said - seen, OBSERVED_MIRROR_INDICES), _with_mirror(true - mean, MIRROR_INDICES)
     errors = (own - differences[:, : mean.shape[0]]).reshape(len(own), -1)
     known = np.hstack(
-        [differences.reshape(len(own), -1), np.concatenate([reliefs, reliefs[:, _RELIEF_PARTNERS]])],
+        [differences.reshape(len(own), -1), np.concatenate([reliefs, reliefs[:, _DEPTH_MIRROR_INDICES]])],
     )
     system = known.T @ known + ridge * np.eye(known.shape[1])
     correction = np.asarray(np.linalg.solve(system, known.T @ errors), dtype=np.float64)
@@ -129,13 +131,13 @@ def train_prior(heads: Sequence[TrainingHead], /, *, ridge: float) -> FacePrior:
 
 def sample_depths(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> NDArray[np.float64]:
     """Return the (k,) z of a mesh in the prior's frame at RELIEF_PLACES, nan where there is nothing."""
-    return cast_front_rays(RELIEF_PLACES, vertices, triangles).points[:, 2]
+    return cast_front_rays(DEPTH_POSITIONS, vertices, triangles).points[:, 2]
 
 
 def depth_residuals(depths: NDArray[np.float64], average: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return how far (..., k) depths stand out from the average (k,), weighted; holes do not."""
     off = np.nan_to_num(depths - average)
-    return np.asarray(_RELIEF_WEIGHT * np.clip(off, -_RELIEF_MOST, _RELIEF_MOST))
+    return np.asarray(_DEPTH_WEIGHT * np.clip(off, -_MAX_DEPTH_RESIDUAL, _MAX_DEPTH_RESIDUAL))
 
 
 def _with_mirror(points: NDArray[np.float64], partners: list[int] | NDArray[np.intp]) -> NDArray[np.float64]:

@@ -19,18 +19,18 @@ from conf.face.mesh.surface_graph import SurfaceGraph
 # Model centimetres, 6.4 between the pupils.
 # From lip to lip round the corner, or through the mouth, times the way straight over the lips: measured 1.0 and 1.05
 # where lips are one surface, 1.76 to 2.98 on ninety heads where they are not.
-_LONG_WAY = 1.5
-_SNAP = 0.3  # that the skin may be farther than another shell
-_LIPS_REACH = 1.6  # along the skin from the line, that triangles may be cut
-_ON_THE_LINE = 1e-3  # what is nearer to the line is taken for the upper lip's
+_OPEN_RATIO = 1.5
+_SKIN_TOLERANCE = 0.3  # that the skin may be farther than another shell
+_CUT_DISTANCE = 1.6  # along the skin from the line, that triangles may be cut
+_LINE_TOLERANCE = 1e-3  # what is nearer to the line is taken for the upper lip's
 _MOUTH = "mouth"
-_FEWEST = 3  # edges that are worth a cut
+_MIN_EDGES = 3  # edges that are worth a cut
 # Once round the bag from the upper lip to the lower: how far back, and up or down.
 _BAG_PROFILE = np.array(
     # The narrow first ring keeps the bag out of the shading of the lips.
     [[0.08, 0], [0.5, 0.15], [1.5, 0.7], [3.0, 0.9], [4.0, 0], [3.0, -0.9], [1.5, -0.7], [0.5, -0.15], [0.08, 0]]
 )
-_SHALLOW = 0.35  # of the depth in the middle, in the corners of the mouth
+_CORNER_DEPTH = 0.35  # of the depth in the middle, in the corners of the mouth
 _NARROWING = np.array([1.0, 0.97, 0.92, 0.85, 0.75, 0.85, 0.92, 0.97, 1.0])  # of the mouth's width, at the same places
 
 
@@ -40,9 +40,9 @@ def has_open_lips(points: NDArray[np.float64], surface: SurfaceGraph, /) -> bool
     points : (n, 3) control points in centimetres, about 6.4 between the pupils
     """
     across = points[_PROFILE_POINTS]
-    upper, lower = surface.nearest_vertices(across[[0, -1]], tolerance=_SNAP)
+    upper, lower = surface.nearest_vertices(across[[0, -1]], tolerance=_SKIN_TOLERANCE)
     over_the_lips = float(np.linalg.norm(np.diff(across, axis=0), axis=1).sum())
-    limit = _LONG_WAY * over_the_lips
+    limit = _OPEN_RATIO * over_the_lips
     return bool(surface.distances(np.array([upper]), limit=limit)[lower] >= limit)
 
 
@@ -54,13 +54,13 @@ def cut_lips(mesh: Mesh, points: NDArray[np.float64], surface: SurfaceGraph, /) 
     """
     line = (points[_UPPER] + points[_LOWER]) / 2
     line = line[np.argsort(line[:, 0])]
-    seeds = surface.nearest_vertices(points[[*_UPPER, *_LOWER]], tolerance=_SNAP)
-    around = np.asarray(surface.distances(seeds, limit=_LIPS_REACH) < _LIPS_REACH)
+    seeds = surface.nearest_vertices(points[[*_UPPER, *_LOWER]], tolerance=_SKIN_TOLERANCE)
+    around = np.asarray(surface.distances(seeds, limit=_CUT_DISTANCE) < _CUT_DISTANCE)
     near = np.asarray(around[mesh.triangles].all(axis=1))
     above = mesh.vertices[:, 1] - np.interp(mesh.vertices[:, 0], line[:, 0], line[:, 1])
-    above = np.where(np.abs(above) < _ON_THE_LINE, _ON_THE_LINE, above)
+    above = np.where(np.abs(above) < _LINE_TOLERANCE, _LINE_TOLERANCE, above)
     cut = _find_cut(mesh, near, above, line[[0, -1], 0])
-    if len(cut.edges) < _FEWEST:
+    if len(cut.edges) < _MIN_EDGES:
         return mesh
     outwards = _face_viewer(mesh.vertices[mesh.triangles[near]])
     return build_mesh(_add_mouth_cavity(_split(mesh, cut, above > 0), cut, outwards))
@@ -75,12 +75,12 @@ class _Cut:
     """
 
     edges: NDArray[np.int64]
-    shares: NDArray[np.float64]
+    fractions: NDArray[np.float64]
 
-    def between(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def interpolate(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the (k, d) values at the cuts from those of the vertices, (V, d)."""
         first, second = values[self.edges[:, 0]], values[self.edges[:, 1]]
-        return np.asarray(first + self.shares[:, None] * (second - first))
+        return np.asarray(first + self.fractions[:, None] * (second - first))
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ def _split(mesh: Mesh, cut: _Cut, upper: NDArray[np.bool_]) -> _CutMesh:
     count, cuts = len(mesh.vertices), len(cut.edges)
     new = count + np.arange(2 * cuts).reshape(2, cuts)  # of the upper lip, of the lower
     corners = np.stack([mesh.triangles, mesh.render_triangles], axis=-1).astype(np.int64)
-    number = _cut_of_edges(mesh.triangles.astype(np.int64), cut, count)
+    number = _edge_cuts(mesh.triangles.astype(np.int64), cut, count)
     touched = np.flatnonzero((number >= 0).any(axis=1))
     number, own = number[touched], corners[touched]
     both = (number >= 0).sum(axis=1) == 2
@@ -133,7 +133,7 @@ def _split(mesh: Mesh, cut: _Cut, upper: NDArray[np.bool_]) -> _CutMesh:
     for edge, far in ((turn, 1), ((turn + 2) % 3, 2)):
         at = number[np.arange(len(own)), edge]
         start, end = own[:, 0], own[:, far]
-        share = np.where(start[:, 0] < end[:, 0], cut.shares[at], 1 - cut.shares[at])[:, None]
+        share = np.where(start[:, 0] < end[:, 0], cut.fractions[at], 1 - cut.fractions[at])[:, None]
         looks = sum(map(len, uvs)) + np.arange(len(own))
         uvs.append(mesh.uvs[start[:, 1]] * (1 - share) + mesh.uvs[end[:, 1]] * share)
         choices += [np.stack([new[lip, at], looks], axis=1), np.stack([new[1 - lip, at], looks], axis=1)]
@@ -141,7 +141,7 @@ def _split(mesh: Mesh, cut: _Cut, upper: NDArray[np.bool_]) -> _CutMesh:
     pieces = [seven[~both][:, _ONE_CUT].reshape(-1, 3, 2), seven[both][:, _TWO_CUTS].reshape(-1, 3, 2)]
     kept = np.setdiff1d(np.arange(len(corners)), touched)
     origin = np.concatenate([kept, touched[~both].repeat(2), touched[both].repeat(3)])
-    places = cut.between(mesh.vertices)
+    places = cut.interpolate(mesh.vertices)
     raw = RawMesh(
         positions=np.concatenate([mesh.vertices, places, places]),
         uvs=np.concatenate(uvs),
@@ -154,7 +154,7 @@ def _split(mesh: Mesh, cut: _Cut, upper: NDArray[np.bool_]) -> _CutMesh:
     return _CutMesh(raw, new[0], new[1], ends)
 
 
-def _cut_of_edges(triangles: NDArray[np.int64], cut: _Cut, count: int) -> NDArray[np.intp]:
+def _edge_cuts(triangles: NDArray[np.int64], cut: _Cut, count: int) -> NDArray[np.intp]:
     """Return (F, 3): the cut of each triangle's edges, the first from its first corner to its second; -1 for none."""
     starts, ends = triangles, np.roll(triangles, -1, axis=1)
     keys = np.minimum(starts, ends) * count + np.maximum(starts, ends)
@@ -176,7 +176,7 @@ def _add_mouth_cavity(slit: _CutMesh, cut: _Cut, outwards: bool) -> RawMesh:
         [
             middle + half * along[:, None] * _NARROWING,
             rim[:, 1:2] + full * up,
-            rim[:, 2:3] - (_SHALLOW + (1 - _SHALLOW) * full) * back,
+            rim[:, 2:3] - (_CORNER_DEPTH + (1 - _CORNER_DEPTH) * full) * back,
         ],
         axis=-1,
     )  # (k, p, 3)

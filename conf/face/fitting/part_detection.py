@@ -21,21 +21,21 @@ from conf.face.mesh.surface_graph import SurfaceGraph
 
 # All in model centimetres, 6.4 between the pupils; a human eyeball has a radius of 1.2.
 _EYE_RADIUS = (0.7, 2.4)
-_EYE_AWAY = 1.2  # from the middle of an eyeball's box to the line through its pupil
-_ROUND = 0.12  # of the radius: root mean square distance of an eyeball's vertices from a sphere
+_MAX_EYE_OFFSET = 1.2  # from the middle of an eyeball's box to the line through its pupil
+_MAX_SPHERE_ERROR = 0.12  # of the radius: root mean square distance of an eyeball's vertices from a sphere
 _PUPIL_DEPTH = (0.6, 1.5)  # of the radius: from the centre of an eyeball to its pupil
-_WITHIN = 1.12  # of the radius: iris and cornea, shells of their own, go with the eyeball
-_BESIDE_LIPS = 2.0  # how far the mouth reaches beyond the line between the lips: sideways from its corners,
-_BEFORE_LIPS, _BEHIND_LIPS = 0.3, 12.0
-_ABOVE_LIPS, _BELOW_LIPS = 2.5, 3.5
-_HIDDEN = 0.5  # of its vertices: a shell that the viewer sees more of is a beard
+_IRIS_RADIUS = 1.12  # of the radius: iris and cornea, shells of their own, go with the eyeball
+_MOUTH_SIDE = 2.0  # how far the mouth reaches beyond the line between the lips: sideways from its corners,
+_MOUTH_FRONT, _MOUTH_BACK = 0.3, 12.0
+_MOUTH_ABOVE, _MOUTH_BELOW = 2.5, 3.5
+_MIN_HIDDEN = 0.5  # of its vertices: a shell that the viewer sees more of is a beard
 _PROBES = 64  # vertices of a shell that are looked at
 _TONGUE_BACK = 1.2  # behind its front a tongue has a middle, an arch of teeth has none
-_LIP = 0.45  # what lies nearer to the line where the lips meet is lip
+_LIP_DISTANCE = 0.45  # what lies nearer to the line where the lips meet is lip
 # Where a hidden piece of skin is sure to be the mouth's inside: within a share of half its width, above or below the
 # line where the lips meet, and from so far to so far behind it.
 _MOUTH_SEED_BOX = (0.5, 1.5, 0.6, 5.0)
-_COVERED = 0.3  # in front of it there is something else
+_MIN_COVER = 0.3  # in front of it there is something else
 _MOUTH_BOX = (6.0, 6.5, 13.0)  # what is reached from behind the lips farther from them than this is no mouth
 
 
@@ -57,7 +57,7 @@ def detect_parts(mesh: Mesh, points: NDArray[np.float64], surface: SurfaceGraph,
     mesh, points : upright, in model centimetres; points (n, 3)
     surface : of the same mesh
     """
-    shells = _Shells.of(mesh, surface)
+    shells = _Components.of(mesh, surface)
     skin = int(
         np.bincount(
             surface.components[surface.nearest_vertices(np.delete(points, PUPILS, axis=0), tolerance=0.3)]
@@ -67,7 +67,7 @@ def detect_parts(mesh: Mesh, points: NDArray[np.float64], surface: SurfaceGraph,
     members: dict[str, list[int]] = {}
     eyes: dict[str, NDArray[np.float64]] = {}
     for group, pupil in EYES.items():
-        ball = _eyeball(shells, points[CONTROL_POINT_INDEX[pupil]], taken)
+        ball = _find_eyeball(shells, points[CONTROL_POINT_INDEX[pupil]], taken)
         if ball is not None:
             eyes[group], members[group] = ball
             taken.update(members[group])
@@ -83,7 +83,7 @@ def detect_parts(mesh: Mesh, points: NDArray[np.float64], surface: SurfaceGraph,
     return DetectedParts(parts, eyes)
 
 
-class _Shells(NamedTuple):
+class _Components(NamedTuple):
     """Every shell's box, (S, 3) each, and the vertices with the shell each is in, sorted by it."""
 
     low: NDArray[np.float64]
@@ -92,7 +92,7 @@ class _Shells(NamedTuple):
     starts: NDArray[np.intp]
 
     @classmethod
-    def of(cls, mesh: Mesh, surface: SurfaceGraph) -> "_Shells":
+    def of(cls, mesh: Mesh, surface: SurfaceGraph) -> "_Components":
         order = np.argsort(surface.components, kind="stable")
         starts = np.searchsorted(surface.components[order], np.arange(surface.components.max() + 2))
         sorted_vertices = mesh.vertices[order]
@@ -104,12 +104,12 @@ class _Shells(NamedTuple):
         return self.vertices[self.starts[shell] : self.starts[shell + 1]]
 
 
-def _eyeball(
-    shells: _Shells, pupil: NDArray[np.float64], taken: set[int]
+def _find_eyeball(
+    shells: _Components, pupil: NDArray[np.float64], taken: set[int]
 ) -> tuple[NDArray[np.float64], list[int]] | None:
     """Return the centre of the eyeball behind a pupil and the shells it is made of."""
     middle, extent = (shells.low + shells.high) / 2, shells.high - shells.low
-    near = np.linalg.norm(middle[:, :2] - pupil[:2], axis=1) < _EYE_AWAY
+    near = np.linalg.norm(middle[:, :2] - pupil[:2], axis=1) < _MAX_EYE_OFFSET
     near &= (extent[:, :2] > _EYE_RADIUS[0]).all(axis=1) & (extent < 2 * _EYE_RADIUS[1]).all(axis=1)
     best: tuple[float, NDArray[np.float64]] | None = None
     for shell in np.flatnonzero(near).tolist():
@@ -117,15 +117,17 @@ def _eyeball(
             continue
         centre, radius, error = _fit_sphere(shells.members(shell))
         depth = np.linalg.norm(pupil - centre) / radius
-        fits = _EYE_RADIUS[0] < radius < _EYE_RADIUS[1] and error < _ROUND * radius and centre[2] < pupil[2]
+        fits = _EYE_RADIUS[0] < radius < _EYE_RADIUS[1] and error < _MAX_SPHERE_ERROR * radius and centre[2] < pupil[2]
         if fits and _PUPIL_DEPTH[0] < depth < _PUPIL_DEPTH[1] and (best is None or radius > best[0]):
             best = radius, centre
     if best is None:
         return None
     radius, centre = best
     farthest = np.linalg.norm(np.maximum(np.abs(shells.low - centre), np.abs(shells.high - centre)), axis=1)
-    inside = np.flatnonzero(farthest < 2 * _WITHIN * radius).tolist()  # of the corners of a box round a ball: sqrt 3
-    reach = _WITHIN * radius
+    inside = np.flatnonzero(
+        farthest < 2 * _IRIS_RADIUS * radius
+    ).tolist()  # of the corners of a box round a ball: sqrt 3
+    reach = _IRIS_RADIUS * radius
     own = [s for s in inside if s not in taken and np.linalg.norm(shells.members(s) - centre, axis=1).max() < reach]
     return centre, own
 
@@ -141,13 +143,13 @@ def _fit_sphere(places: NDArray[np.float64]) -> tuple[NDArray[np.float64], float
     return middle + solution[:3], radius, float(np.sqrt((errors**2).mean()))
 
 
-def _oral_shells(shells: _Shells, points: NDArray[np.float64], taken: set[int]) -> list[int]:
+def _oral_shells(shells: _Components, points: NDArray[np.float64], taken: set[int]) -> list[int]:
     """Return the shells that lie where teeth and tongue do."""
     line = points[_SEAM].mean(axis=0)
-    wide = np.abs(points[_CORNERS, 0] - line[0]).max() + _BESIDE_LIPS
+    wide = np.abs(points[_CORNERS, 0] - line[0]).max() + _MOUTH_SIDE
     low, high = shells.low - line, shells.high - line
-    inside = (low[:, 0] > -wide) & (high[:, 0] < wide) & (high[:, 1] < _ABOVE_LIPS) & (low[:, 1] > -_BELOW_LIPS)
-    inside &= (high[:, 2] < _BEFORE_LIPS + points[_LIPS, 2].max() - line[2]) & (low[:, 2] > -_BEHIND_LIPS)
+    inside = (low[:, 0] > -wide) & (high[:, 0] < wide) & (high[:, 1] < _MOUTH_ABOVE) & (low[:, 1] > -_MOUTH_BELOW)
+    inside &= (high[:, 2] < _MOUTH_FRONT + points[_LIPS, 2].max() - line[2]) & (low[:, 2] > -_MOUTH_BACK)
     return [shell for shell in np.flatnonzero(inside).tolist() if shell not in taken]
 
 
@@ -155,7 +157,7 @@ def _is_hidden(places: NDArray[np.float64], mesh: Mesh, others: NDArray[np.bool_
     """Say whether the triangles of others, (F,), hide places (k, 3) from the viewer."""
     probes = places[:: max(1, len(places) // _PROBES)]
     depth = cast_front_rays(probes[:, :2], mesh.vertices, mesh.triangles[others]).points[:, 2]
-    return bool((depth > probes[:, 2]).mean() >= _HIDDEN)
+    return bool((depth > probes[:, 2]).mean() >= _MIN_HIDDEN)
 
 
 def _mouth_group(places: NDArray[np.float64]) -> str:
@@ -175,8 +177,8 @@ def _mouth_inside(mesh: Mesh, points: NDArray[np.float64], skin: NDArray[np.bool
     likely = np.flatnonzero(skin & half & deep & (np.abs(off[:, 1]) < _MOUTH_SEED_BOX[1]))
     sure = likely[:: max(1, len(likely) // _PROBES)]
     depth = cast_front_rays(mesh.vertices[sure, :2], mesh.vertices, mesh.triangles).points[:, 2]
-    sure = sure[depth > mesh.vertices[sure, 2] + _COVERED]
-    free = skin & (_distance_to_seam(mesh.vertices, points) > _LIP)
+    sure = sure[depth > mesh.vertices[sure, 2] + _MIN_COVER]
+    free = skin & (_distance_to_seam(mesh.vertices, points) > _LIP_DISTANCE)
     edges = mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     edges = edges[free[edges].all(axis=1)]
     graph = coo_array((np.ones(len(edges), np.int8), edges.T), shape=(len(free), len(free)))

@@ -1,1 +1,1 @@
-"""Triangle meshes: parts, graph distances, ray casting, axes, depth profiles."""
+"""Triangle meshes: parts, surface graph, ray casting, winding, axes, depth profiles."""

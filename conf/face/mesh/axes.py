@@ -1,4 +1,4 @@
-"""Which way a mesh stands: bring any axes to y up and z to the viewer."""
+"""Rotate a mesh with any up and front axes to y up and z towards the viewer."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,7 @@ AXES = {
     for sign, value in (("", 1.0), ("-", -1.0))
 }
 
-# Every way a mesh may stand, (up, front), the usual ones first.
+# All 24 pairs (up, front), the usual ones first.
 ORIENTATIONS = [
     *(("y", "z"), ("z", "-y"), ("z", "y"), ("y", "-z"), ("z", "x"), ("z", "-x"), ("y", "x"), ("y", "-x")),
     *((up, front) for up in ("x", "-x", "-y", "-z") for front in AXES if up[-1] != front[-1]),
@@ -17,7 +17,7 @@ ORIENTATIONS = [
 
 
 def axes_rotation(up: str, front: str, /) -> NDArray[np.float64]:
-    """Return the (3, 3) rotation that takes a mesh's own axes to the face's: x to its left, y up, z to the viewer.
+    """Return the (3, 3) rotation from a mesh's axes to face axes: x to the subject's left, y up, z to the viewer.
 
     up, front : the mesh's axis towards the crown and towards the nose, one of x, y, z, -x, -y, -z
     Raises ValueError if an axis is none of these, or both lie on one line.

@@ -1,4 +1,4 @@
-"""A face's surface as plain arrays, read from any mesh file."""
+"""Triangle meshes as plain arrays, read from OBJ, PLY, GLB and STL files."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,15 +22,15 @@ _MAX_COORDINATE = 1e9
 
 @dataclass(frozen=True)
 class Mesh:
-    """Triangles twice over: as they deform (one vertex a position) and as they are drawn (one a texture coordinate).
+    """A mesh with two sets of vertices: one for deformation, and one for rendering, split along texture seams.
 
     vertices : (V, 3) float64, in the order of the file
     triangles : (F, 3) int32, indices into vertices
-    uvs : (R, 2) float64, texture coordinate of each render vertex, v upwards
+    uvs : (R, 2) float64, texture coordinates of each render vertex, v upwards
     render_vertices : (R,) int32, render vertex -> vertex
     render_triangles : (F, 3) int32, indices into render vertices
-    groups : name -> indices of the triangles that belong to it
-    texture : picture for the uvs, if there is one
+    groups : name -> indices of its triangles
+    texture : image file for the uvs, or None
     """
 
     vertices: NDArray[np.float64]
@@ -42,7 +42,7 @@ class Mesh:
     texture: Path | None = None
 
     def group_vertices(self, *names: str) -> NDArray[np.int64]:
-        """Return the sorted indices of the vertices of the named groups; a group that is not there adds none."""
+        """Return the sorted indices of the vertices of the named groups; unknown groups add none."""
         used = [self.triangles[self.groups[name]].ravel() for name in names if name in self.groups]
         return np.unique(np.concatenate(used)).astype(np.int64) if used else np.empty(0, dtype=np.int64)
 
@@ -50,7 +50,7 @@ class Mesh:
 def load_mesh(path: Path | str, /) -> Mesh:
     """Read an OBJ, PLY, GLB or STL file.
 
-    Raises FileFormatError if the file is not a mesh that can be drawn, whatever its bytes.
+    Raises FileFormatError if the file is not a mesh with finite coordinates, whatever its bytes.
     """
     path = Path(path)
     reader = _READERS.get(path.suffix.lower())
@@ -65,11 +65,11 @@ def load_mesh(path: Path | str, /) -> Mesh:
 
 
 def build_mesh(raw: RawMesh, /) -> Mesh:
-    """Give every pair of position and texture coordinate that occurs a render vertex of its own."""
+    """Return the mesh with one render vertex for each pair of position and texture coordinates that occurs."""
     keys = raw.corners[..., 0] * (len(raw.uvs) + 1) + raw.corners[..., 1] + 1
     pairs, inverse = np.unique(keys, return_inverse=True)
     positions, uv_numbers = np.divmod(pairs, len(raw.uvs) + 1)
-    uvs = np.concatenate([np.zeros((1, 2)), raw.uvs])  # number 0: no texture coordinate
+    uvs = np.concatenate([np.zeros((1, 2)), raw.uvs])  # row 0: no texture coordinates
     return Mesh(
         vertices=raw.positions,
         triangles=raw.corners[..., 0].astype(np.int32),

@@ -13,7 +13,7 @@ from scipy.spatial import KDTree
 from conf.face.animation.gaze import EYE_RADIUS
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.default_head import DEFAULT_HEAD
-from conf.face.deformation.blendshapes import load_shapes
+from conf.face.deformation.blendshapes import load_blendshapes
 from conf.face.loading import load_face
 
 FULL_GAZE = {"Up": (0, 1, 22.0), "Down": (0, -1, 28.0), "In": (-1, 0, 30.0), "Out": (1, 0, 30.0)}  # left eye, degrees
@@ -26,7 +26,7 @@ def load_arkit_shapes() -> dict[str, NDArray[np.float32]]:
     Raises FileFormatError if an asset is missing or damaged.
     """
     face = load_face()
-    shapes = load_shapes(DEFAULT_HEAD.with_name("shapes.npz"), len(face.mesh.vertices))
+    shapes = load_blendshapes(DEFAULT_HEAD.with_name("shapes.npz"), len(face.mesh.vertices))
     nearest = np.asarray(KDTree(face.mesh.vertices).query(face.control_points)[1])
     displacements = (shapes.offsets_at(nearest) / face.fapu.lengths()).astype(np.float32)
     for name, displacement in zip(shapes.names, displacements, strict=True):

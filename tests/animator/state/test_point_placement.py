@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from conf.animator.state.point_placement import PointPlacement, left_points, mirror_point, swapped_pairs
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
-from conf.face.symmetry import PARTNERS
+from conf.face.symmetry import MIRROR_INDICES
 
 PLACE = np.array([1.0, 2.0, 3.0])
 orders = st.permutations(range(CONTROL_POINT_COUNT))
@@ -56,6 +56,6 @@ def test_the_middle_is_that_of_the_middle_points() -> None:
 
 def test_sides_that_were_taken_for_each_other_are_named() -> None:
     left = CONTROL_POINT_INDEX["pupil_l"]
-    right = PARTNERS[left]
+    right = MIRROR_INDICES[left]
     assert swapped_pairs(PointPlacement().set_point(left, PLACE).set_point(right, -PLACE)) == []
     assert swapped_pairs(PointPlacement().set_point(left, -PLACE).set_point(right, PLACE)) == [(left, right)]

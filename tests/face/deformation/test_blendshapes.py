@@ -6,14 +6,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.errors import FileFormatError
-from conf.face.deformation.blendshapes import Blendshapes, load_shapes
+from conf.face.deformation.blendshapes import Blendshapes, load_blendshapes
 
 OFFSETS = np.arange(24, dtype=np.float16).reshape(2, 4, 3)
 
 
 def test_names_and_offsets_are_read(tmp_path: Path) -> None:
     np.savez_compressed(tmp_path / "shapes.npz", names=np.array(["smile", "blink"]), offsets=OFFSETS)
-    shapes = load_shapes(tmp_path / "shapes.npz", 4)
+    shapes = load_blendshapes(tmp_path / "shapes.npz", 4)
     assert shapes.names == ("smile", "blink")
     assert shapes.offsets.dtype == np.float32
     assert shapes.offsets_at(np.array([3, 0])).tolist() == OFFSETS[:, [3, 0]].tolist()
@@ -35,7 +35,7 @@ def test_names_and_offsets_are_read(tmp_path: Path) -> None:
 def test_anything_else_is_the_one_error(tmp_path: Path, arrays: dict[str, np.ndarray]) -> None:
     np.savez(tmp_path / "shapes.npz", **arrays)
     with pytest.raises(FileFormatError, match="expected"):
-        load_shapes(tmp_path / "shapes.npz", 4)
+        load_blendshapes(tmp_path / "shapes.npz", 4)
 
 
 @given(st.data())
@@ -49,6 +49,6 @@ def test_damaged_files_give_shapes_or_the_one_error(
         whole[data.draw(st.integers(0, len(whole) - 1))] = data.draw(st.integers(0, 255))
     path.write_bytes(whole[: data.draw(st.integers(0, len(whole)))])
     try:
-        assert isinstance(load_shapes(path, 4), Blendshapes)
+        assert isinstance(load_blendshapes(path, 4), Blendshapes)
     except FileFormatError:
         pass

@@ -3,8 +3,8 @@ import pytest
 
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, UPPER_LID
 from conf.face.deformation.eyelid_helpers import (
-    MIXTURES,
-    OWNERS,
+    HELPER_LIDS,
+    PARABOLA_WEIGHTS,
     append_helpers,
     fold_helpers,
     helpers_on_edges,
@@ -19,23 +19,23 @@ from tests.support.sheet_face import SheetFace
 
 
 def test_helper_points_lie_between_the_corners_of_their_eye(face: SheetFace) -> None:
-    helpers = MIXTURES @ face.points
-    for helper, owner in zip(helpers, OWNERS, strict=True):
+    helpers = PARABOLA_WEIGHTS @ face.points
+    for helper, owner in zip(helpers, HELPER_LIDS, strict=True):
         name = next(name for name, index in CONTROL_POINT_INDEX.items() if index == owner)
         ends = face.points[[CONTROL_POINT_INDEX[f"eye_{end}_corner_{name[-1]}"] for end in ("inner", "outer")], 0]
         assert ends.min() < helper[0] < ends.max()
 
 
 def test_helper_points_move_with_the_whole_face_and_with_its_turns(face: SheetFace) -> None:
-    assert MIXTURES.sum(axis=1) == pytest.approx(1)
+    assert PARABOLA_WEIGHTS.sum(axis=1) == pytest.approx(1)
 
 
 def test_a_field_leaves_out_the_helpers_of_what_it_leaves_out(face: SheetFace) -> None:
     surface = SurfaceGraph(face.mesh.vertices, face.mesh.triangles)
     centres, regions = append_helpers(face.points, split_regions(surface, face.points, anchors=np.empty((0, 3))))
-    assert centres.shape == (CONTROL_POINT_COUNT + len(OWNERS), 3)
+    assert centres.shape == (CONTROL_POINT_COUNT + len(HELPER_LIDS), 3)
     for field in regions.fields:
-        for i, owner in enumerate(OWNERS):
+        for i, owner in enumerate(HELPER_LIDS):
             assert (owner in field.excluded) == (CONTROL_POINT_COUNT + i in field.excluded)
 
 
@@ -44,12 +44,12 @@ def test_an_eye_shuts_over_its_whole_width(face: SheetFace) -> None:
     regions = split_regions(surface, face.points, anchors=np.empty((0, 3)))
     closing = np.zeros((50, 1))
     closing[CONTROL_POINT_INDEX["eyelid_upper_l"]] = -0.7
-    row = OWNERS.index(UPPER_LID[0])
-    places = MIXTURES[row] @ face.points
+    row = HELPER_LIDS.index(UPPER_LID[0])
+    places = PARABOLA_WEIGHTS[row] @ face.points
     one_field = type(regions).unrestricted(1)
     centres, fields = append_helpers(face.points, one_field)
     folded = build_operator(places[None], centres, kernel=KERNELS["multiquadric"], epsilon=1.0, regions=fields)
-    assert fold_helpers(folded.matrix) @ closing == pytest.approx(-0.7 * MIXTURES[row, UPPER_LID[0]], abs=1e-3)
+    assert fold_helpers(folded.matrix) @ closing == pytest.approx(-0.7 * PARABOLA_WEIGHTS[row, UPPER_LID[0]], abs=1e-3)
 
 
 def eyes_of_height(face: SheetFace, height: float) -> LabelledMesh:
@@ -74,15 +74,15 @@ def test_edges_that_are_seen_count_more_than_the_parabola(face: SheetFace) -> No
     """The opening is a box: the lids are as far apart beside the middle as in it, and must travel as far."""
     gap = face.points[CONTROL_POINT_INDEX["eyelid_upper_l"], 1] - face.points[CONTROL_POINT_INDEX["eyelid_lower_l"], 1]
     margins = helpers_on_edges(face.points, eyes_of_height(face, gap))
-    shares = np.array([margins.weights[row, owner] for row, owner in enumerate(OWNERS)])
+    shares = np.array([margins.weights[row, owner] for row, owner in enumerate(HELPER_LIDS)])
     assert (shares > 0.8).all()
     assert margins.weights.sum(axis=1) == pytest.approx(1)
-    gaps = margins.places[:8, 1] - margins.places[8:, 1]  # of the parabola: 0.44 of the gap near the corners
+    gaps = margins.positions[:8, 1] - margins.positions[8:, 1]  # of the parabola: 0.44 of the gap near the corners
     assert (gaps > 0.8 * gap).all()
 
 
 def test_where_no_edges_are_seen_the_parabola_stays(face: SheetFace) -> None:
     shells = LabelledMesh(face.mesh.vertices, face.mesh.triangles, np.zeros(len(face.mesh.triangles), np.int32))
     measured, usual = helpers_on_edges(face.points, shells), helpers_on_parabola(face.points)
-    assert measured.places.tolist() == usual.places.tolist()
+    assert measured.positions.tolist() == usual.positions.tolist()
     assert measured.weights.tolist() == usual.weights.tolist()

@@ -3,7 +3,7 @@ import pytest
 
 from conf.face.control_points import LOWER_LIP, PUPILS, UPPER_LIP, control_point_indices
 from conf.face.default_head import DEFAULT_HEAD
-from conf.face.deformation.blendshapes import load_shapes
+from conf.face.deformation.blendshapes import load_blendshapes
 from conf.face.deformation.face_model import DeformerOptions, FaceModel
 from conf.face.loading import build_face, load_face
 from conf.face.mesh.surface_graph import SurfaceGraph
@@ -19,7 +19,7 @@ def head() -> FaceModel:
 
 def blendshape_motion(head: FaceModel, *names: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the summed vertex offsets, cm, of some blendshapes and their displacements, FAPU units."""
-    shapes = load_shapes(DEFAULT_HEAD.with_name("shapes.npz"), len(head.neutral))
+    shapes = load_blendshapes(DEFAULT_HEAD.with_name("shapes.npz"), len(head.neutral))
     offsets = sum(shapes.offsets[shapes.names.index(name)] for name in names)
     nearest = SurfaceGraph(head.mesh.vertices, head.mesh.triangles).nearest_vertices(head.control_points, tolerance=0.0)
     return offsets, offsets[nearest] / head.fapu.lengths()

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from conf.face.deformation.neck import BOTTOM, PIVOT, SHOULDERS_FOLLOW, TOP, NeckBend, head_weights
+from conf.face.deformation.neck import BOTTOM, PIVOT, SHOULDER_WEIGHT, TOP, NeckBend, head_weights
 from conf.face.head_pose import HeadPose
 from conf.face.mesh.mesh import Mesh
 from tests.support.sheet_face import SheetFace
@@ -40,7 +40,7 @@ def test_shoulders_turn_a_little_about_the_neck(torso: Mesh, turn: tuple[float, 
     shoulders = vertices[:, 1] <= BOTTOM
     bent = NeckBend(torso).apply(vertices, pose(turn))[shoulders]
     seen = (bent - PIVOT) @ pose(turn).matrix().T
-    little = pose(tuple(SHOULDERS_FOLLOW * t for t in turn)).matrix()  # type: ignore[arg-type]
+    little = pose(tuple(SHOULDER_WEIGHT * t for t in turn)).matrix()  # type: ignore[arg-type]
     np.testing.assert_allclose(seen, (vertices[shoulders] - PIVOT) @ little.T, atol=1e-4)
 
 

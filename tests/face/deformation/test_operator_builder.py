@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from conf.face.default_head import DEFAULT_HEAD, default_points
-from conf.face.deformation.blendshapes import load_shapes
+from conf.face.deformation.blendshapes import load_blendshapes
 from conf.face.deformation.face_model import DeformerOptions
 from conf.face.deformation.kernels import KERNELS
 from conf.face.deformation.operator_builder import OperatorBuilder
@@ -14,7 +14,7 @@ from conf.face.mesh.mesh import load_mesh
 def builder() -> OperatorBuilder:
     """Return the builder of the default head."""
     mesh, points = load_mesh(DEFAULT_HEAD), default_points()
-    blendshapes = load_shapes(DEFAULT_HEAD.with_name("shapes.npz"), len(mesh.vertices))
+    blendshapes = load_blendshapes(DEFAULT_HEAD.with_name("shapes.npz"), len(mesh.vertices))
     rig = load_rig(DEFAULT_HEAD.with_name("rig.json"), mesh, points, blendshapes)
     return OperatorBuilder(mesh, points, rig, blendshapes)
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from conf.errors import FileFormatError
 from conf.face.default_head import DEFAULT_HEAD
-from conf.face.deformation.blendshapes import load_shapes
+from conf.face.deformation.blendshapes import load_blendshapes
 from conf.face.deformation.rig_json import load_rig
 from conf.face.formats.ppc import read_ppc
 from conf.face.mesh.mesh import Mesh, load_mesh
@@ -30,17 +30,17 @@ def test_the_default_head_has_two_eyes_and_a_jaw(head: tuple[Mesh, np.ndarray]) 
     assert rig.jaw is not None
     assert rig.jaw.vertices.tolist() == mesh.group_vertices("teeth_lower", "tongue").tolist()
     assert set(rig.jaw.weights) == {1.0}
-    assert not rig.jaw.point_shares.any()
+    assert not rig.jaw.point_weights.any()
     assert len(rig.anchors) >= 10
 
 
 def test_with_sculpted_shapes_the_skin_follows_the_jaw_by_shares(head: tuple[Mesh, np.ndarray]) -> None:
     mesh, points = head
-    shapes = load_shapes(DEFAULT_HEAD.with_name("shapes.npz"), len(mesh.vertices))
+    shapes = load_blendshapes(DEFAULT_HEAD.with_name("shapes.npz"), len(mesh.vertices))
     jaw = load_rig(RIG, mesh, points, shapes).jaw
     assert jaw is not None
-    assert jaw.point_shares[0] > 0.9  # the chin
-    assert jaw.point_shares[26:32] == pytest.approx(0)  # the brows
+    assert jaw.point_weights[0] > 0.9  # the chin
+    assert jaw.point_weights[26:32] == pytest.approx(0)  # the brows
     assert 0 < jaw.weights.min() and jaw.weights.max() <= 1.0
 
 

@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from conf.face.control_points import CONTROL_POINT_INDEX, PUPILS
-from conf.face.default_head import DEFAULT_HEAD, EYE_MIDDLE, default_joints, default_points
-from conf.face.fitting.custom_face import PreparedFace, find_placement, prepare_face
-from conf.face.fitting.default_texture import PICTURE
+from conf.face.default_head import DEFAULT_HEAD, EYE_MIDPOINT, default_joints, default_points
+from conf.face.fitting.custom_face import PreparedFace, find_file_to_model, prepare_face
+from conf.face.fitting.default_texture import TEXTURE_FILE
 from conf.face.mesh.mesh import Mesh, load_mesh
 from tests.support.sheet_face import SheetFace
 
@@ -40,12 +40,12 @@ def test_its_eyes_turn_and_its_lower_teeth_have_a_hinge(own: PreparedFace) -> No
     assert jaw is not None and hinge is not None
     assert jaw.centre == pytest.approx(hinge[0], abs=0.05)
     assert jaw.vertices.tolist() == own.mesh.group_vertices("teeth_lower", "tongue").tolist()
-    assert not jaw.point_shares.any()
+    assert not jaw.point_weights.any()
     assert set(own.mesh.group_vertices("teeth_upper")) <= set(own.rig.rigid)
 
 
 def test_one_without_a_picture_is_painted_and_one_with_keeps_its_own(bare: Mesh, own: PreparedFace) -> None:
-    assert own.mesh.texture == PICTURE
+    assert own.mesh.texture == TEXTURE_FILE
     with_picture = replace(bare, texture=DEFAULT_HEAD.with_name("skin.webp"))
     kept = prepare_face(with_picture, default_points() @ turn().T * 10).mesh
     assert kept.texture == with_picture.texture
@@ -55,10 +55,10 @@ def test_one_without_a_picture_is_painted_and_one_with_keeps_its_own(bare: Mesh,
 
 def test_a_face_that_is_about_upright_is_not_turned() -> None:
     tilt = Rotation.from_rotvec([0.2, 0, 0]).as_matrix()
-    placement = find_placement(default_points() @ tilt.T * 3)
+    placement = find_file_to_model(default_points() @ tilt.T * 3)
     assert placement.rotation.tolist() == np.eye(3).tolist()
     pupils = placement.apply(default_points() @ tilt.T * 3)[PUPILS]
-    assert pupils.mean(axis=0) == pytest.approx(EYE_MIDDLE)
+    assert pupils.mean(axis=0) == pytest.approx(EYE_MIDPOINT)
     assert np.linalg.norm(pupils[0] - pupils[1]) == pytest.approx(6.4)
 
 

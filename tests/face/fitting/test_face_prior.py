@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.default_head import DEFAULT_HEAD
 from conf.face.fitting.face_prior import (
+    DEPTH_POSITIONS,
     OBSERVED_LANDMARKS,
-    RELIEF_PLACES,
-    SEEN_PARTNERS,
+    OBSERVED_MIRROR_INDICES,
     TrainingHead,
     depth_residuals,
     load_prior,
@@ -21,7 +21,7 @@ from conf.face.fitting.face_prior import (
 )
 from conf.face.formats.ppc import read_ppc
 from conf.face.similarity import SimilarityTransform, fit_similarity
-from conf.face.symmetry import PARTNERS
+from conf.face.symmetry import MIRROR_INDICES
 
 
 def moved(points: NDArray[np.float64], seed: int, scale: float) -> NDArray[np.float64]:
@@ -46,9 +46,9 @@ def test_a_similarity_scales_then_turns_then_shifts() -> None:
 
 
 def test_partners_are_each_others() -> None:
-    np.testing.assert_array_equal(SEEN_PARTNERS[SEEN_PARTNERS], np.arange(len(OBSERVED_LANDMARKS)))
-    np.testing.assert_array_equal(SEEN_PARTNERS[:CONTROL_POINT_COUNT], PARTNERS)
-    across = load_prior().mean_observed[SEEN_PARTNERS] * [-1, 1, 1]
+    np.testing.assert_array_equal(OBSERVED_MIRROR_INDICES[OBSERVED_MIRROR_INDICES], np.arange(len(OBSERVED_LANDMARKS)))
+    np.testing.assert_array_equal(OBSERVED_MIRROR_INDICES[:CONTROL_POINT_COUNT], MIRROR_INDICES)
+    across = load_prior().mean_observed[OBSERVED_MIRROR_INDICES] * [-1, 1, 1]
     assert np.linalg.norm(across - load_prior().mean_observed, axis=1).max() < 0.6  # cm
 
 
@@ -108,7 +108,7 @@ def test_a_hole_does_not_stand_out() -> None:
     assert off[0] == 0
     assert 0 < off[1] < off[2]
     assert np.isnan(sample_depths(np.zeros((0, 3)), NOTHING)).all()
-    assert sample_depths(*wall(0.5)) == pytest.approx(np.full(len(RELIEF_PLACES), 0.5))
+    assert sample_depths(*wall(0.5)) == pytest.approx(np.full(len(DEPTH_POSITIONS), 0.5))
 
 
 def test_the_average_face_is_like_the_default_head() -> None:
