@@ -1,4 +1,4 @@
-"""What the two halves say to each other, as plain values. WIRE.md says how each looks in bytes."""
+"""All messages between sender and receiver, and the motion they carry. WIRE.md describes their bytes."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -10,14 +10,28 @@ from conf.protocol.feedback import Report
 
 
 @dataclass(frozen=True)
-class StreamParameters:
-    """What a receiver must know before it can draw: repeated often enough that it may join late.
+class MotionFrame:
+    """The motion of one captured frame.
 
-    width, height : the sender's picture in pixels, for the comparison with raw pixels
-    fps : frames a second the sender means to send
-    points : how many control points a frame carries
-    fapu : the five FAPU distances of the sender's neutral face, es0 ens0 mns0 mw0 irisd0, in model centimetres
-    clock : seconds on the stream's clock when this was sent; 0 is the first frame's capture
+    timestamp : capture time on the sender's clock, seconds
+    displacements : (n, 3) float32, FAPU units, head pose removed
+    pose : (6,) float64, rotation vector in radians, position in picture heights, log scale
+    """
+
+    timestamp: float
+    displacements: NDArray[np.float32]
+    pose: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class StreamParameters:
+    """Stream parameters, repeated so that a receiver may join late.
+
+    width, height : of the sender's image in pixels, for the comparison with raw video
+    fps : frames per second that the sender intends to send
+    points : number of control points in a frame
+    fapu : FAPU distances of the sender's neutral face, es0 ens0 mns0 mw0 irisd0, model centimetres
+    clock : stream time of sending, seconds; 0 is the capture of the first frame
     """
 
     width: int
@@ -28,22 +42,8 @@ class StreamParameters:
     clock: float = 0.0
 
 
-@dataclass(frozen=True)
-class MotionFrame:
-    """The motion of one captured frame.
-
-    timestamp : seconds on the sender's clock, of the capture
-    displacements : (n, 3) float32, in FAPU units, head pose removed
-    pose : (6,) float64, rotation vector in radians, position in picture heights, log scale
-    """
-
-    timestamp: float
-    displacements: NDArray[np.float32]
-    pose: NDArray[np.float64]
-
-
 class Presence(Enum):
-    """Whether there is a face before the sender's camera."""
+    """Whether the sender's camera sees a face."""
 
     FACE = 0
     NO_FACE = 1
@@ -51,10 +51,7 @@ class Presence(Enum):
 
 @dataclass(frozen=True)
 class KeepAlive:
-    """The sender is there and has no motion to send: the face is still, or there is none.
-
-    timestamp : seconds on the sender's clock
-    """
+    """The sender is connected and has no motion to send. timestamp : seconds on the sender's clock"""
 
     timestamp: float
     presence: Presence
@@ -64,8 +61,8 @@ class KeepAlive:
 class MotionPayload:
     """One or more coded frames.
 
-    number : of the first frame, its low seven bits
-    payload : as the codec wrote it
+    frame_number : of the first frame, modulo 128
+    payload : from conf.protocol.codec
     """
 
     frame_number: int
@@ -74,7 +71,7 @@ class MotionPayload:
 
 @dataclass(frozen=True)
 class Feedback:
-    """A report, and whether the receiver misses a reference: then nothing may be predicted from what it had."""
+    """A reception report. refresh : a reference is missing, so nothing may be predicted from earlier frames"""
 
     report: Report
     refresh: bool
@@ -82,33 +79,33 @@ class Feedback:
 
 @dataclass(frozen=True)
 class RoundTripMessage:
-    """The sender tells the receiver, who cannot know it, how long the way there and back is."""
+    """The round-trip time, which only the sender can measure."""
 
     milliseconds: int
 
 
 @dataclass(frozen=True)
 class Bye:
-    """The sender hangs up."""
+    """The sender ends the call."""
 
 
 @dataclass(frozen=True)
 class PortraitChunk:
-    """A piece of a picture of the sender. data : as conf.protocol.portrait wrote it, and checks it"""
+    """A chunk of a portrait object. data : from conf.protocol.portrait, which checks it"""
 
     data: bytes
 
 
 @dataclass(frozen=True)
 class PortraitAck:
-    """What the receiver has of the sender's picture. data : as conf.protocol.portrait wrote it, and checks it"""
+    """The chunks that the receiver has. data : from conf.protocol.portrait, which checks it"""
 
     data: bytes
 
 
 @dataclass(frozen=True)
 class MotionWithChunk:
-    """Motion and a piece of a picture in one datagram: the headers are paid once."""
+    """Motion and a portrait chunk in one datagram, which saves the headers of a second."""
 
     motion: MotionPayload
     chunk: PortraitChunk

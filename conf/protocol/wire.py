@@ -1,8 +1,8 @@
-"""What lies under the seal: message bodies to bytes and back. WIRE.md describes each.
+"""Message bodies, the content of a sealed datagram, to bytes and back. WIRE.md describes each.
 
-Strategy. The first byte says what follows. Motion is nearly all of the traffic, so it takes one byte and no more: the
-high bit, and the low seven bits of the first frame's number. Everything else is a kind below 128 and one msgpack array
-of small integers. `decode_body` returns a body or raises ProtocolError, whatever the bytes: another exception is a bug.
+Strategy. The first byte is the kind. Motion is nearly all of the traffic, so its kind takes one byte together with the
+low seven bits of the frame number. Every other body is a kind below 128 and, for most, one msgpack array of small
+integers. `decode_body` returns a body or raises ProtocolError, whatever the bytes: any other exception is a bug.
 """
 
 from collections.abc import Callable
@@ -30,8 +30,9 @@ MOTION_BIT = 0x80
 NUMBER_BITS = 7
 MAX_BODY = 1100
 MAX_POINTS = 64
-MILLISECONDS = 1000
-FAPU_STEPS = 1000  # a centimetre
+MILLISECONDS = 1000  # per second
+FAPU_STEPS = 1000  # per centimetre
+FPS_STEPS = 100
 PARAMETERS, KEEP_ALIVE, REPORT, ROUND_TRIP, BYE, PORTRAIT_CHUNK, PORTRAIT_ACK, MOTION_WITH_CHUNK = range(8)
 
 
@@ -39,12 +40,12 @@ def encode_body(body: Body) -> bytes:
     """Return the bytes of a body."""
     if isinstance(body, MotionPayload):
         return bytes((MOTION_BIT | body.frame_number & (MOTION_BIT - 1),)) + body.payload
-    kind, rest = _ENCODERS[type(body)](body)
-    return bytes((kind,)) + rest
+    kind, encode = _ENCODERS[type(body)]
+    return bytes((kind,)) + encode(body)
 
 
 def decode_body(data: bytes) -> Body:
-    """Return the body, or raise ProtocolError with the reason."""
+    """Return the body. Raises ProtocolError."""
     if not 0 < len(data) <= MAX_BODY:
         raise ProtocolError("a body is empty or too long")
     if data[0] & MOTION_BIT:
@@ -55,7 +56,12 @@ def decode_body(data: bytes) -> Body:
     return decoder(data[1:])
 
 
-def _integers(data: bytes, count: int) -> list[int]:
+def _pack(*numbers: int) -> bytes:
+    data: bytes = msgpack.packb(numbers)
+    return data
+
+
+def _unpack(data: bytes, count: int) -> list[int]:
     try:
         array = msgpack.unpackb(data, max_array_len=count, max_map_len=0, max_ext_len=0, max_str_len=0, max_bin_len=0)
     except (ValueError, msgpack.UnpackException) as error:
@@ -67,36 +73,27 @@ def _integers(data: bytes, count: int) -> list[int]:
     return array
 
 
-def _encode_parameters(body: StreamParameters) -> tuple[int, bytes]:
-    fapu = [round(distance * FAPU_STEPS) for distance in body.fapu]
-    numbers = [round(body.clock * MILLISECONDS), body.width, body.height, round(body.fps * 100), body.points, *fapu]
-    return PARAMETERS, msgpack.packb(numbers)
+def _encode_parameters(body: StreamParameters) -> bytes:
+    fapu = (round(distance * FAPU_STEPS) for distance in body.fapu)
+    clock, rate = round(body.clock * MILLISECONDS), round(body.fps * FPS_STEPS)
+    return _pack(clock, body.width, body.height, rate, body.points, *fapu)
 
 
 def _decode_parameters(data: bytes) -> StreamParameters:
-    clock, width, height, rate, points, *fapu = _integers(data, 10)
-    if not (0 < width <= 16384 and 0 < height <= 16384 and 0 < rate <= 24000 and 0 < points <= MAX_POINTS):
+    clock, width, height, rate, points, *fapu = _unpack(data, 10)
+    if not (0 < width <= 16384 and 0 < height <= 16384 and 0 < rate <= 240 * FPS_STEPS and 0 < points <= MAX_POINTS):
         raise ProtocolError("stream parameters out of range")
     if not all(0 < distance <= 0xFFFF for distance in fapu):
         raise ProtocolError("a FAPU distance out of range")
-    return StreamParameters(
-        width, height, rate / 100, points, tuple(distance / FAPU_STEPS for distance in fapu), clock / MILLISECONDS
-    )
-
-
-def _encode_keep_alive(body: KeepAlive) -> tuple[int, bytes]:
-    return KEEP_ALIVE, msgpack.packb([round(body.timestamp * MILLISECONDS), body.presence.value])
+    distances = tuple(distance / FAPU_STEPS for distance in fapu)
+    return StreamParameters(width, height, rate / FPS_STEPS, points, distances, clock / MILLISECONDS)
 
 
 def _decode_keep_alive(data: bytes) -> KeepAlive:
-    clock, presence = _integers(data, 2)
+    clock, presence = _unpack(data, 2)
     if presence not in _PRESENCES:
         raise ProtocolError("unknown presence")
     return KeepAlive(clock / MILLISECONDS, Presence(presence))
-
-
-def _encode_feedback(body: Feedback) -> tuple[int, bytes]:
-    return REPORT, bytes((body.refresh,)) + encode_report(body.report)
 
 
 def _decode_feedback(data: bytes) -> Feedback:
@@ -105,57 +102,49 @@ def _decode_feedback(data: bytes) -> Feedback:
     return Feedback(decode_report(data[1:]), bool(data[0]))
 
 
-def _encode_round_trip(body: RoundTripMessage) -> tuple[int, bytes]:
-    return ROUND_TRIP, msgpack.packb([min(body.milliseconds, 0xFFFF)])
-
-
 def _decode_round_trip(data: bytes) -> RoundTripMessage:
-    (milliseconds,) = _integers(data, 1)
+    (milliseconds,) = _unpack(data, 1)
     if milliseconds > 0xFFFF:
         raise ProtocolError("a round trip of more than a minute")
     return RoundTripMessage(milliseconds)
 
 
-def _encode_goodbye(body: Bye) -> tuple[int, bytes]:
-    return BYE, b""
-
-
-def _decode_goodbye(data: bytes) -> Bye:
+def _decode_bye(data: bytes) -> Bye:
     if data:
-        raise ProtocolError("a goodbye with more to say")
+        raise ProtocolError("bytes after a bye")
     return Bye()
 
 
-def _encode_together(body: MotionWithChunk) -> tuple[int, bytes]:
+def _encode_motion_with_chunk(body: MotionWithChunk) -> bytes:
     motion = encode_body(body.motion)
-    return MOTION_WITH_CHUNK, bytes((len(motion),)) + motion + body.chunk.data
+    return bytes((len(motion),)) + motion + body.chunk.data
 
 
-def _decode_together(data: bytes) -> MotionWithChunk:
+def _decode_motion_with_chunk(data: bytes) -> MotionWithChunk:
     end = 1 + data[0] if data else 1
     if not 1 < end < len(data) or not data[1] & MOTION_BIT:
-        raise ProtocolError("not motion and a piece")
+        raise ProtocolError("not motion and a chunk")
     return MotionWithChunk(MotionPayload(data[1] & (MOTION_BIT - 1), data[2:end]), PortraitChunk(data[end:]))
 
 
 _PRESENCES = {presence.value for presence in Presence}
-_ENCODERS: dict[type, Callable[[Any], tuple[int, bytes]]] = {
-    StreamParameters: _encode_parameters,
-    KeepAlive: _encode_keep_alive,
-    Feedback: _encode_feedback,
-    RoundTripMessage: _encode_round_trip,
-    Bye: _encode_goodbye,
-    MotionWithChunk: _encode_together,
-    PortraitChunk: lambda body: (PORTRAIT_CHUNK, body.data),
-    PortraitAck: lambda body: (PORTRAIT_ACK, body.data),
+_ENCODERS: dict[type, tuple[int, Callable[[Any], bytes]]] = {
+    StreamParameters: (PARAMETERS, _encode_parameters),
+    KeepAlive: (KEEP_ALIVE, lambda body: _pack(round(body.timestamp * MILLISECONDS), body.presence.value)),
+    Feedback: (REPORT, lambda body: bytes((body.refresh,)) + encode_report(body.report)),
+    RoundTripMessage: (ROUND_TRIP, lambda body: _pack(min(body.milliseconds, 0xFFFF))),
+    Bye: (BYE, lambda body: b""),
+    PortraitChunk: (PORTRAIT_CHUNK, lambda body: body.data),
+    PortraitAck: (PORTRAIT_ACK, lambda body: body.data),
+    MotionWithChunk: (MOTION_WITH_CHUNK, _encode_motion_with_chunk),
 }
 _DECODERS: dict[int, Callable[[bytes], Body]] = {
     PARAMETERS: _decode_parameters,
     KEEP_ALIVE: _decode_keep_alive,
     REPORT: _decode_feedback,
     ROUND_TRIP: _decode_round_trip,
-    BYE: _decode_goodbye,
+    BYE: _decode_bye,
     PORTRAIT_CHUNK: PortraitChunk,
-    MOTION_WITH_CHUNK: _decode_together,
     PORTRAIT_ACK: PortraitAck,
+    MOTION_WITH_CHUNK: _decode_motion_with_chunk,
 }

@@ -1,7 +1,8 @@
-"""Blocks of coefficients to symbols: which are not empty, where each ends, and its numbers.
+"""DCT blocks as symbols: which blocks are not empty, the last coefficient of each, and the coefficients.
 
-Brightness comes first, then the two tints with half its rows and columns; blocks from left to right and from above, the
-coefficients of each with the lowest frequencies first. Whether the neighbours are empty says how likely a block is.
+The brightness plane comes first, then the two chroma planes with half its rows and columns; blocks in raster order, the
+coefficients of each in order of rising frequency. The probability that a block is empty depends on its left and upper
+neighbours.
 """
 
 from collections.abc import Sequence
@@ -15,39 +16,36 @@ from conf.protocol.portrait.probability_model import BlockModel, difference_tabl
 
 BLOCK = 8  # px
 Planes = Sequence[NDArray[Any]]
-_DEADZONE = 0.6  # steps: a coefficient below that is no reason to tell a block, or to go on in one
+_DEADZONE = 0.6  # steps: a smaller coefficient neither makes a block non-empty nor extends it
 
 
 def plane_shapes(width: int, height: int, /) -> list[tuple[int, int, int]]:
-    """Return (rows, columns, 64) of the three planes of a picture."""
+    """Return (rows, columns, 64) of the three planes of an image of `width` x `height` pixels."""
     sides = [(height, width)] + [(-(-height // 2), -(-width // 2))] * 2
     return [(-(-rows // BLOCK), -(-columns // BLOCK), BLOCK * BLOCK) for rows, columns in sides]
 
 
-def code_coefficient_planes(coder: SymbolCoder, model: BlockModel, wanted: Planes, /) -> list[NDArray[np.int64]]:
-    """Code three planes of blocks (rows, columns, 64), in steps. May raise ProtocolError."""
-    coded, last, spread = model.tables()
-    kinds = (0, 1, 1)
-    return [_code_plane(coder, (coded[k], last[k], spread[k]), plane) for k, plane in zip(kinds, wanted, strict=True)]
+def code_coefficient_planes(coder: SymbolCoder, model: BlockModel, planes: Planes, /) -> list[NDArray[np.int64]]:
+    """Code three planes of blocks (rows, columns, 64), in steps. Raises ProtocolError when reading."""
+    kinds = list(zip(*model.tables(), strict=True))
+    return [_code_plane(coder, *kinds[kind], plane) for kind, plane in zip((0, 1, 1), planes, strict=True)]
 
 
 def _code_plane(
-    coder: SymbolCoder,
-    model: tuple[list[list[int]], list[int], list[int]],
-    wanted: NDArray[Any],
+    coder: SymbolCoder, coded: list[list[int]], last: list[int], scales: list[int], plane: NDArray[Any]
 ) -> NDArray[np.int64]:
-    coded, last, spread = model
     tables = difference_tables()
-    rows, columns, size = wanted.shape
-    ends = np.where(np.abs(wanted) >= _DEADZONE, np.arange(1, size + 1), 0).max(axis=2).tolist()
-    result = np.zeros(wanted.shape, np.int64)
-    full = [[0] * (columns + 1) for _ in range(rows + 1)]  # one beyond, so that index -1 is empty too
+    rows, columns, size = plane.shape
+    ends = np.where(np.abs(plane) >= _DEADZONE, np.arange(1, size + 1), 0).max(axis=2).tolist()
+    result = np.zeros(plane.shape, np.int64)
+    nonempty = [[0] * (columns + 1) for _ in range(rows + 1)]  # one more, so that index -1 is empty too
     for y in range(rows):
         for x in range(columns):
             end = ends[y][x]
-            full[y][x] = coder.symbol(coded[full[y - 1][x] + full[y][x - 1]], int(end > 0))
-            if full[y][x]:
+            neighbours = nonempty[y - 1][x] + nonempty[y][x - 1]
+            nonempty[y][x] = coder.symbol(coded[neighbours], int(end > 0))
+            if nonempty[y][x]:
                 count = coder.symbol(last, max(end - 1, 0)) + 1
-                numbers = zip(spread[:count], wanted[y, x].tolist(), strict=False)
-                result[y, x, :count] = [coder.number(tables, scale, want) for scale, want in numbers]
+                targets = zip(scales[:count], plane[y, x].tolist(), strict=False)
+                result[y, x, :count] = [coder.number(tables, scale, target) for scale, target in targets]
     return result

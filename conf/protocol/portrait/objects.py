@@ -1,6 +1,7 @@
-"""The objects of a portrait to bytes and back: the first byte says which of three."""
+"""The objects of a portrait to bytes and back. The first byte is the kind."""
 
 from collections.abc import Callable
+from typing import Any
 
 from conf.errors import ProtocolError
 from conf.protocol.portrait.patch import Patch, decode_patch, encode_patch
@@ -14,30 +15,24 @@ from conf.protocol.portrait.photo import (
 )
 
 PortraitObject = Photo | NeutralPoseUpdate | Patch
-PHOTO, NEUTRAL, PATCH = 0, 1, 2
+
+_ENCODERS: dict[type, tuple[int, Callable[[Any], bytes]]] = {
+    Photo: (0, encode_photo),
+    NeutralPoseUpdate: (1, encode_neutral),
+    Patch: (2, encode_patch),
+}
+_DECODERS: dict[int, Callable[[bytes], PortraitObject]] = {0: decode_photo, 1: decode_neutral, 2: decode_patch}
 
 
-def encode_object(thing: PortraitObject, /) -> bytes:
+def encode_object(portrait_object: PortraitObject, /) -> bytes:
     """Return the bytes of an object."""
-    match thing:
-        case Photo():
-            return bytes((PHOTO,)) + encode_photo(thing)
-        case NeutralPoseUpdate():
-            return bytes((NEUTRAL,)) + encode_neutral(thing)
-        case Patch():
-            return bytes((PATCH,)) + encode_patch(thing)
+    kind, encode = _ENCODERS[type(portrait_object)]
+    return bytes((kind,)) + encode(portrait_object)
 
 
 def decode_object(data: bytes, /) -> PortraitObject:
     """Return the object. Raises ProtocolError, whatever the bytes."""
-    decoder = _DECODERS.get(data[0]) if data else None
-    if decoder is None:
-        raise ProtocolError("an object of no known kind")
-    return decoder(data[1:])
-
-
-_DECODERS: dict[int, Callable[[bytes], PortraitObject]] = {
-    PHOTO: decode_photo,
-    NEUTRAL: decode_neutral,
-    PATCH: decode_patch,
-}
+    decode = _DECODERS.get(data[0]) if data else None
+    if decode is None:
+        raise ProtocolError("an object of unknown kind")
+    return decode(data[1:])

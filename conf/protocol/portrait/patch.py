@@ -1,6 +1,6 @@
-"""A patch as it travels: how one region of the face differs from the photograph, and the moment it belongs to.
+"""The patch: how one region of the face differs from the photo while the face has a certain expression.
 
-photograph u8, region u8, slot u8, then one range-coded string: keys, points, width, height, step, blocks.
+photo number u8, region u8, slot u8, then one range-coded string: descriptor, points, width, height, step, blocks.
 """
 
 from dataclasses import dataclass
@@ -17,25 +17,25 @@ MAX_SLOTS = 16  # of each region
 MAX_SIDE = 96  # px
 POINT_STEPS = 127.5  # from one border of the patch to the other
 STEP_COUNT = 48
-STEPS_AN_OCTAVE = 8  # of the quantiser's step
-MIN_STEP = 3.0  # levels of brightness, in an orthonormal transform
-RD_LAMBDA = 0.12  # squared error, in steps, for a bit
-_HEAD = 3  # bytes
+STEPS_PER_OCTAVE = 8  # of the quantiser step
+MIN_STEP = 3.0  # brightness levels, in an orthonormal transform
+RD_LAMBDA = 0.12  # squared error, in steps, that saving one bit may cost
+_HEADER = 3  # bytes
 _SIDES, _STEPS = uniform_table(MAX_SIDE), uniform_table(STEP_COUNT)
 
 
 @dataclass(frozen=True)
 class Patch:
-    """What is to be added to the photograph in a region of the face.
+    """What to add to the photo in a region of the face.
 
-    photograph : number of the photograph that it is laid over
-    region : which part of the face
-    slot : it replaces what the slot of its region held
-    keys : (k,) what the face was doing: the receiver shows the patch whose keys are nearest
-    points : (m, 2) the region's control points: 0 to 1 from the patch's upper left corner, or beyond
+    photo_number : of the photo that it belongs to
+    region : index of the region of the face
+    slot : it replaces the patch in this slot of its region
+    descriptor : (k,) the expression of the region: the receiver shows the patch with the nearest descriptor
+    points : (m, 2) the region's control points: 0 to 1 from the patch's upper left corner, or outside
     size : width and height in pixels
-    step : which of STEP_COUNT quantiser steps, the finest first
-    planes : blocks of coefficients of brightness and two tints, in steps; whole numbers once they have travelled
+    step : index of the quantiser step, 0 is the finest
+    coefficients : blocks of brightness and two chroma planes, in steps; integers after decoding
     """
 
     photo_number: int
@@ -48,56 +48,49 @@ class Patch:
     coefficients: Planes
 
 
+_Content = tuple[Steps, Steps, tuple[int, int], int, Planes]
+
+
 def step_size(step: int, /) -> float:
-    """Return how large a step is, levels of brightness."""
-    return float(MIN_STEP * 2 ** (step / STEPS_AN_OCTAVE))
+    """Return the size of the quantiser step of an index, brightness levels."""
+    return float(MIN_STEP * 2 ** (step / STEPS_PER_OCTAVE))
 
 
 def encode_patch(patch: Patch, /, *, model: PortraitModel | None = None) -> bytes:
-    """Return the bytes of a patch, by the shipped model if none is given. Raises ValueError if it cannot travel."""
+    """Return the bytes of a patch. model : the shipped one if None. Raises ValueError if region or slot is invalid."""
     model = model or load_portrait_model()
     if not 0 <= patch.region < len(model.regions) or not 0 <= patch.slot < MAX_SLOTS:
         raise ValueError(f"there is no region {patch.region} with a slot {patch.slot}")
     points = np.rint(patch.points * POINT_STEPS).astype(np.int64)
     writer = SymbolWriter(rd_lambda=RD_LAMBDA)
-    _code(
-        writer,
-        model,
-        (patch.region, patch.descriptor.astype(np.int64), points, patch.size, patch.step, patch.coefficients),
-    )
+    content = patch.descriptor.astype(np.int64), points, patch.size, patch.step, patch.coefficients
+    _code(writer, model, patch.region, content)
     return bytes((patch.photo_number, patch.region, patch.slot)) + writer.finish()
 
 
 def decode_patch(data: bytes, /) -> Patch:
     """Return the patch. Raises ProtocolError."""
-    if len(data) < _HEAD:
+    if len(data) < _HEADER:
         raise ProtocolError("a patch cut off")
-    photograph, region, slot = data[:_HEAD]
+    photo_number, region, slot = data[:_HEADER]
     model = load_portrait_model()
     if region >= len(model.regions) or slot >= MAX_SLOTS:
-        raise ProtocolError("a patch for no region or slot")
-    known = model.regions[region]
-    reader = SymbolReader(data[_HEAD:])
-    nothing = (region, np.zeros_like(known.descriptor_scale), np.zeros_like(known.points.mean), (0, 0), 0, None)
-    keys, points, size, step, planes = _code(reader, model, nothing)
+        raise ProtocolError("a patch with an invalid region or slot")
+    reader = SymbolReader(data[_HEADER:])
+    descriptor, points, size, step, planes = _code(reader, model, region)
     reader.finish()
-    if np.abs(keys).max() > 127 or np.abs(points).max() > 2 * POINT_STEPS:
+    if np.abs(descriptor).max() > 127 or np.abs(points).max() > 2 * POINT_STEPS:
         raise ProtocolError("a patch far from the face")
-    return Patch(photograph, region, slot, keys.astype(np.int8), points / POINT_STEPS, size, step, planes)
+    return Patch(photo_number, region, slot, descriptor.astype(np.int8), points / POINT_STEPS, size, step, planes)
 
 
-_Wanted = tuple[int, Steps, Steps, tuple[int, int], int, Planes | None]
-
-
-def _code(
-    coder: SymbolCoder, model: PortraitModel, wanted: _Wanted
-) -> tuple[Steps, Steps, tuple[int, int], int, Planes]:
-    region, keys, points, (width, height), step, planes = wanted
-    known = model.regions[region]
-    keys = code_numbers(coder, known.descriptor_scale, keys)
-    points = known.points.code(coder, points)
-    width, height = (coder.symbol(_SIDES, side - 1) + 1 for side in (width, height))
+def _code(coder: SymbolCoder, model: PortraitModel, region: int, content: _Content | None = None) -> _Content:
+    """Code the string of a patch. A reader needs no `content`."""
+    scale, tree = model.regions[region].descriptor_scale, model.regions[region].points
+    descriptor, points, size, step, planes = content or (np.zeros_like(scale), np.zeros_like(tree.mean), (0, 0), 0, ())
+    descriptor = code_numbers(coder, scale, descriptor)
+    points = tree.code(coder, points)
+    width, height = (coder.symbol(_SIDES, side - 1) + 1 for side in size)
     step = coder.symbol(_STEPS, step)
-    if planes is None:
-        planes = [np.zeros(shape, np.int64) for shape in plane_shapes(width, height)]
-    return keys, points, (width, height), step, code_coefficient_planes(coder, model.blocks, planes)
+    planes = planes or [np.zeros(shape, np.int64) for shape in plane_shapes(width, height)]
+    return descriptor, points, (width, height), step, code_coefficient_planes(coder, model.blocks, planes)

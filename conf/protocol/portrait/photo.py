@@ -1,4 +1,4 @@
-"""The photograph as it travels: one VP8 frame and the numbers that let fifty points move it."""
+"""The photo: one VP8 frame and the numbers with which 50 control points animate it."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -19,25 +19,26 @@ from conf.protocol.portrait.shape_coding import (
 )
 from conf.protocol.portrait.vp8 import read_frame_size
 
-POSE_STEPS = np.array([5e-4, 5e-4, 5e-4, 5e-4, 5e-4, 5e-4])  # radians, picture heights, log
+POSE_STEP = 5e-4  # radians, picture heights, log
 FAPU_STEP = 1e-3  # cm
-MAX_OUTLINE = 64
+MAX_OUTLINE = 64  # points
 MAX_CM = 60.0
-MIN_LOG_SCALE = -4.6  # a hundredth of the picture for a centimetre: a mesh fine enough for a smaller face is huge
+# 1 cm is a hundredth of the image height: the mesh of a smaller face would need too many triangles.
+MIN_LOG_SCALE = -4.6
 
 
 @dataclass(frozen=True)
 class Photo:
-    """A picture of the person.
+    """A photo of the person.
 
-    number : which photograph this is, modulo 256: patches belong to one
-    size : width and height in pixels of the picture it was taken from
-    pose : (6,) of the head in it, as in MotionFrame
-    points : (D, 3) cm in face axes: first the n control points, then the outlines
+    number : modulo 256; patches and neutral poses refer to it
+    size : width and height in pixels of the image that it was cut from
+    pose : (6,) of the head, as in MotionFrame
+    points : (D, 3) cm in face axes: first the n control points, then the contours
     neutral : (n, 3) cm in face axes: the control points of the neutral pose
     fapu : five distances of the neutral pose, cm
-    outline : (K, 2) of the person, 0 to 1 from the picture's upper left corner; none: everything is person
-    frame : the bare VP8 frame, of the whole picture
+    outline : (K, 2) of the person, 0 to 1 from the image's upper left corner; empty: everything is person
+    frame : the bare VP8 frame of the whole image
     """
 
     number: int
@@ -52,9 +53,8 @@ class Photo:
 
 @dataclass(frozen=True)
 class NeutralPoseUpdate:
-    """A better estimate of the neutral pose, for a photograph that is already there.
+    """A better estimate of the neutral pose of a photo that was sent before.
 
-    photograph : its number
     neutral : (n, 3) cm; fapu : five distances, cm
     """
 
@@ -64,37 +64,31 @@ class NeutralPoseUpdate:
 
 
 def encode_photo(photo: Photo, /) -> bytes:
-    """Return the bytes of a photograph."""
+    """Return the bytes of a photo."""
     numbers = [photo.number, *photo.size, len(photo.outline)]
-    numbers += [round(value) for value in photo.pose / POSE_STEPS] + _fapu_steps(photo.fapu)
+    numbers += [round(value) for value in photo.pose / POSE_STEP] + _fapu_steps(photo.fapu)
     outline = np.clip(np.rint(photo.outline * OUTLINE_STEPS), 0, OUTLINE_STEPS).astype(np.int64)
     shape = encode_shape(_point_steps(photo.points), _point_steps(photo.neutral), outline, load_portrait_model())
     return _pack([numbers, shape, photo.frame])
 
 
 def decode_photo(data: bytes, /) -> Photo:
-    """Return the photograph. Raises ProtocolError."""
-    numbers, shape, frame = _unpack(data, 3)
-    values = check_numbers(numbers, 15)
-    number, width, height, corners = values[:4]
+    """Return the photo. Raises ProtocolError."""
+    values, shape, frame = _unpack(data, 15, 2)
+    number, width, height, outline_points = values[:4]
     if not (0 <= number < 256 and 16 <= width <= 8192 and 16 <= height <= 8192 and width <= 4 * height <= 16 * width):
-        raise ProtocolError("a photograph of an impossible size")
-    if not 0 <= corners <= MAX_OUTLINE:
-        raise ProtocolError("an outline with too many corners")
+        raise ProtocolError("a photo of an impossible size")
+    if not 0 <= outline_points <= MAX_OUTLINE:
+        raise ProtocolError("an outline with too many points")
     read_frame_size(frame)
-    points, neutral, outline = decode_shape(shape, corners, load_portrait_model())
+    points, neutral, outline = decode_shape(shape, outline_points, load_portrait_model())
     if outline.size and not 0 <= outline.min() <= outline.max() <= OUTLINE_STEPS:
-        raise ProtocolError("an outline outside the picture")
-    return Photo(
-        number,
-        (width, height),
-        check_pose(np.array(values[4:10]) * POSE_STEPS),
-        _within(points * POINT_STEP),
-        _within(neutral * POINT_STEP),
-        _fapu(values[10:]),
-        outline / OUTLINE_STEPS,
-        frame,
-    )
+        raise ProtocolError("an outline outside the image")
+    pose = np.array(values[4:10]) * POSE_STEP
+    if np.abs(pose[:3]).max() > 7 or np.abs(pose[3:5]).max() > 4 or not MIN_LOG_SCALE <= pose[5] < 1:
+        raise ProtocolError("an impossible head pose")
+    centimetres = _centimetres(points), _centimetres(neutral)
+    return Photo(number, (width, height), pose, *centimetres, _fapu(values[10:]), outline / OUTLINE_STEPS, frame)
 
 
 def encode_neutral(update: NeutralPoseUpdate, /) -> bytes:
@@ -105,28 +99,11 @@ def encode_neutral(update: NeutralPoseUpdate, /) -> bytes:
 
 def decode_neutral(data: bytes, /) -> NeutralPoseUpdate:
     """Return the neutral pose. Raises ProtocolError."""
-    numbers, shape = _unpack(data, 2)
-    photograph, *fapu = check_numbers(numbers, 6)
-    if not 0 <= photograph < 256:
-        raise ProtocolError("a neutral pose of no photograph")
+    (photo_number, *fapu), shape = _unpack(data, 6, 1)
+    if not 0 <= photo_number < 256:
+        raise ProtocolError("a neutral pose with an invalid photo number")
     neutral = decode_neutral_shape(shape, load_portrait_model())
-    return NeutralPoseUpdate(photograph, _within(neutral * POINT_STEP), _fapu(fapu))
-
-
-def check_pose(pose: NDArray[np.float64], /) -> NDArray[np.float64]:
-    """Return a pose (6,) that can be drawn. Raises ProtocolError."""
-    if np.abs(pose[:3]).max() > 7 or np.abs(pose[3:5]).max() > 4 or not MIN_LOG_SCALE <= pose[5] < 1:
-        raise ProtocolError("a pose that no head has")
-    return pose
-
-
-def check_numbers(numbers: Any, count: int, /) -> list[int]:
-    """Return a list of exactly `count` integers. Raises ProtocolError."""
-    if type(numbers) is not list or len(numbers) != count:
-        raise ProtocolError(f"not {count} numbers")
-    if any(type(n) is not int or abs(n) >= 1 << 31 for n in numbers):
-        raise ProtocolError("a field is not a small integer")
-    return numbers
+    return NeutralPoseUpdate(photo_number, _centimetres(neutral), _fapu(fapu))
 
 
 def _pack(fields: list[Any]) -> bytes:
@@ -134,14 +111,18 @@ def _pack(fields: list[Any]) -> bytes:
     return data
 
 
-def _unpack(data: bytes, count: int) -> list[Any]:
-    """Return the fields: a list of numbers, then byte strings. Raises ProtocolError."""
+def _unpack(data: bytes, numbers: int, strings: int) -> list[Any]:
+    """Return a list of so many integers, then so many byte strings. Raises ProtocolError."""
     try:
         fields = msgpack.unpackb(data, max_array_len=32, max_map_len=0, max_ext_len=0, max_str_len=0)
     except (ValueError, msgpack.UnpackException) as error:
         raise ProtocolError("not msgpack") from error
-    if type(fields) is not list or len(fields) != count or any(type(f) is not bytes for f in fields[1:]):
-        raise ProtocolError(f"not {count} fields")
+    if type(fields) is not list or len(fields) != 1 + strings or any(type(f) is not bytes for f in fields[1:]):
+        raise ProtocolError(f"not {1 + strings} fields")
+    if type(fields[0]) is not list or len(fields[0]) != numbers:
+        raise ProtocolError(f"not {numbers} numbers")
+    if any(type(n) is not int or abs(n) >= 1 << 31 for n in fields[0]):
+        raise ProtocolError("a field is not a small integer")
     return fields
 
 
@@ -149,10 +130,11 @@ def _point_steps(points: NDArray[np.float64]) -> Steps:
     return np.rint(points / POINT_STEP).astype(np.int64)
 
 
-def _within(points: NDArray[np.floating]) -> NDArray[np.float64]:
+def _centimetres(steps: Steps) -> NDArray[np.float64]:
+    points = steps * POINT_STEP
     if np.abs(points).max() > MAX_CM:
-        raise ProtocolError("a face larger than any")
-    return np.asarray(points, dtype=np.float64)
+        raise ProtocolError(f"a face larger than {MAX_CM:g} cm")
+    return np.asarray(points)
 
 
 def _fapu_steps(fapu: tuple[float, ...]) -> list[int]:

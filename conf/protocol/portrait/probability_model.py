@@ -1,9 +1,9 @@
-"""What both sides know of portraits beforehand: how faces usually lie, and which numbers are likely in a patch.
+"""The trained statistics of portraits: mean face shape, and the probabilities of differences and coefficients.
 
-Strategy. All faces are much alike, and what is unlike is alike for points that lie together. A point is told by how it
-differs from the average, less what its parent differs: the points form a tree, learned beforehand like the average
-itself. The differences are whole steps, range-coded with the motion codec's tables; for each there is a scale that says
-how far from zero it usually lies. Learned by tools/train/portrait.py.
+Strategy. All faces are similar, and deviations from the mean are similar for nearby points. So the points form a
+trained tree: of each point its deviation from the mean is coded less that of its parent. The differences are integers
+in steps, range-coded with the tables of the motion codec; each has a trained scale, its expected distance from zero.
+Trained by tools/train/portrait.py.
 """
 
 from collections.abc import Sequence
@@ -19,11 +19,13 @@ from numpy.typing import NDArray
 
 from conf.protocol.codec import LIVE
 from conf.protocol.codec.model import load_models
+from conf.protocol.codec.range_coder import TOTAL
 from conf.protocol.codec.symbol_coder import SymbolCoder, Tables
 
 MODEL_FILE = Path(str(files("conf"))) / "assets" / "portrait.npz"
-REGIONS = ("mouth", "eyes")  # that patches show, in the order of their numbers
-TREE = {"mean": "mean", "order": "order", "parents": "parents", "spread": "scale"}  # array of the file -> field
+REGIONS = ("mouth", "eyes")  # of patches, in the order of their numbers
+# Array of the file -> field, in the order of the fields.
+TREE = {"mean": "mean", "order": "order", "parents": "parents", "spread": "scale"}
 BLOCKS = {"coded": "coded", "last": "last", "level_spread": "coefficient_scale"}
 
 Steps = NDArray[np.int64]
@@ -32,12 +34,12 @@ Arrays = dict[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class PointTree:
-    """How D points of d coordinates usually lie.
+    """The statistics of D points with d coordinates.
 
-    mean : (D, d) int64 steps, the average
-    order : (D,) the points as they are told
-    parents : (D,) where in `order` the parent of each stands, -1 for the first
-    spread : (D, d) scale of each difference, in that order
+    mean : (D, d) int64, steps
+    order : (D,) the points in coding order
+    parents : (D,) index in `order` of each point's parent, -1 for none
+    scale : (D, d) scale of each difference, in coding order
     """
 
     mean: Steps
@@ -45,25 +47,25 @@ class PointTree:
     parents: Steps
     scale: Steps
 
-    def code(self, coder: SymbolCoder, values: Steps) -> Steps:
-        """Code the points (c, d), all of them or the first c, if those are told before the others."""
-        tables, count = difference_tables(), len(values)
-        wanted_off = (values - self.mean[:count]).tolist()
-        nothing = [0] * self.mean.shape[1]
-        off: list[list[int]] = []  # in the order they are told
+    def code(self, coder: SymbolCoder, points: Steps) -> Steps:
+        """Code the points (c, d) and return them: all D, or the first c if these come first in coding order."""
+        tables, count = difference_tables(), len(points)
+        targets = (points - self.mean[:count]).tolist()
+        no_deviation = [0] * self.mean.shape[1]
+        deviations: list[list[int]] = []  # in coding order
         steps = zip(self.order[:count].tolist(), self.parents.tolist(), self.scale.tolist(), strict=False)
-        for point, parent, spread in steps:
-            base = off[parent] if parent >= 0 else nothing
-            wants = zip(base, spread, wanted_off[point], strict=True)
-            off.append([near + coder.number(tables, scale, want - near) for near, scale, want in wants])
+        for point, parent, scales in steps:
+            base = deviations[parent] if parent >= 0 else no_deviation
+            axes = zip(base, scales, targets[point], strict=True)
+            deviations.append([b + coder.number(tables, scale, target - b) for b, scale, target in axes])
         result = self.mean[:count].copy()
-        result[self.order[:count]] += np.array(off)
+        result[self.order[:count]] += np.array(deviations)
         return result
 
 
 @dataclass(frozen=True)
 class RegionModel:
-    """A region that patches show. points : of a patch; key_spread : (k,) scale of each key."""
+    """A region of patches. points : of a patch; descriptor_scale : (k,) scale of each number of its descriptor"""
 
     points: PointTree
     descriptor_scale: Steps
@@ -71,11 +73,11 @@ class RegionModel:
 
 @dataclass(frozen=True)
 class BlockModel:
-    """Blocks of 64 coefficients, of brightness (0) and of tint (1).
+    """The statistics of 8 x 8 blocks, of brightness (0) and of chroma (1).
 
-    coded : (2, 3) of 2^15, how likely a block is not empty when none, one or both of those left of it and above are not
-    last : (2, 64) frequencies of the last coefficient that is told, adding up to 2^15
-    level_spread : (2, 64) scale of each coefficient
+    coded : (2, 3) probability in 2^-15 that a block is not empty, by how many of its left and upper neighbours are not
+    last : (2, 64) frequencies of the index of the last coefficient, sum 2^15
+    coefficient_scale : (2, 64) scale of each coefficient
     """
 
     coded: Steps
@@ -83,20 +85,19 @@ class BlockModel:
     coefficient_scale: Steps
 
     def tables(self) -> tuple[list[list[list[int]]], list[list[int]], list[list[int]]]:
-        """Return cumulative frequencies of coded and last, and the scales, as lists."""
-        whole = sum(self.last[0].tolist())
-        coded = [[[0, whole - chance, whole] for chance in row] for row in self.coded.tolist()]
+        """Return the cumulative frequencies of `coded` and `last`, and the scales, as lists."""
+        coded = [[[0, TOTAL - probability, TOTAL] for probability in row] for row in self.coded.tolist()]
         return coded, [[0, *accumulate(row)] for row in self.last.tolist()], self.coefficient_scale.tolist()
 
 
 @dataclass(frozen=True)
 class PortraitModel:
-    """Everything that was learned.
+    """All statistics of the file.
 
-    face : the D points of a photograph, the n control points first
-    stir_spread : (n, 3) scale of what the neutral pose differs from the photographed one, point by point
-    regions : those of patches, by number
-    blocks : of the pictures of patches
+    face : the D points of a photo, the n control points first
+    neutral_difference_scale : (n, 3) scale of the neutral pose less the photo's pose
+    regions : of patches, by number
+    blocks : of patches
     """
 
     face: PointTree
@@ -106,11 +107,11 @@ class PortraitModel:
 
     def save(self, path: Path) -> None:
         """Write the file."""
+        named = dict(zip(REGIONS, self.regions, strict=True))
+        trees = {"face": self.face} | {name: region.points for name, region in named.items()}
         arrays: Arrays = {"stir_spread": self.neutral_difference_scale}
-        arrays |= {f"face_{key}": getattr(self.face, field) for key, field in TREE.items()}
-        for name, region in zip(REGIONS, self.regions, strict=True):
-            arrays |= {f"{name}_{key}": getattr(region.points, field) for key, field in TREE.items()}
-            arrays[f"{name}_key_spread"] = region.descriptor_scale
+        arrays |= {f"{name}_{key}": getattr(tree, field) for name, tree in trees.items() for key, field in TREE.items()}
+        arrays |= {f"{name}_key_spread": region.descriptor_scale for name, region in named.items()}
         arrays |= {key: getattr(self.blocks, field) for key, field in BLOCKS.items()}
         small: dict[str, Any] = {name: array.astype(np.int16) for name, array in arrays.items()}
         np.savez(path, **small)
@@ -120,13 +121,10 @@ class PortraitModel:
         """Read the file."""
         with np.load(path) as file:
             arrays = {name: file[name].astype(np.int64) for name in file.files}
-        regions = [RegionModel(_point_tree(arrays, name), arrays[f"{name}_key_spread"]) for name in REGIONS]
-        blocks = BlockModel(*(arrays[name] for name in BLOCKS))
-        return cls(_point_tree(arrays, "face"), arrays["stir_spread"], regions, blocks)
-
-
-def _point_tree(arrays: Arrays, name: str) -> PointTree:
-    return PointTree(*(arrays[f"{name}_{part}"] for part in TREE))
+        face, *trees = (PointTree(*(arrays[f"{name}_{key}"] for key in TREE)) for name in ("face", *REGIONS))
+        scales = (arrays[f"{name}_key_spread"] for name in REGIONS)
+        regions = [RegionModel(tree, scale) for tree, scale in zip(trees, scales, strict=True)]
+        return cls(face, arrays["stir_spread"], regions, BlockModel(*(arrays[key] for key in BLOCKS)))
 
 
 @cache
@@ -136,12 +134,12 @@ def load_portrait_model() -> PortraitModel:
 
 
 def difference_tables() -> Tables:
-    """Return the tables of differences: those of live motion."""
+    """Return the tables of differences: those of the live profile of the motion codec."""
     return load_models()[LIVE.name].tables
 
 
-def code_numbers(coder: SymbolCoder, scale: Steps, values: Steps) -> Steps:
-    """Code numbers, each at its scale; both of the same shape."""
+def code_numbers(coder: SymbolCoder, scale: Steps, targets: Steps) -> Steps:
+    """Code integers, each at its scale; both arrays have the same shape."""
     tables = difference_tables()
-    pairs = zip(scale.ravel().tolist(), values.ravel().tolist(), strict=True)
-    return np.array([coder.number(tables, scale, want) for scale, want in pairs], np.int64).reshape(values.shape)
+    pairs = zip(scale.ravel().tolist(), targets.ravel().tolist(), strict=True)
+    return np.array([coder.number(tables, scale, target) for scale, target in pairs], np.int64).reshape(targets.shape)

@@ -10,7 +10,7 @@ from conf.protocol.portrait.patch import (
     MAX_SIDE,
     MIN_STEP,
     STEP_COUNT,
-    STEPS_AN_OCTAVE,
+    STEPS_PER_OCTAVE,
     decode_patch,
     encode_patch,
     step_size,
@@ -46,7 +46,7 @@ def test_a_patch_that_adds_nothing_costs_little_more_than_its_points() -> None:
 
 def test_steps_grow_by_octaves() -> None:
     assert step_size(0) == MIN_STEP
-    assert step_size(STEPS_AN_OCTAVE) == pytest.approx(2 * MIN_STEP)
+    assert step_size(STEPS_PER_OCTAVE) == pytest.approx(2 * MIN_STEP)
 
 
 def test_patches_that_cannot_travel_are_refused() -> None:

@@ -38,11 +38,11 @@ def test_a_neutral_pose_survives() -> None:
 def test_what_could_not_be_drawn_is_refused() -> None:
     sent = example_photo()
     wrong = {
-        "a pose that no head has": replace(sent, pose=np.array([0, 0, 0, 0, 0, 9.0])),
-        "a face larger than any": replace(sent, points=sent.points * 100),
+        "an impossible head pose": replace(sent, pose=np.array([0, 0, 0, 0, 0, 9.0])),
+        "a face larger than 60 cm": replace(sent, points=sent.points * 100),
         "FAPU distance out of range": replace(sent, fapu=(0.0, 1.0, 1.0, 1.0, 1.0)),
         "impossible size": replace(sent, size=(9000, 240)),
-        "an outline with too many corners": replace(sent, outline=np.zeros((65, 2))),
+        "an outline with too many points": replace(sent, outline=np.zeros((65, 2))),
         "not a VP8 key frame": replace(sent, frame=b"?"),
     }
     for why, photo in wrong.items():
@@ -53,5 +53,5 @@ def test_what_could_not_be_drawn_is_refused() -> None:
 def test_a_face_too_small_for_any_mesh_is_refused() -> None:
     for log_scale, good in ((MIN_LOG_SCALE + 0.01, True), (MIN_LOG_SCALE - 0.01, False)):
         data = encode_photo(replace(example_photo(), pose=np.array([0, 0, 0, 0, 0, log_scale])))
-        with nullcontext() if good else pytest.raises(ProtocolError, match="a pose that no head has"):
+        with nullcontext() if good else pytest.raises(ProtocolError, match="an impossible head pose"):
             decode_photo(data)
