@@ -1,6 +1,7 @@
 # make demo   everything that is needed, then a call on this machine
 # make test   the same, then the tests
 # make check  the tests and everything else that CI runs
+# make api    pages from the docstrings, in build/api
 # make doctor what works on this machine and what does not
 
 PYTHON ?= python3
@@ -10,7 +11,7 @@ STAMP := $(VENV)/.installed
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: demo test check lint doctor system system-test models clean
+.PHONY: demo test check lint doctor api system system-test models clean
 
 demo: system $(STAMP) models
 	$(BIN)/conf demo $(ARGS)
@@ -27,6 +28,9 @@ lint: $(STAMP)
 
 doctor: $(STAMP)
 	$(BIN)/conf doctor
+
+api: $(STAMP)
+	$(BIN)/python tools/docs/api.py
 
 models: $(STAMP)
 	@$(BIN)/conf models fetch

@@ -1,7 +1,7 @@
 """Write API pages from the docstrings: `python tools/docs/api.py [FOLDER]`, by default to build/api.
 
-The public names of conf.face, conf.protocol and conf.sender are imported lazily; they are imported here, so that each package's page
-shows them first.
+The public names of conf.face, conf.protocol and conf.sender are imported lazily; they are imported here, so that each
+package's page shows them first.
 """
 
 import sys
