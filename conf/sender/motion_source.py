@@ -1,4 +1,4 @@
-"""Where motion comes from: a face that is tracked, or a recording that is played."""
+"""Where motion comes from: a tracked face, or a recording."""
 
 import time
 from collections import deque
@@ -21,23 +21,23 @@ from conf.sender.portrait.photo_builder import CapturedFace
 from conf.sender.portrait.scheduler import PortraitScheduler
 from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 
-REFERENCE_SIZE = (320, 240)  # what a recording is compared with: the picture the thesis counts
+REFERENCE_SIZE = (320, 240)  # px of a recording's frames: those of the thesis
 
 
 class MotionSource(Protocol):
-    """A row of moments, each with its motion. What is not sent need not be tracked: motion is asked for apart."""
+    """A sequence of frames. Motion is asked for apart, so that only frames that are sent need be tracked."""
 
     @property
     def fps(self) -> float:
-        """Moments a second, as far as is known."""
+        """Frames per second, as far as known."""
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height in pixels of the picture that the motion stands for."""
+        """Width and height of the frames, px."""
 
     @property
     def fapu_lengths(self) -> tuple[float, ...]:
-        """The five FAPU distances of the face, model centimetres."""
+        """The five FAPU distances of the face, cm."""
 
     @property
     def calibrated(self) -> bool:
@@ -45,16 +45,16 @@ class MotionSource(Protocol):
 
     @property
     def tracker_ms(self) -> float:
-        """The median time that tracking takes, 0 if nothing is tracked."""
+        """Median duration of tracking, 0 if nothing is tracked."""
 
     def next_frame(self) -> float | None:
-        """Go to the next moment and return its time in seconds, None at the end. Raises CameraError."""
+        """Go to the next frame and return its time in seconds, None at the end. Raises CameraError."""
 
     def motion(self) -> MotionFrame | None:
-        """Return the motion of this moment, None if there is no face."""
+        """Return the motion of this frame, None if there is no face."""
 
-    def after_send(self) -> None:
-        """Do what can wait until the motion of this moment has left."""
+    def after_send(self, now: float) -> None:
+        """Do what can wait until the motion of this frame has been sent."""
 
 
 class TrackedMotionSource:
@@ -68,34 +68,28 @@ class TrackedMotionSource:
         *,
         portrait_scheduler: PortraitScheduler | None = None,
         on_frame: Callable[[Frame, TrackedFace | None], None] | None = None,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Join a source, a tracker and an extractor.
+        """Combine a source, a tracker and an extractor.
 
-        studio : takes the pictures of the person that the user allowed, None takes none
-        on_frame : told each frame that is sent, and the face in it
+        portrait_scheduler : None if the user does not allow images of the person to be sent
+        on_frame : called with each frame that is sent, and the face in it
+        clock : measures the tracker's duration
         """
-        self._on_frame = on_frame
+        self.fps, self.size = source.fps, source.size
         self._source = source
-        self._studio = portrait_scheduler
         self._tracker = tracker
         self._extractor = extractor
+        self._portrait_scheduler = portrait_scheduler
+        self._on_frame = on_frame
+        self._clock = clock
         self._frame: Frame | None = None
-        self._seen: tuple[TrackedFace, MotionFrame] | None = None
+        self._sent: tuple[TrackedFace, MotionFrame] | None = None
         self._times_ms: deque[float] = deque(maxlen=1000)
 
     @property
-    def fps(self) -> float:
-        """The source's frames a second."""
-        return self._source.fps
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """The source's width and height in pixels."""
-        return self._source.size
-
-    @property
     def fapu_lengths(self) -> tuple[float, ...]:
-        """The units of this person's neutral face."""
+        """The five FAPU distances of this person's neutral face, cm."""
         return self._extractor.fapu_distances()
 
     @property
@@ -105,7 +99,7 @@ class TrackedMotionSource:
 
     @property
     def tracker_ms(self) -> float:
-        """The median time of the tracker over the last thousand frames."""
+        """Median duration of tracking over the last thousand frames."""
         return float(np.median(self._times_ms)) if self._times_ms else 0.0
 
     def next_frame(self) -> float | None:
@@ -115,28 +109,26 @@ class TrackedMotionSource:
 
     def motion(self) -> MotionFrame | None:
         """Track the face in the frame that was read."""
-        assert self._frame is not None, "advance first"
-        began = time.monotonic()
-        tracking = self._tracker.track(self._frame.pixels)
-        self._times_ms.append((time.monotonic() - began) * 1000)
+        assert self._frame is not None, "call next_frame first"
+        start = self._clock()
+        tracked = self._tracker.track(self._frame.pixels)
+        self._times_ms.append((self._clock() - start) * 1000)
         if self._on_frame:
-            self._on_frame(self._frame, tracking)
-        if tracking is None:
+            self._on_frame(self._frame, tracked)
+        if tracked is None:
             return None
-        motion = self._extractor.update(tracking, self._frame.timestamp)
-        self._seen = (tracking, motion)
+        motion = self._extractor.update(tracked, self._frame.timestamp)
+        self._sent = (tracked, motion)
         return motion
 
-    def after_send(self) -> None:
-        """Let the studio look at the frame: some of what it does takes most of the time until the next."""
-        seen, self._seen = self._seen, None
-        if self._studio is None or self._frame is None or seen is None:
+    def after_send(self, now: float) -> None:
+        """Pass the frame to the portrait scheduler, which may need most of the time until the next frame."""
+        sent, self._sent = self._sent, None
+        if self._portrait_scheduler is None or self._frame is None or sent is None:
             return
-        tracking, motion = seen
-        shot = CapturedFace(
-            self._frame.pixels, tracking.landmarks, self._extractor.neutral_points, self._extractor.fapu
-        )
-        self._studio.process_frame(shot, motion, tracking.presence, time.monotonic())
+        tracked, motion = sent
+        face = CapturedFace(self._frame.pixels, tracked.landmarks, self._extractor.neutral_points, self._extractor.fapu)
+        self._portrait_scheduler.process_frame(face, motion, tracked.presence, now)
 
 
 class RecordedMotionSource:
@@ -146,39 +138,38 @@ class RecordedMotionSource:
     calibrated = True
     tracker_ms = 0.0
 
-    def __init__(self, motion: MotionClip, *, loop: bool) -> None:
-        """motion : (N, 50, 3) in FAPU units"""
-        self.fps = motion.fps
+    def __init__(self, clip: MotionClip, *, loop: bool) -> None:
+        """clip : N frames of 50 control points, in FAPU units"""
+        self.fps = clip.fps
         self.fapu_lengths = tuple(vars(Fapu.measure(MEAN_FACE)).values())
-        self._motion = motion
+        self._clip = clip
         self._loop = loop
-        self._count = -1
+        self._frame_number = -1
 
     def next_frame(self) -> float | None:
-        """Go to the next frame of the file, from the end to the beginning when it loops."""
-        self._count += 1
-        if self._count >= len(self._motion.displacements) and not self._loop:
+        """Go to the next frame of the file, from the last to the first if it loops."""
+        self._frame_number += 1
+        if self._frame_number >= len(self._clip.displacements) and not self._loop:
             return None
-        return self._count / self.fps
+        return self._frame_number / self.fps
 
     def motion(self) -> MotionFrame:
-        """Return the motion of this frame; a file without poses is sent looking straight ahead."""
-        index = self._count % len(self._motion.displacements)
-        poses = self._motion.poses
-        pose = NEUTRAL_POSE.to_vector() if poses is None else poses[index]
-        return MotionFrame(self._count / self.fps, self._motion.displacements[index].astype(np.float32), pose)
+        """Return the motion of this frame; without poses in the file, the head faces the camera."""
+        index = self._frame_number % len(self._clip.displacements)
+        pose = NEUTRAL_POSE.to_vector() if self._clip.poses is None else self._clip.poses[index]
+        displacements = self._clip.displacements[index].astype(np.float32)
+        return MotionFrame(self._frame_number / self.fps, displacements, pose)
 
-    def after_send(self) -> None:
-        """Do nothing: a recording has no picture."""
+    def after_send(self, now: float) -> None:
+        """Do nothing: a recording has no image."""
 
 
 def open_motion_file(path: Path, *, loop: bool) -> RecordedMotionSource:
     """Open a DPC file for sending. Raises FileFormatError if it cannot be sent."""
-    motion = read_dpc(path)
-    if motion.displacements.shape[1] != CONTROL_POINT_COUNT:
+    clip = read_dpc(path)
+    if clip.displacements.shape[1] != CONTROL_POINT_COUNT:
         raise FileFormatError(path, None, f"expected {CONTROL_POINT_COUNT} control points a frame to send")
-    if motion.units != "fapu":
-        raise FileFormatError(
-            path, None, "expected `# units: fapu`: displacements in mesh units belong to one face only"
-        )
-    return RecordedMotionSource(motion, loop=loop)
+    if clip.units != "fapu":
+        reason = "expected `# units: fapu`: displacements in mesh units belong to one face only"
+        raise FileFormatError(path, None, reason)
+    return RecordedMotionSource(clip, loop=loop)

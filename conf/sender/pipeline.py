@@ -1,13 +1,14 @@
-"""The sending loop: motion from a face or a recording, to the wire.
+"""The sending loop: from a motion source to the wire.
 
-The way of one frame is read here from top to bottom; every step it calls is a module of its own.
+`SenderLoop._steps` is the way of one frame from top to bottom; each part it calls is a module of its own.
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from conf.errors import NetworkError
+from conf.protocol.messages import MotionFrame
 from conf.protocol.sender_connection import LinkStatus, SenderConnection
 from conf.protocol.session.events import Connected, Event, NoAnswer, Refused, SessionEnded, WrongCode
 from conf.protocol.session.handshake import Refusal
@@ -15,7 +16,7 @@ from conf.sender.frame_pacer import FramePacer
 from conf.sender.motion_source import MotionSource
 from conf.transport.udp import UdpSocket
 
-STATUS_EVERY_S = 0.25
+STATUS_INTERVAL_S = 0.25
 POLL_S = 0.1
 WRONG_CODE = "the code is wrong: type it as the receiver shows it (conf send ... --code CODE)"
 NO_ANSWER = "nobody answered: start `conf receive` there, with --listen 0.0.0.0:PORT to be reached from other machines"
@@ -28,7 +29,7 @@ REFUSALS = {
 
 @dataclass(frozen=True)
 class SenderStatus:
-    """How the sending goes: counts since the start, rates of the last seconds, UDP/IP headers counted."""
+    """State of the call: counts since the start, rates of the last seconds, UDP/IP headers included."""
 
     frames_captured: int
     frames_tracked: int
@@ -43,101 +44,126 @@ class SenderStatus:
 
 
 class SenderLoop:
-    """Send the motion of a performance, each moment at its time."""
+    """Sends each frame of a source at its time. `run` does it all; `step` fits into another program's loop."""
 
-    def __init__(self, performance: MotionSource, caller: SenderConnection, socket: UdpSocket) -> None:
-        self._performance = performance
-        self._caller = caller
-        self._link = socket
-        self._pace = FramePacer(caller.outbound.profile.fps)
+    def __init__(self, source: MotionSource, connection: SenderConnection, socket: UdpSocket) -> None:
+        self._source = source
+        self._connection = connection
+        self._socket = socket
+        self._pacer = FramePacer(connection.outbound.profile.fps)
         self._captured = self._tracked = 0
         self._face = False
         self._note = "calling"
         self._on_status: Callable[[SenderStatus], None] | None = None
         self._status_due = 0.0
+        self._now = 0.0
+        self._end = float("inf")
+        self._running = self._steps()
 
     def run(
-        self, *, seconds: float | None = None, on_status: Callable[[SenderStatus], None] | None = None
+        self,
+        *,
+        seconds: float | None = None,
+        on_status: Callable[[SenderStatus], None] | None = None,
+        clock: Callable[[], float] = time.monotonic,
     ) -> SenderStatus:
-        """Send until the performance ends, or for `seconds`.
+        """Send until the source ends, or for `seconds`.
 
         Raises CameraError when the camera stops, NetworkError when nobody answers or the receiver refuses for good.
         """
         self._on_status = on_status
-        end = time.monotonic() + seconds if seconds is not None else float("inf")
+        if seconds is not None:
+            self._end = clock() + seconds
         try:
-            if not self._connect(end):
-                raise NetworkError(NO_ANSWER)
-            while (timestamp := self._performance.next_frame()) is not None and (now := time.monotonic()) < end:
-                self._captured += 1
-                self._pace.fps = self._caller.outbound.profile.fps
-                wait = self._pace.delay_for(timestamp, now)
-                if wait is not None:
-                    self._exchange_until(now + wait)
-                    self._send(timestamp)
-                    self._performance.after_send()
+            while (wait := self.step(clock())) is not None:
+                if wait:
+                    self._socket.wait(wait)
         finally:
-            self._link.send(self._caller.close(time.monotonic()))
-        return self.status()
+            self.close(clock())
+        return self.status(clock())
 
-    def status(self) -> SenderStatus:
-        """Return how it goes now."""
-        now = time.monotonic()
-        traffic, sent = self._caller.traffic, self._caller.outbound.frames_sent
+    def step(self, now: float) -> float | None:
+        """Do what is due at `now`, seconds on a monotonic clock, which reading a camera and tracking a face may delay.
+
+        Returns the seconds until the next call, which should come sooner if a datagram arrives; None at the end.
+        Raises as `run`.
+        """
+        self._now = now
+        return next(self._running, None)
+
+    def close(self, now: float) -> None:
+        """End the call: the receiver is told."""
+        self._socket.send(self._connection.close(now))
+
+    def status(self, now: float) -> SenderStatus:
+        """Return the state of the call."""
+        traffic, sent = self._connection.traffic, self._connection.outbound.frames_sent
         return SenderStatus(
             frames_captured=self._captured,
             frames_tracked=self._tracked,
             frames_sent=sent,
-            tracker_ms_median=self._performance.tracker_ms,
+            tracker_ms_median=self._source.tracker_ms,
             wire_bytes_per_frame=traffic.total / max(sent, 1),
             wire_kbps=traffic.rates(now)[0] * 8 / 1000,
             face=self._face,
-            calibrated=self._performance.calibrated,
-            link=self._caller.status(now),
+            calibrated=self._source.calibrated,
+            link=self._connection.status(now),
             note=self._note,
         )
 
-    def _connect(self, end: float) -> bool:
-        """Shake hands before the first frame is read, so that no clip begins unseen. Returns whether it was done."""
-        while not self._caller.status(time.monotonic()).connected and time.monotonic() < end:
-            self._exchange_until(time.monotonic() + POLL_S)
-        return self._caller.status(time.monotonic()).connected
+    def _steps(self) -> Iterator[float]:
+        """Yield the seconds until the next step. A step starts wherever `self._now` must be up to date.
 
-    def _exchange_until(self, until: float) -> None:
-        """Take and send datagrams as they come until a moment; at least once."""
-        while True:
-            now = time.monotonic()
-            for data, address, _ in self._link.receive():
-                self._caller.receive_datagram(data, address, now)
-            self._link.send(self._caller.datagrams_to_send(now))
-            while event := self._caller.next_event():
-                self._note = describe_event(event)
-            self._report_status(now)
-            if now >= until:
+        The first frame is read after the handshake, so that no clip starts before somebody can see it.
+        """
+        while not self._connection.status(self._now).connected:
+            if self._now >= self._end:
+                raise NetworkError(NO_ANSWER)
+            yield from self._exchange_until(self._now + POLL_S)
+        while (timestamp := self._source.next_frame()) is not None:
+            yield 0.0
+            if self._now >= self._end:
                 return
-            self._link.wait(min(until - now, POLL_S))
+            self._captured += 1
+            self._pacer.fps = self._connection.outbound.profile.fps
+            delay = self._pacer.delay_for(timestamp, self._now)
+            if delay is None:
+                continue
+            yield from self._exchange_until(self._now + delay)
+            motion = self._source.motion()
+            yield 0.0
+            self._send(timestamp, motion)
+            self._source.after_send(self._now)
 
-    def _send(self, timestamp: float) -> None:
-        motion = self._performance.motion()
-        now = time.monotonic()
+    def _exchange_until(self, until: float) -> Iterator[float]:
+        """Receive and send datagrams until a time, at least once."""
+        while True:
+            for datagram in self._socket.receive():
+                self._connection.receive_datagram(datagram.data, datagram.address, self._now)
+            self._socket.send(self._connection.datagrams_to_send(self._now))
+            while event := self._connection.next_event():
+                self._note = describe_event(event)
+            if self._on_status and self._now >= self._status_due:
+                self._status_due = self._now + STATUS_INTERVAL_S
+                self._on_status(self.status(self._now))
+            if self._now >= until:
+                return
+            yield min(until - self._now, POLL_S)
+
+    def _send(self, timestamp: float, motion: MotionFrame | None) -> None:
         self._face = motion is not None
         if motion is None:
-            self._caller.send_no_face(timestamp, now)
+            self._connection.send_no_face(timestamp, self._now)
         else:
             self._tracked += 1
-            outbound = self._caller.outbound
-            outbound.parameters = replace(outbound.parameters, fapu=self._performance.fapu_lengths)
-            self._caller.send_frame(motion, now)
-        self._link.send(self._caller.datagrams_to_send(now))
-
-    def _report_status(self, now: float) -> None:
-        if self._on_status and now >= self._status_due:
-            self._status_due = now + STATUS_EVERY_S
-            self._on_status(self.status())
+            outbound = self._connection.outbound
+            outbound.parameters = replace(outbound.parameters, fapu=self._source.fapu_lengths)
+            self._connection.send_frame(motion, self._now)
+        self._socket.send(self._connection.datagrams_to_send(self._now))
 
 
 def describe_event(event: Event) -> str:
-    """Return what an event of the session means to the user. Raises NetworkError when the call cannot go on."""
+    """Return what a session event means for the user. Raises NetworkError when the call cannot go on."""
     match event:
         case WrongCode():
             raise NetworkError(WRONG_CODE)
@@ -148,8 +174,8 @@ def describe_event(event: Event) -> str:
         case Connected():
             return "connected"
         case NoAnswer(seconds=seconds):
-            there = "is `conf receive` running there, of the same version?"
-            return f"nobody has answered for {seconds:.0f} s: {there} trying on"
+            question = "is `conf receive` running there, of the same version?"
+            return f"nobody has answered for {seconds:.0f} s: {question} trying on"
         case SessionEnded():
             return "the receiver is gone: calling again"
         case _:

@@ -36,12 +36,13 @@ def test_images_are_captured_and_sent_only_if_allowed(
     created: list[tuple[TrackedMotionSource, SenderConnection]] = []
 
     class Loop:
-        def __init__(self, performance: TrackedMotionSource, caller: SenderConnection, link: object) -> None:
-            created.append((performance, caller))
+        def __init__(self, source: TrackedMotionSource, connection: SenderConnection, socket: object) -> None:
+            created.append((source, connection))
 
         def run(self, **options: object) -> None: ...
 
     monkeypatch.setattr("conf.sender.pipeline.SenderLoop", Loop)
     send(("127.0.0.1", 9), CODE, SendOptions(file=short_clip, portrait_kbps=portrait_kbps))
-    ((performance, caller),) = created
-    assert (performance._studio is not None) == (caller._portrait is not None) == (portrait_kbps is not None)
+    ((source, connection),) = created
+    assert (source._portrait_scheduler is not None) == (portrait_kbps is not None)
+    assert (connection._portrait is not None) == (portrait_kbps is not None)

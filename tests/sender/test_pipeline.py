@@ -14,7 +14,7 @@ from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import AddressChanged, Connected, LossReason, NoAnswer, Refused, SessionEnded
 from conf.protocol.session.handshake import Refusal
 from conf.protocol.session.server import SessionServer
-from conf.sender.pipeline import SenderLoop, SenderStatus, describe_event
+from conf.sender.pipeline import POLL_S, SenderLoop, SenderStatus, describe_event
 from conf.transport.udp import ReceivedDatagram
 
 CODE = "amber-canoe-tiger-7"
@@ -24,162 +24,187 @@ PARAMETERS = StreamParameters(176, 144, 15.0, 50, FAPU)
 
 
 @dataclass
-class FakeLink:
-    """A socket with a receiver at its other end, and the clock that goes on while the loop waits or reads a camera.
+class FakeSocket:
+    """A socket with a receiver at its other end, and a clock that advances while the loop waits.
 
-    there : whether anybody listens
+    reachable : whether datagrams arrive
     """
 
-    host: ReceiverEndpoint
+    receiver: ReceiverEndpoint
     now: float = 0.0
-    there: bool = True
-    answers: list[tuple[bytes, Address]] = field(default_factory=list)
-    times: list[float] = field(default_factory=list)
+    reachable: bool = True
+    waits: list[float] = field(default_factory=list)
 
-    def monotonic(self) -> float:
+    def clock(self) -> float:
         return self.now
 
     def send(self, datagrams: list[tuple[bytes, Address]]) -> None:
-        for data, _ in datagrams if self.there else []:
-            self.times.append(self.now)
-            self.host.receive_datagram(data, SENDER, self.now)
+        for data, _ in datagrams if self.reachable else []:
+            self.receiver.receive_datagram(data, SENDER, self.now)
 
     def receive(self) -> list[ReceivedDatagram]:
-        answers = [ReceivedDatagram(data, RECEIVER, 0.0) for data, _ in self.host.datagrams_to_send(self.now)]
-        return answers if self.there else []
+        answers = [ReceivedDatagram(data, RECEIVER, 0.0) for data, _ in self.receiver.datagrams_to_send(self.now)]
+        return answers if self.reachable else []
 
     def wait(self, seconds: float) -> None:
+        self.waits.append(seconds)
         self.now += max(min(seconds, 0.02), 1e-4)
 
 
 @dataclass
-class FakePerformance:
-    """A head that turns to and fro before a camera of 30 pictures a second.
+class FakeSource:
+    """A head that turns to and fro before a camera of 30 frames a second.
 
-    sees : whether there is a face in the picture of this number, from 1
+    has_face : whether there is a face in frame 1, 2, ...
+    tracking_s : how long tracking delays the clock
     """
 
-    count: int
-    sees: Callable[[int], bool]
-    given: int = 0
-    performed: list[float] = field(default_factory=list)
-    rested: list[float] = field(default_factory=list)
+    socket: FakeSocket
+    frame_count: int
+    has_face: Callable[[int], bool]
+    tracking_s: float = 0.0
+    frame_number: int = 0
+    tracked: list[float] = field(default_factory=list)
+    after_sends: list[tuple[float, float]] = field(default_factory=list)  # (timestamp, now)
     calibrated: bool = True
     tracker_ms: float = 4.0
     fapu_lengths: tuple[float, ...] = FAPU
 
     def next_frame(self) -> float | None:
-        if self.given == self.count:
+        if self.frame_number == self.frame_count:
             return None
-        self.given += 1
+        self.frame_number += 1
         return self._timestamp
 
     def motion(self) -> MotionFrame | None:
-        if not self.sees(self.given):
+        self.socket.now += self.tracking_s
+        if not self.has_face(self.frame_number):
             return None
-        self.performed.append(self._timestamp)
+        self.tracked.append(self._timestamp)
         turn = 0.5 * np.sin(self._timestamp * 6)
         pose = np.array([0.0, turn, 0.0, 0.0, 0.0, -3.5])
         return MotionFrame(self._timestamp, np.zeros((50, 3), np.float32), pose)
 
-    def after_send(self) -> None:
-        self.rested.append(self._timestamp)
+    def after_send(self, now: float) -> None:
+        self.after_sends.append((self._timestamp, now))
 
     @property
     def _timestamp(self) -> float:
-        return (self.given - 1) / 30.0
+        return (self.frame_number - 1) / 30.0
 
 
-@dataclass
 class Sender:
-    """A sending loop with everything around it."""
+    """A sending loop, its source and its socket."""
 
-    loop: SenderLoop
-    link: FakeLink
-    performance: FakePerformance
-
-
-Make = Callable[..., Sender]
-
-
-@pytest.fixture
-def make(monkeypatch: pytest.MonkeyPatch) -> Make:
-    def build(*, frames: int = 60, code: str = CODE, sees: Callable[[int], bool] = lambda _: True) -> Sender:
-        link = FakeLink(ReceiverEndpoint(SessionServer(CODE, random.Random(1).randbytes)))
-        monkeypatch.setattr("conf.sender.pipeline.time", link)
+    def __init__(
+        self,
+        *,
+        frames: int = 60,
+        code: str = CODE,
+        has_face: Callable[[int], bool] = lambda _: True,
+        tracking_s: float = 0.0,
+    ) -> None:
+        self.receiver = ReceiverEndpoint(SessionServer(CODE, random.Random(1).randbytes))
+        self.socket = FakeSocket(self.receiver)
         session = SenderSession(code, RECEIVER, random.Random(2).randbytes, 0.0)
-        caller = SenderConnection(session, PARAMETERS, 0.0, link=RateOptions("live"))
-        performance = FakePerformance(frames, sees)
-        loop = SenderLoop(performance, caller, link)  # type: ignore[arg-type]
-        return Sender(loop, link, performance)
+        connection = SenderConnection(session, PARAMETERS, 0.0, link=RateOptions("live"))
+        self.source = FakeSource(self.socket, frames, has_face, tracking_s)
+        self.loop = SenderLoop(self.source, connection, self.socket)  # type: ignore[arg-type]
 
-    return build
+    def run(
+        self, *, seconds: float | None = None, on_status: Callable[[SenderStatus], None] | None = None
+    ) -> SenderStatus:
+        return self.loop.run(seconds=seconds, on_status=on_status, clock=self.socket.clock)
 
 
-def test_a_clip_is_sent_at_its_own_speed_at_the_profiles_pace(make: Make) -> None:
-    sender = make(frames=60)
-    status = sender.loop.run()
+def test_a_clip_is_sent_at_its_own_speed_and_the_profiles_frame_rate() -> None:
+    sender = Sender(frames=60)
+    status = sender.run()
     assert status.frames_captured == 60
-    assert status.frames_tracked == pytest.approx(30, abs=1)  # 30 a second thinned to 15
-    assert 20 < status.frames_sent <= status.frames_tracked  # a head that stands still costs nothing
-    assert sender.link.now == pytest.approx(2.0, abs=0.5)
-    np.testing.assert_allclose(np.diff(sender.performance.performed), 1 / 15, atol=1e-6)
-    assert sender.performance.rested == sender.performance.performed
-    inbound = sender.link.host.snapshot(sender.link.now)
+    assert status.frames_tracked == pytest.approx(30, abs=1)  # 30 a second reduced to 15
+    assert 20 < status.frames_sent <= status.frames_tracked  # frames without motion are not sent
+    assert sender.socket.now == pytest.approx(2.0, abs=0.5)
+    np.testing.assert_allclose(np.diff(sender.source.tracked), 1 / 15, atol=1e-6)
+    assert [timestamp for timestamp, _ in sender.source.after_sends] == sender.source.tracked
+    inbound = sender.receiver.snapshot(sender.socket.now)
     assert inbound.frames_received == status.frames_sent and inbound.frames_lost == 0
 
 
-def test_a_face_that_is_not_there_is_told(make: Make) -> None:
-    sender = make(frames=90, sees=lambda frame: frame < 40)
-    told: list[SenderStatus] = []
-    status = sender.loop.run(on_status=told.append)
+def test_the_receiver_learns_that_there_is_no_face() -> None:
+    sender = Sender(frames=90, has_face=lambda frame: frame < 40)
+    reported: list[SenderStatus] = []
+    status = sender.run(on_status=reported.append)
     assert 0 < status.frames_tracked < 25 and not status.face
-    assert {s.face for s in told if s.frames_tracked} == {True, False}
+    assert {s.face for s in reported if s.frames_tracked} == {True, False}
 
 
-def test_the_time_ends_it_and_the_receiver_hears_goodbye(make: Make) -> None:
-    sender = make(frames=10_000)
-    sender.loop.run(seconds=1.5)
-    assert sender.link.now == pytest.approx(1.5, abs=0.2)
-    assert not sender.link.host.streams  # the call is over there too
+def test_after_the_given_seconds_the_call_is_closed() -> None:
+    sender = Sender(frames=10_000)
+    sender.run(seconds=1.5)
+    assert sender.socket.now == pytest.approx(1.5, abs=0.2)
+    assert not sender.receiver.streams
 
 
-def test_nobody_there_is_said_and_tried_on_until_the_time_is_over(make: Make) -> None:
-    sender = make()
-    sender.link.there = False
+def test_without_an_answer_the_sender_tries_until_the_end_and_then_fails() -> None:
+    sender = Sender()
+    sender.socket.reachable = False
     notes: list[str] = []
     with pytest.raises(NetworkError, match="nobody answered: start `conf receive` there"):
-        sender.loop.run(seconds=8.0, on_status=lambda s: notes.append(s.note))
-    assert sender.performance.given == 0 and sender.link.now == pytest.approx(8.0, abs=0.2)
+        sender.run(seconds=8.0, on_status=lambda s: notes.append(s.note))
+    assert sender.source.frame_number == 0 and sender.socket.now == pytest.approx(8.0, abs=0.2)
     assert notes[0] == "calling"
     assert notes[-1].startswith("nobody has answered for ") and "is `conf receive` running there" in notes[-1]
 
 
-def test_a_receiver_that_comes_later_is_reached(make: Make) -> None:
-    sender = make()
-    sender.link.there = False
+def test_a_receiver_that_starts_later_is_reached() -> None:
+    sender = Sender()
+    sender.socket.reachable = False
     notes: list[str] = []
 
-    def arrive(status: SenderStatus) -> None:
+    def start_receiver(status: SenderStatus) -> None:
         notes.append(status.note)
-        sender.link.there = sender.link.now > 4.0
+        sender.socket.reachable = sender.socket.now > 4.0
 
-    status = sender.loop.run(on_status=arrive)
+    status = sender.run(on_status=start_receiver)
     assert status.frames_sent > 20 and notes[-1] == "connected"
 
 
-def test_a_wrong_code_ends_the_call_with_a_sentence(make: Make) -> None:
-    sender = make(code="acorn-tulip-river-42")
+def test_a_wrong_code_ends_the_call_with_a_message() -> None:
     with pytest.raises(NetworkError, match="the code is wrong: type it as the receiver shows it"):
-        sender.loop.run(seconds=20.0)
+        Sender(code="acorn-tulip-river-42").run(seconds=20.0)
 
 
-def test_status_is_told_four_times_a_second(make: Make) -> None:
-    told: list[SenderStatus] = []
-    make(frames=90).loop.run(on_status=told.append)
-    assert len(told) == pytest.approx(4 * 3, abs=3)
-    assert told[-1].calibrated and told[-1].link.connected
-    assert told[-1].wire_bytes_per_frame > 0 and told[-1].wire_kbps > 0
+def test_the_status_is_reported_four_times_a_second() -> None:
+    reported: list[SenderStatus] = []
+    Sender(frames=90).run(on_status=reported.append)
+    assert len(reported) == pytest.approx(4 * 3, abs=3)
+    assert reported[-1].calibrated and reported[-1].link.connected
+    assert reported[-1].wire_bytes_per_frame > 0 and reported[-1].wire_kbps > 0
+
+
+def test_motion_is_sent_at_the_time_when_tracking_has_ended() -> None:
+    sender = Sender(frames=10, tracking_s=0.03)
+    starts: list[float] = []
+    track = sender.source.motion
+    sender.source.motion = lambda: (starts.append(sender.socket.now), track())[1]  # type: ignore[method-assign]
+    sender.run()
+    assert [now for _, now in sender.source.after_sends] == pytest.approx([start + 0.03 for start in starts])
+
+
+def test_step_runs_in_the_loop_of_another_program() -> None:
+    sender, now, waits = Sender(frames=30), 100.0, []
+    sender.socket.now = now
+    while (wait := sender.loop.step(now)) is not None:
+        waits.append(wait)
+        now += min(wait, 0.01)  # datagrams may end a wait early
+        sender.socket.now = now
+    assert 0 <= min(waits) <= max(waits) <= POLL_S
+    status = sender.loop.status(now)
+    assert status.frames_captured == 30 and status.frames_sent > 10 and status.note == "connected"
+    assert now == pytest.approx(100 + 29 / 30, abs=3 * POLL_S) and not sender.socket.waits
+    assert sender.loop.step(now) is None and sender.receiver.streams
+    sender.loop.close(now)
+    assert not sender.receiver.streams
 
 
 @pytest.mark.parametrize(
@@ -193,10 +218,10 @@ def test_status_is_told_four_times_a_second(make: Make) -> None:
         (AddressChanged(1, RECEIVER), ""),
     ],
 )
-def test_what_events_mean(event: object, note: str) -> None:
+def test_session_events_have_a_message(event: object, note: str) -> None:
     assert describe_event(event) == note  # type: ignore[arg-type]
 
 
-def test_a_receiver_without_room_ends_the_call_with_a_sentence() -> None:
+def test_a_full_receiver_ends_the_call_with_a_message() -> None:
     with pytest.raises(NetworkError, match="the receiver has no room for one more caller: try later"):
         describe_event(Refused(Refusal.FULL, None))

@@ -29,6 +29,7 @@ from conf.commands.send import send as send_face
 from conf.errors import NetworkError
 from conf.face.loading import load_face
 from conf.protocol.address import Address
+from conf.protocol.messages import MotionFrame
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.session.server import SessionServer
 from conf.protocol.statistics import HEADER_BYTES
@@ -109,38 +110,46 @@ class WatchedSendingLoop(SenderLoop):
 
     frames: list[tuple[float, float]]
     datagrams: list[tuple[float, int, int]]
-    began = 0.0
-    due = 0.0
+    began = taken = due = 0.0
 
     def run(
-        self, *, seconds: float | None = None, on_status: Callable[[SenderStatus], None] | None = None
+        self,
+        *,
+        seconds: float | None = None,
+        on_status: Callable[[SenderStatus], None] | None = None,
+        clock: Callable[[], float] = time.monotonic,
     ) -> SenderStatus:
         """Note the time and send."""
         self.began = time.monotonic()
         self.datagrams = []
-        put, before = self._link.send, 0
+        put, before = self._socket.send, 0
+        track = self._source.motion
+
+        def motion() -> MotionFrame | None:
+            self.taken = time.monotonic()
+            return track()
 
         def send(datagrams: list[tuple[bytes, Address]]) -> None:
             nonlocal before
-            total = self._caller._portrait.bytes_sent if self._caller._portrait else 0
+            total = self._connection._portrait.bytes_sent if self._connection._portrait else 0
             if datagrams:
                 size = sum(len(data) + HEADER_BYTES for data, _ in datagrams)
                 self.datagrams.append((time.monotonic(), size, total - before))
             before = total
             put(datagrams)
 
-        self._link.send = send  # type: ignore[method-assign]
-        return super().run(seconds=seconds, on_status=on_status)
+        self._socket.send = send  # type: ignore[method-assign]
+        self._source.motion = motion  # type: ignore[method-assign]
+        return super().run(seconds=seconds, on_status=on_status, clock=clock)
 
-    def _send(self, timestamp: float) -> None:
-        now = time.monotonic()
-        self.frames = [*getattr(self, "frames", []), (now, timestamp)]
-        super()._send(timestamp)
-        if now >= self.due:
-            self.due = now + EVERY_S
-            status = asdict(self.status())
+    def _send(self, timestamp: float, motion: MotionFrame | None) -> None:
+        self.frames = [*getattr(self, "frames", []), (self.taken, timestamp)]
+        super()._send(timestamp, motion)
+        if self.taken >= self.due:
+            self.due = self.taken + EVERY_S
+            status = asdict(self.status(self._now))
             what = {"frames": self.frames, "datagrams": self.datagrams}
-            tell(at=now, began=self.began, memory_kb=memory_kb(), **what, **status)
+            tell(at=self.taken, began=self.began, memory_kb=memory_kb(), **what, **status)
             self.frames, self.datagrams = [], []
 
 
