@@ -70,8 +70,6 @@ WITHOUT_TEST = {"animator/gui/point_overlay.py", "animator/gui/panels/export.py"
 
 # Violations that are known and shall go. Each one that is repaired has to be removed here.
 KNOWN_VIOLATIONS = {
-    ("animator/app.py", "conf.receiver.participant_grid.Window"),
-    ("output/sampled_motion_recorder.py", "conf.animator.motion_player.NamedClip"),
     ("protocol/loopback.py", "os"),
     ("protocol/portrait/probability_model.py", "pathlib.Path"),
 }

@@ -1,6 +1,5 @@
 """The animator's window: the loop that takes what the user does, moves the face and draws it."""
 
-import math
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -25,9 +24,9 @@ from conf.errors import ConfError
 from conf.face.animation.idle_motion import IdleMotion
 from conf.face.deformation.face_model import DeformerOptions
 from conf.output.media_writer import VideoWriter, next_free_path
-from conf.receiver.participant_grid import Window
 from conf.render.ui.imgui_input import ImGuiInput, dropped_files
 from conf.render.ui.imgui_overlay import ImGuiOverlay
+from conf.render.window import Window
 
 FPS = 60.0
 CLIP_FPS = 30.0
@@ -56,7 +55,6 @@ class AnimatorApp:
         self._began = time.monotonic()
         self._last, self._period = 0.0, 1 / FPS
         self._clip: VideoWriter | None = None
-        self._clip_began = 0.0
         self.director.find_missing_points()
 
     def run(self) -> None:
@@ -90,7 +88,7 @@ class AnimatorApp:
         window.begin(BACKDROP)
         self._draw_face(layout, now)
         self._record(layout, now)
-        with self._overlay.frame(window.framebuffer, window.size, window.pixel_ratio, scale=scale), themed(scale):
+        with self._overlay.frame(window, scale=scale), themed(scale):
             requests = self._interface.draw(director, self._touch, layout, self._status(now))
         for request in requests:
             director.handle(request, now)
@@ -150,7 +148,7 @@ class AnimatorApp:
             return actor.face.deform(life.displacements) + pulled, life
         happening = mix_motion(director.player, desk.expressing, self._idle, desk.look, now)
         if director.recorder is not None:
-            director.recorder.add(happening.displacements, happening.pose, now)
+            director.recorder.add(happening.displacements, happening.pose.to_vector(), now)
         return actor.face.deform(happening.displacements), happening
 
     def _run_window_commands(self, wishes: WindowCommands, layout: Layout, now: float) -> None:
@@ -170,7 +168,6 @@ class AnimatorApp:
     def _toggle_clip(self, now: float) -> None:
         if self._clip is None:
             self._clip = VideoWriter(next_free_path(self._folder, "conf", ".avi"), fps=CLIP_FPS)
-            self._clip_began = now
             self.director.notice = "recording what you see; R stops"
         else:
             clip, self._clip = self._clip, None
@@ -180,10 +177,7 @@ class AnimatorApp:
         """Write the face's part of the picture as often as the clip's rate asks for."""
         if self._clip is None:
             return
-        due = math.floor((now - self._clip_began) * CLIP_FPS) + 1
-        if self._clip.frames < due:
-            x, y, width, height = layout.face_viewport(self._window.size[1])
-            bottom = self._window.size[1] - y
-            pixels = self._window.read()[bottom - height : bottom, x : x + width]
-            while self._clip.frames < due:
-                self._clip.write(np.ascontiguousarray(pixels))
+        x, y, width, height = layout.face_viewport(self._window.size[1])
+        bottom = self._window.size[1] - y
+        face = slice(bottom - height, bottom), slice(x, x + width)
+        self._clip.write_at(lambda: np.ascontiguousarray(self._window.read()[face]), now)

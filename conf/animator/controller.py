@@ -26,9 +26,9 @@ from conf.face.formats.dpc import MotionClip
 from conf.face.formats.epc import ExpressionSet, read_epc
 from conf.face.formats.ppc import read_ppc, write_ppc
 from conf.face.symmetry import MIRROR_INDICES
-from conf.output.media_writer import CLIPS, PICTURES, next_free_path, save_picture
+from conf.output.media_writer import IMAGE_FORMATS, VIDEO_FORMATS, next_free_path, save_image
+from conf.output.motion_recorder import MotionRecorder
 from conf.output.obj_writer import write_obj
-from conf.output.sampled_motion_recorder import MotionRecorder
 
 MESHES = (".obj", ".ply", ".glb", ".stl")
 SEED = 2007  # of the idle life beside an exported emotion
@@ -224,9 +224,9 @@ class Controller:
         if self.recorder is None:
             self.recorder = MotionRecorder()
             return
-        recording, self.recorder = self.recorder.finish("take"), None
-        if recording is not None:
-            self.play(recording, now)
+        clip, self.recorder = self.recorder.finish(), None
+        if clip is not None:
+            self.play(NamedClip("take", clip), now)
             self.notice = "this is your take: Export writes it as DPC, clip, FAP or CSV"
 
     def _write_file(self, _request: ask.Export, _now: float) -> None:
@@ -260,10 +260,10 @@ class Controller:
         if self.last_frame is None:
             return
         vertices, moment = self.last_frame
-        if suffix in PICTURES:
+        if suffix in IMAGE_FORMATS:
             camera = OffscreenFrameRenderer(self.ctx, self.actor.face, wish)
             try:
-                save_picture(wish.output, camera.take_vertices(vertices, moment.pose))
+                save_image(wish.output, camera.take_vertices(vertices, moment.pose))
             finally:
                 camera.release()
         elif suffix == ".obj":
@@ -272,7 +272,7 @@ class Controller:
             points = self.actor.face.deformed_points(moment.displacements)
             write_ppc(wish.output, self.actor.face.to_file_coordinates(points))
         else:
-            kinds = "clips" if suffix in CLIPS else "motion files"
+            kinds = "clips" if suffix in VIDEO_FORMATS else "motion files"
             raise ConfError(f"{kinds} need a motion: choose a recording or an emotion as the source")
 
     def _end_export(self, notice: str) -> None:

@@ -53,7 +53,7 @@ class FaceView:
 
     def visible(self, places: NDArray[np.floating], clip: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Tell which of (k, 3) places of the face are not hidden in the picture drawn last, under its clip matrix."""
-        canvas = self._renderer.canvas if self._drawn is None else self._drawn
+        canvas = self._renderer.target if self._drawn is None else self._drawn
         return np.ones(len(places), np.bool_) if canvas is None else canvas.visible(places, clip)
 
     def release(self) -> None:
@@ -68,7 +68,9 @@ class FaceView:
         key = (id(self._face), influence)
         if self._colour_key != key:
             operator = self._face.operator
-            self._tinted.colour(region_colours(operator) if influence is None else point_colours(operator, influence))
+            self._tinted.set_colours(
+                region_colours(operator) if influence is None else point_colours(operator, influence)
+            )
             self._colour_key = key
         return self._tinted
 

@@ -26,7 +26,7 @@ from conf.face.formats.ppc import write_ppc
 from conf.face.head_pose import HeadPose
 from conf.face.retargeting.arkit_csv import write_blendshape_csv
 from conf.face.retargeting.mpeg4_fap import to_faps, write_fap
-from conf.output.media_writer import CLIPS, PICTURES, VideoWriter, save_picture
+from conf.output.media_writer import IMAGE_FORMATS, VIDEO_FORMATS, VideoWriter, save_image
 from conf.output.obj_writer import write_obj
 from conf.render.window.offscreen import read_pixels
 
@@ -82,7 +82,7 @@ def parse_fps(text: str, /) -> float:
 
 def needs_drawing(output: Path, /) -> bool:
     """Tell whether a file is made of pictures."""
-    return output.suffix.lower() in (*PICTURES, *CLIPS)
+    return output.suffix.lower() in (*IMAGE_FORMATS, *VIDEO_FORMATS)
 
 
 def export(
@@ -158,7 +158,7 @@ def _write_picture(
     face: FaceModel, motion: MotionClip, options: ExportOptions, ctx: moderngl.Context | None
 ) -> Iterator[float]:
     with frame_renderer(face, options, ctx) as camera:
-        save_picture(options.output, camera.render(fit_to_aspect(_posed(motion), options.size), options.at))
+        save_image(options.output, camera.render(fit_to_aspect(_posed(motion), options.size), options.at))
     yield from ()
 
 
@@ -216,8 +216,8 @@ def _posed(motion: MotionClip) -> MotionClip:
 Writer = Callable[[FaceModel, MotionClip, ExportOptions, moderngl.Context | None], Iterator[float]]
 
 WRITERS: dict[str, Writer] = {
-    **dict.fromkeys(CLIPS, _write_clip),
-    **dict.fromkeys(PICTURES, _write_picture),
+    **dict.fromkeys(VIDEO_FORMATS, _write_clip),
+    **dict.fromkeys(IMAGE_FORMATS, _write_picture),
     ".obj": _write_mesh,
     ".ppc": _write_points,
     ".dpc": _motion_writer(lambda _face, motion, path: write_dpc(path, motion)),

@@ -14,8 +14,6 @@ from conf.commands.arguments import add_json, add_listen, add_seconds, pairing_c
 
 if TYPE_CHECKING:
     from conf.protocol.statistics import TrafficSnapshot
-    from conf.receiver.pipeline import ReceivingLoop
-    from conf.render.window.offscreen import OffscreenWindow
     from conf.transport.udp import UdpSocket
 
 HELP = "accept calls and show the participants"
@@ -78,9 +76,10 @@ def receive(
     Raises GraphicsError, FileFormatError, RecordingError.
     """
     from conf.face.loading import load_face
+    from conf.output.media_writer import VideoWriter, save_image
     from conf.protocol.receiver_endpoint import ReceiverEndpoint
     from conf.protocol.session.server import SessionServer
-    from conf.receiver.pipeline import ReceivingLoop
+    from conf.receiver.pipeline import LoopOptions, ReceiverLoop
     from conf.render.window.glfw_window import GlfwWindow
     from conf.render.window.offscreen import OffscreenWindow
 
@@ -88,30 +87,17 @@ def receive(
     endpoint = ReceiverEndpoint(SessionServer(code, os.urandom))
     idle_text = "listening on {}:{}   code  {}".format(*socket.address, code)
     if options.headless is None:
+        loop_options = LoopOptions(WINDOW_FPS, idle_text, on_event=options.on_event)
         with GlfwWindow(*SIZE, "conf") as window:
-            loop = ReceivingLoop(window, model, endpoint, socket, idle_text=idle_text)
-            return loop.run(
-                fps=WINDOW_FPS, seconds=options.seconds, keep_going=should_continue, on_event=options.on_event
-            )
-    with OffscreenWindow(*SIZE) as window:
-        loop = ReceivingLoop(window, model, endpoint, socket, idle_text=idle_text)
-        return _record(window, loop, options, should_continue)
-
-
-def _record(
-    window: OffscreenWindow, loop: ReceivingLoop, options: ReceiveOptions, should_continue: Callable[[], bool]
-) -> TrafficSnapshot:
-    from conf.output.media_writer import save_picture
-    from conf.receiver.viewer_controls import ConstantRateRecorder
-
-    assert options.headless is not None
-    clip = ConstantRateRecorder(options.headless, fps=HEADLESS_FPS)
-    try:
-        return loop.run(
-            fps=HEADLESS_FPS, seconds=options.seconds, keep_going=should_continue,
-            on_picture=clip.add, on_event=options.on_event,
-        )  # fmt: skip
-    finally:
-        clip.close()
-        if options.picture is not None:
-            save_picture(options.picture, window.read())
+            loop = ReceiverLoop(window, model, endpoint, socket, loop_options)
+            return loop.run(seconds=options.seconds, should_continue=should_continue)
+    with OffscreenWindow(*SIZE) as window, VideoWriter(options.headless, fps=HEADLESS_FPS) as video:
+        loop_options = LoopOptions(
+            HEADLESS_FPS, idle_text, lambda window, now: video.write_at(window.read, now), options.on_event
+        )
+        try:
+            loop = ReceiverLoop(window, model, endpoint, socket, loop_options)
+            return loop.run(seconds=options.seconds, should_continue=should_continue)
+        finally:
+            if options.picture is not None:
+                save_image(options.picture, window.read())

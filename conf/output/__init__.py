@@ -1,1 +1,1 @@
-"""Files that the program writes: images, video, motion, meshes."""
+"""Writers of images, video, motion and meshes."""

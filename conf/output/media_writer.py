@@ -1,9 +1,9 @@
-"""Save what is drawn: pictures and clips. A file has its name only once it is whole; a crash leaves the partial one."""
+"""Write images and video. A file gets its final name when it is complete; after a crash a partial file remains."""
 
 import shutil
+from collections.abc import Callable
 from pathlib import Path
-from types import TracebackType
-from typing import TypeVar
+from typing import Self, TypeVar
 
 import cv2
 import numpy as np
@@ -11,36 +11,32 @@ from numpy.typing import NDArray
 
 from conf.errors import RecordingError
 
-JPEG_QUALITY = 93
-PICTURES: dict[str, list[int]] = {
-    ".jpg": [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY],
-    ".jpeg": [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY],
-    ".png": [],
-}
-CLIPS = {".avi": ("MJPG", cv2.CAP_OPENCV_MJPEG), ".mp4": ("mp4v", cv2.CAP_FFMPEG)}
-MIN_FREE_BYTES = 16 << 20  # bytes: OpenCV does not say when it can write no more, so a clip ends before that
-DISK_CHECK_INTERVAL = 30  # pictures
+JPEG_OPTIONS = [cv2.IMWRITE_JPEG_QUALITY, 93]
+IMAGE_FORMATS: dict[str, list[int]] = {".jpg": JPEG_OPTIONS, ".jpeg": JPEG_OPTIONS, ".png": []}
+VIDEO_FORMATS = {".avi": ("MJPG", cv2.CAP_OPENCV_MJPEG), ".mp4": ("mp4v", cv2.CAP_FFMPEG)}
+MIN_FREE_BYTES = 16 << 20  # OpenCV does not report a full disk, so a video ends before that
+DISK_CHECK_INTERVAL = 30  # frames
 
-Kind = TypeVar("Kind")
+Format = TypeVar("Format")
 
 
 def next_free_path(folder: Path, stem: str, suffix: str) -> Path:
-    """Return the first of stem-001, stem-002, ... that is not taken yet."""
+    """Return the first of stem-001, stem-002, ... that does not exist."""
     number = 1
     while (path := folder / f"{stem}-{number:03d}{suffix}").exists():
         number += 1
     return path
 
 
-def save_picture(path: Path, pixels: NDArray[np.uint8]) -> Path:
-    """Write (H, W, 3) uint8 BGR as JPG or PNG, by the name's suffix. Returns the path.
+def save_image(path: Path, pixels: NDArray[np.uint8]) -> Path:
+    """Write (H, W, 3) uint8 BGR as JPG or PNG, according to the suffix. Returns the path.
 
     Raises RecordingError.
     """
-    options = _codec_for(path, PICTURES)
+    options = _format_of(path, IMAGE_FORMATS)
     partial = _partial(path)
-    done, data = cv2.imencode(path.suffix, pixels, options)
-    if not done:
+    is_encoded, data = cv2.imencode(path.suffix, pixels, options)
+    if not is_encoded:
         raise RecordingError(f"{path}: this picture cannot be encoded; choose another size or format")
     try:
         partial.write_bytes(data.tobytes())
@@ -51,26 +47,27 @@ def save_picture(path: Path, pixels: NDArray[np.uint8]) -> Path:
 
 
 class VideoWriter:
-    """Writes an AVI (Motion JPEG) or MP4 (MPEG-4) picture by picture. All pictures have the size of the first."""
+    """Writes an AVI (Motion JPEG) or MP4 (MPEG-4) file. All frames have the size of the first."""
 
     def __init__(self, path: Path, *, fps: float) -> None:
-        """Raises RecordingError if the file cannot be made, ValueError if fps is not positive."""
+        """Raises RecordingError if the file cannot be created, ValueError if fps is not positive."""
         if not fps > 0:
             raise ValueError(f"fps must be positive, got {fps}")
         self.path = path
         self.frames = 0
         self._fps = fps
-        self._codec = _codec_for(path, CLIPS)
+        self._format = _format_of(path, VIDEO_FORMATS)
         self._partial = _partial(path)
         self._writer: cv2.VideoWriter | None = None
         self._size = (0, 0)
+        self._began: float | None = None
         try:
             self._partial.touch()
         except OSError as error:
             raise _cannot_write(path, error) from error
 
     def write(self, pixels: NDArray[np.uint8]) -> None:
-        """Add (H, W, 3) uint8 BGR; a picture of another size, after a resize, is scaled.
+        """Add a frame, (H, W, 3) uint8 BGR; one of another size, after the window was resized, is scaled.
 
         Raises RecordingError when the disk is full.
         """
@@ -83,8 +80,20 @@ class VideoWriter:
         self._writer.write(pixels)
         self.frames += 1
 
+    def write_at(self, read: Callable[[], NDArray[np.uint8]], now: float) -> None:
+        """Add the image shown at `now`, seconds, as often as the frame rate requires since the first call.
+
+        read : returns the image; called only if it is needed
+        """
+        self._began = now if self._began is None else self._began
+        due = int((now - self._began) * self._fps) + 1
+        if self.frames < due:
+            pixels = read()
+            while self.frames < due:
+                self.write(pixels)
+
     def close(self) -> Path | None:
-        """Finish the clip and give it its name. Returns the path, or None if nothing was recorded."""
+        """Complete the file and give it its name. Returns the path, or None if there are no frames."""
         if self._writer is None:
             self._partial.unlink(missing_ok=True)
             return None
@@ -96,15 +105,15 @@ class VideoWriter:
             raise _cannot_write(self.path, error) from error
         return self.path
 
-    def __enter__(self) -> "VideoWriter":
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def _open(self, size: tuple[int, int]) -> cv2.VideoWriter:
         self._size = size
-        letters, backend = self._codec
+        letters, backend = self._format
         fourcc = cv2.VideoWriter.fourcc(*letters)
         writer = cv2.VideoWriter(str(self._partial), backend, fourcc, self._fps, size)
         if not writer.isOpened():
@@ -112,11 +121,11 @@ class VideoWriter:
         return writer
 
 
-def _codec_for(path: Path, kinds: dict[str, Kind]) -> Kind:
-    kind = kinds.get(path.suffix.lower())
-    if kind is None:
-        raise RecordingError(f"{path}: the name must end in {' or '.join(kinds)}")
-    return kind
+def _format_of(path: Path, formats: dict[str, Format]) -> Format:
+    found = formats.get(path.suffix.lower())
+    if found is None:
+        raise RecordingError(f"{path}: the name must end in {' or '.join(formats)}")
+    return found
 
 
 def _partial(path: Path) -> Path:

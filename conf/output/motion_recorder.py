@@ -1,43 +1,55 @@
-"""Keep a caller's motion as it is shown, and write it as a DPC file."""
+"""Record motion as it is shown, at an even frame rate, and write it as a DPC file."""
 
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from conf.errors import FileFormatError, RecordingError
 from conf.face.formats.dpc import MotionClip, write_dpc
-from conf.protocol.messages import MotionFrame
 
 FPS = 30.0
-MAX_FRAMES = 108_000  # an hour: 70 MB of memory
+MAX_FRAMES = 108_000  # an hour, 70 MB of memory
 
 
 class MotionRecorder:
-    """Takes what is shown as often as FPS asks for, until it is closed or an hour is full."""
+    """Resamples motion, which is shown at uneven times, to FPS by linear interpolation; stops after MAX_FRAMES."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._frames: list[MotionFrame] = []
-        self._began: float | None = None
+    def __init__(self) -> None:
+        self._displacements: list[NDArray[np.float32]] = []
+        self._poses: list[NDArray[np.float64]] = []
+        self._began = self._last_time = 0.0
+        self._last: tuple[NDArray[np.float32], NDArray[np.float64]] | None = None
 
-    def add(self, frame: MotionFrame, now: float) -> None:
-        """Take the motion that is shown at `now`."""
-        self._began = now if self._began is None else self._began
+    def add(self, displacements: NDArray[np.float32], pose: NDArray[np.float64], now: float) -> None:
+        """Add the motion shown at `now`, seconds: (n, 3) in FAPU, and the head pose as a (6,) vector."""
+        if self._last is None:
+            self._began = self._last_time = now
+            self._last = displacements, pose
+        last_displacements, last_pose = self._last
         due = min(int((now - self._began) * FPS) + 1, MAX_FRAMES)
-        self._frames += [frame] * (due - len(self._frames))
+        for i in range(len(self._poses), due):
+            elapsed = self._began + i / FPS - self._last_time
+            alpha = min(max(elapsed / (now - self._last_time), 0.0), 1.0) if now > self._last_time else 1.0
+            between = last_displacements + alpha * (displacements - last_displacements)
+            self._displacements.append(between.astype(np.float32))
+            self._poses.append(last_pose + alpha * (pose - last_pose))
+        if now > self._last_time:
+            self._last, self._last_time = (displacements.copy(), pose.copy()), now
 
-    def close(self) -> Path | None:
-        """Write the file. Returns its path, None if nothing was shown. Raises RecordingError."""
-        if not self._frames:
+    def finish(self) -> MotionClip | None:
+        """Return the recorded clip, or None if nothing was added."""
+        if not self._poses:
             return None
-        motion = MotionClip(
-            fps=FPS,
-            units="fapu",
-            displacements=np.array([frame.displacements for frame in self._frames], np.float32),
-            poses=np.array([frame.pose for frame in self._frames]),
-        )
+        return MotionClip(FPS, "fapu", np.array(self._displacements), np.array(self._poses))
+
+    def save(self, path: Path) -> Path | None:
+        """Write the clip as a DPC file. Returns the path, or None if nothing was added. Raises RecordingError."""
+        clip = self.finish()
+        if clip is None:
+            return None
         try:
-            write_dpc(self.path, motion)
+            write_dpc(path, clip)
         except (OSError, FileFormatError) as error:
-            raise RecordingError(f"{self.path} cannot be written ({error}); choose another folder") from error
-        return self.path
+            raise RecordingError(f"{path} cannot be written ({error}); choose another folder") from error
+        return path

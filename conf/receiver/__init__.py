@@ -1,1 +1,1 @@
-"""From datagrams to pictures: scene, renderer, windows, meter and the receiving loop."""
+"""The receiver: the receiving loop, one image of all participants, the viewer's controls, call statistics."""

@@ -1,64 +1,76 @@
-"""From the calls' figures to what the meter shows."""
+"""Collect the call statistics that the stats overlay shows."""
 
 from collections import deque
+from dataclasses import dataclass
 
 from conf.protocol.messages import Presence
 from conf.protocol.motion.inbound import InboundMotion
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
-from conf.receiver.stats_overlay import CallStats
+from conf.protocol.statistics import TrafficSnapshot
 
-HISTORY_EVERY_S = 0.5
+HISTORY_INTERVAL_S = 0.5
 HISTORY_LENGTH = 120
+FPS_FRAMES = 30  # frames over which the frame rate is measured
+
+
+@dataclass(frozen=True)
+class CallStats:
+    """Statistics of all calls together.
+
+    state : "receiving", "no face", "waiting", "lost", "call ended" or "paused"
+    fps : frames drawn a second
+    points : control points in a frame, compared with the width x height pixels of the sender's video
+    history : bit rates on the wire, kbit/s, oldest first, over the last `history_seconds`
+    """
+
+    state: str
+    fps: float
+    traffic: TrafficSnapshot
+    points: int = 0
+    width: int = 0
+    height: int = 0
+    round_trip_ms: float | None = None
+    history: tuple[float, ...] = ()
+    history_seconds: float = 0.0
 
 
 class CallStatsCollector:
-    """Makes the meter's readings; remembers the last minute's traffic and how fast pictures were drawn."""
+    """Collects statistics; keeps the bit rate of the last minute and the times at which frames were drawn."""
 
-    def __init__(self, host: ReceiverEndpoint) -> None:
-        self._host = host
-        self._drawn: deque[float] = deque(maxlen=30)
+    def __init__(self, endpoint: ReceiverEndpoint) -> None:
+        self._endpoint = endpoint
+        self._drawn: deque[float] = deque(maxlen=FPS_FRAMES)
         self._history: deque[float] = deque(maxlen=HISTORY_LENGTH)
         self._history_due = 0.0
 
     def on_frame_drawn(self, now: float) -> None:
-        """Note that a picture was drawn."""
+        """Count a frame for the frame rate, and sample the bit rate when that is due."""
         self._drawn.append(now)
         if now >= self._history_due:
-            self._history_due = now + HISTORY_EVERY_S
-            self._history.append(self._host.snapshot(now).wire_kbps)
+            self._history_due = now + HISTORY_INTERVAL_S
+            self._history.append(self._endpoint.snapshot(now).wire_kbps)
 
     def collect(self, now: float, *, paused: bool) -> CallStats:
-        """Return what the meter shows now, all callers together."""
-        snapshot = self._host.snapshot(now)
-        calls = list(self._host.streams.values())
+        """Return the current statistics."""
+        traffic = self._endpoint.snapshot(now)
+        calls = list(self._endpoint.streams.values())
         parameters = next((call.parameters for call in calls if call.parameters), None)
-        trips = [call.round_trip_ms for call in calls if call.round_trip_ms is not None]
         span = self._drawn[-1] - self._drawn[0] if len(self._drawn) > 1 else 0.0
         return CallStats(
-            state="paused" if paused else state_of(calls, now, had_calls=snapshot.datagrams > 0),
+            state="paused" if paused else state_of(calls, now, had_calls=traffic.datagrams > 0),
             fps=(len(self._drawn) - 1) / span if span else 0.0,
-            bytes_per_frame=snapshot.wire_bytes_per_frame,
-            wire_kbps=snapshot.wire_kbps,
-            raw_bytes_per_frame=snapshot.raw_bytes_per_frame,
-            raw_kbps=snapshot.raw_kbps,
-            ratio=snapshot.ratio,
-            saved_percent=100 * (1 - 1 / snapshot.ratio) if snapshot.ratio > 0 else 0.0,
+            traffic=traffic,
             points=parameters.points if parameters else 0,
             width=parameters.width if parameters else 0,
             height=parameters.height if parameters else 0,
-            frames_received=snapshot.frames_received,
-            frames_lost=snapshot.frames_lost,
-            frames_late=snapshot.frames_late,
-            playout_delay_ms=snapshot.playout_delay_ms,
-            jitter_ms=snapshot.jitter_ms,
-            round_trip_ms=max(trips) if trips else None,
+            round_trip_ms=max((call.round_trip_ms for call in calls if call.round_trip_ms is not None), default=None),
             history=tuple(self._history),
-            history_seconds=len(self._history) * HISTORY_EVERY_S,
+            history_seconds=len(self._history) * HISTORY_INTERVAL_S,
         )
 
 
 def state_of(calls: list[InboundMotion], now: float, *, had_calls: bool) -> str:
-    """Return one word for how the calls stand: the best of them counts."""
+    """Return the state of the calls in one or two words: that of the best call."""
     if not calls:
         return "call ended" if had_calls else "waiting"
     if all(call.is_silent(now) for call in calls):

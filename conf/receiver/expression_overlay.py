@@ -1,4 +1,4 @@
-"""Emotions that the viewer lays over whoever is shown: the motion of a call goes on under them."""
+"""Emotions that the viewer adds to the received motion."""
 
 from dataclasses import replace
 
@@ -10,22 +10,22 @@ from conf.protocol.messages import MotionFrame
 
 
 class ExpressionOverlay:
-    """What has been asked for and has not gone yet."""
+    """The emotions that are playing."""
 
     def __init__(self) -> None:
-        self._played: tuple[TimedExpression, ...] = ()
+        self._playing: tuple[TimedExpression, ...] = ()
 
     def play(self, number: int, now: float) -> str:
-        """Begin an emotion, by its number from 1; what is under way fades. Returns its name."""
+        """Start an emotion, numbered from 1, and fade out the others. Returns its name."""
         emotions = load_emotions()
-        fading = tuple(performance.released(now) for performance in self._played)
-        self._played = (*fading, TimedExpression(emotions.displacements[number - 1], now))
+        fading = tuple(expression.released(now) for expression in self._playing)
+        self._playing = (*fading, TimedExpression(emotions.displacements[number - 1], now))
         return emotions.names[number - 1]
 
     def apply(self, frame: MotionFrame, now: float) -> MotionFrame:
-        """Return a caller's motion with the emotions laid over it."""
-        self._played = tuple(performance for performance in self._played if not performance.is_finished(now))
-        if not self._played:
+        """Return a frame of received motion with the emotions added."""
+        self._playing = tuple(expression for expression in self._playing if not expression.is_finished(now))
+        if not self._playing:
             return frame
-        emotion = np.sum([performance.at(now) for performance in self._played], axis=0)
+        emotion = np.sum([expression.at(now) for expression in self._playing], axis=0)
         return replace(frame, displacements=blend_without_doubling(frame.displacements, emotion))

@@ -1,1 +1,1 @@
-"""Drawing a face: OpenGL renderers, cameras and light, windows, and what Dear ImGui lays over them."""
+"""OpenGL rendering of a face: renderers, camera, lights, windows, and Dear ImGui over the image."""

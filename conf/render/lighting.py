@@ -1,6 +1,6 @@
-"""Lights to choose from: shaders/light.glsl holds the studio's, others take their place when shaders are built.
+"""Light presets. shaders/lighting.glsl holds the studio's; others replace its constants when shaders are built.
 
-The shaders know their light as constants: without a GPU that is faster than asking for it at every pixel.
+The lights are constants in the shaders because on a software renderer that is faster than uniforms.
 """
 
 from dataclasses import dataclass
@@ -10,9 +10,9 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Lighting:
-    """One set of lights, linear RGB; directions in picture axes, x right, y up, z to the viewer.
+    """A set of lights: colours linear RGB; directions in image axes, x right, y up, z towards the viewer.
 
-    key : towards the key light, not of unit length
+    key : direction towards the key light, not of unit length
     """
 
     key: Vector = (-0.50, 0.55, 0.75)
@@ -24,7 +24,7 @@ class Lighting:
     exposure: float = 0.78
 
     def constants(self) -> dict[str, str]:
-        """Return what the shaders' constants are to be, as GLSL."""
+        """Return the constants of the shaders: name -> GLSL."""
         return {
             "KEY": f"normalize({_vec3(self.key)})",
             "KEY_COLOUR": _vec3(self.key_colour),

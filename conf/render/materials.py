@@ -1,4 +1,4 @@
-"""Which shader draws which part of a face, and in which order."""
+"""Materials: which shaders draw which group of a face's triangles, and in which order."""
 
 from dataclasses import dataclass
 
@@ -9,9 +9,9 @@ class Material:
 
     shader : name of a fragment shader
     vertex_shader : "face", or "face_shadowed" where the key light's shadow falls on it
-    two_sided : also drawn from behind
-    blended : drawn last, over the rest, by the atlas's alpha
-    casts_shadow : whether it stands in the key light's way
+    two_sided : back faces are drawn too
+    blended : drawn last, alpha-blended with the alpha of the texture
+    casts_shadow : drawn into the shadow map of the key light
     """
 
     shader: str
@@ -27,7 +27,7 @@ MOUTH = Material("mouth", casts_shadow=False)
 CLOTH = Material("cloth", "face_shadowed", casts_shadow=False)
 HAIR = Material("hair", blended=True)
 
-# The groups of the shipped head. Any other group, and a mesh without groups, is skin.
+# The groups of the default head. Any other group, and a mesh without groups, is skin.
 MATERIALS = {
     "eye_l": EYE,
     "eye_r": EYE,

@@ -1,4 +1,4 @@
-"""Shaders: GLSL files beside this module, with `#include "file"` for what they share."""
+"""Shader programs: GLSL files in shaders/, with `#include "file"` for shared code."""
 
 import re
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ _CONSTANT = re.compile(r"^(const \w+ (\w+) = )([^;]+);", re.MULTILINE)
 
 
 def load_source(name: str) -> str:
-    """Return the GLSL of a file in shaders/, its includes put in, without the version line."""
+    """Return the GLSL of a file in shaders/ with its includes expanded, without the version line."""
     text = (files("conf.render") / "shaders" / name).read_text(encoding="utf-8")
     return _INCLUDE.sub(lambda match: load_source(match[1]), text)
 
@@ -24,7 +24,7 @@ def load_program(
 ) -> moderngl.Program:
     """Build a program from shaders/{vertex}.vert.glsl and shaders/{fragment}.frag.glsl.
 
-    constants : name -> GLSL, in place of what the files' constants of that name are
+    constants : name -> GLSL, replaces the values of the files' constants
     """
     return ctx.program(
         vertex_shader=VERSION + with_constants(load_source(f"{vertex}.vert.glsl"), constants or {}),
@@ -33,17 +33,17 @@ def load_program(
 
 
 def with_constants(text: str, constants: Mapping[str, str]) -> str:
-    """Return GLSL whose constants have other values; a name that does not occur changes nothing."""
+    """Return GLSL with other values for its constants; names that do not occur are ignored."""
     return _CONSTANT.sub(lambda match: f"{match[1]}{constants.get(match[2], match[3])};", text)
 
 
 def to_column_major(matrix: NDArray[np.float64]) -> bytes:
-    """Return a matrix as shaders take it: float32, column after column."""
+    """Return a matrix as uniforms store it: float32, column by column."""
     return matrix.T.astype(np.float32).tobytes()
 
 
 def set_matrix(program: moderngl.Program, name: str, matrix: bytes) -> None:
-    """Give a program a matrix from `columns`; a program that does not use it is left alone."""
+    """Set a matrix uniform to bytes of `to_column_major`; do nothing if the program does not use it."""
     uniform = program.get(name, None)
     if isinstance(uniform, moderngl.Uniform):
         uniform.write(matrix)

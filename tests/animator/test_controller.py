@@ -90,7 +90,7 @@ def test_a_take_becomes_the_recording(director: Controller) -> None:
     director.handle(ToggleMotionRecording(), 0.0)
     assert director.recorder is not None
     for i in range(10):
-        director.recorder.add(np.full((50, 3), i, np.float32), REST_POSE, i / 20)
+        director.recorder.add(np.full((50, 3), i, np.float32), REST_POSE.to_vector(), i / 20)
     director.handle(ToggleMotionRecording(), 1.0)
     assert director.recorder is None and director.player is not None
     assert director.player.recording.duration == pytest.approx(0.45, abs=0.04)

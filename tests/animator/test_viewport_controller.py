@@ -28,9 +28,9 @@ def take(touch: ViewportController, *events: Event) -> None:
 
 def test_a_drag_over_the_face_turns_it_one_over_a_panel_does_not(director: Controller) -> None:
     touch = ViewportController(director)
-    take(touch, MouseButton(0, True, 100, 300), Dragged("turn", 0.2, 0.0), MouseButton(0, False, 120, 300))
+    take(touch, MouseButton(0, True, 100, 300), Dragged("orbit", 0.2, 0.0), MouseButton(0, False, 120, 300))
     assert director.desk.look.view.yaw == 0
-    take(touch, MouseButton(0, True, 640, 300), Dragged("turn", 0.2, 0.0), MouseButton(0, False, 700, 300))
+    take(touch, MouseButton(0, True, 640, 300), Dragged("orbit", 0.2, 0.0), MouseButton(0, False, 700, 300))
     assert director.desk.look.view.yaw > 0
 
 

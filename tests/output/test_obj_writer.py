@@ -16,31 +16,31 @@ def head() -> Mesh:
     return load_mesh(DEFAULT_HEAD)
 
 
-def test_a_written_mesh_is_read_as_it_was(tmp_path: Path, head: Mesh) -> None:
+def test_a_written_mesh_is_read_back_unchanged(tmp_path: Path, head: Mesh) -> None:
     write_obj(tmp_path / "a.obj", head, head.vertices)
     mesh = load_mesh(tmp_path / "a.obj")
     np.testing.assert_allclose(mesh.vertices, head.vertices, atol=1e-5)
     np.testing.assert_array_equal(mesh.triangles, head.triangles)
     for name, triangles in head.groups.items():
         np.testing.assert_array_equal(mesh.groups[name], triangles)
-    assert mesh.texture == tmp_path / "a-texture.png", "WebP is made what every program reads"
+    assert mesh.texture == tmp_path / "a-texture.png", "WebP is converted to PNG"
     shade, again = (cv2.imread(str(m.texture), cv2.IMREAD_UNCHANGED) for m in (head, mesh))
     assert shade is not None and np.array_equal(shade, again)
     text, library = ((tmp_path / name).read_text() for name in ("a.obj", "a.mtl"))
     assert text.index("usemtl face") < text.index("g hair\nusemtl hair") and "map_d a-texture.png" in library
 
 
-def test_a_picture_of_a_common_kind_is_copied_and_a_bare_mesh_has_none(tmp_path: Path, head: Mesh) -> None:
+def test_a_portable_texture_is_copied_and_a_mesh_without_texture_gets_no_material(tmp_path: Path, head: Mesh) -> None:
     cv2.imwrite(str(tmp_path / "skin.jpg"), np.zeros((4, 4, 3), np.uint8))
-    painted = replace(head, texture=tmp_path / "skin.jpg")
-    write_obj(tmp_path / "b.obj", painted, painted.vertices)
+    textured = replace(head, texture=tmp_path / "skin.jpg")
+    write_obj(tmp_path / "b.obj", textured, textured.vertices)
     assert (tmp_path / "b-texture.jpg").read_bytes() == (tmp_path / "skin.jpg").read_bytes()
-    write_obj(tmp_path / "b.obj", load_mesh(tmp_path / "b.obj"), painted.vertices)
+    write_obj(tmp_path / "b.obj", load_mesh(tmp_path / "b.obj"), textured.vertices)
     assert load_mesh(tmp_path / "b.obj").texture == tmp_path / "b-texture.jpg", "written over itself"
     write_obj(tmp_path / "c.obj", replace(head, texture=None), head.vertices)
     assert not (tmp_path / "c.mtl").exists() and "usemtl" not in (tmp_path / "c.obj").read_text()
 
 
-def test_a_folder_that_is_not_there_is_named(tmp_path: Path, head: Mesh) -> None:
+def test_a_missing_folder_is_named(tmp_path: Path, head: Mesh) -> None:
     with pytest.raises(ConfError, match=r"a\.obj cannot be written \(No such file or directory\)"):
         write_obj(tmp_path / "none" / "a.obj", head, head.vertices)

@@ -21,7 +21,7 @@ def motion(x: float = 0.0, y: float = 0.0, log_scale: float = -3.5) -> MotionFra
 
 
 @given(st.integers(1, 30), st.integers(64, 4000), st.integers(64, 4000), st.integers(0, 30))
-def test_the_cells_tile_the_picture(count: int, width: int, height: int, left: int) -> None:
+def test_the_cells_tile_the_image(count: int, width: int, height: int, left: int) -> None:
     cells = layout_grid(count, (width, height), left=left)
     assert len(cells) == count
     assert sum(w * h for _, _, w, h in cells) == (width - left) * height
@@ -40,12 +40,12 @@ def test_cells_are_about_square(count: int, columns: int) -> None:
     assert len({x for x, y, _, _ in cells if y == cells[0][1]}) == columns
 
 
-def test_each_caller_stands_in_the_cell_that_is_returned(window: OffscreenWindow, face: FaceModel) -> None:
-    stage = ParticipantGrid(window, face)
+def test_each_participant_is_drawn_in_the_cell_that_is_returned(window: OffscreenWindow, face: FaceModel) -> None:
+    grid = ParticipantGrid(window, face)
     window.begin()
-    cells = stage.draw({7: motion(-0.4), 9: None, 4: motion(0.4, 0.3, -4.5)}, ViewState(meter=False), 0.0)
+    cells = grid.draw({7: motion(-0.4), 9: None, 4: motion(0.4, 0.3, -4.5)}, ViewState(stats=False), 0.0)
     pixels = window.read().astype(int)
-    stage.release()
+    grid.release()
     assert list(cells) == [7, 9, 4]
     assert list(cells.values()) == layout_grid(3, SIZE)
     for x, y, w, h in cells.values():
@@ -55,52 +55,52 @@ def test_each_caller_stands_in_the_cell_that_is_returned(window: OffscreenWindow
         assert (left + right) / 2 == pytest.approx(w / 2, abs=w / 6)
 
 
-def test_nobody_is_the_face_at_rest(window: OffscreenWindow, face: FaceModel) -> None:
-    stage = ParticipantGrid(window, face)
+def test_without_participants_the_neutral_face_is_drawn(window: OffscreenWindow, face: FaceModel) -> None:
+    grid = ParticipantGrid(window, face)
     window.begin()
-    assert stage.draw({}, ViewState(), 0.0) == {}
+    assert grid.draw({}, ViewState(), 0.0) == {}
     empty = window.read()
     window.begin()
-    stage.draw({1: None}, ViewState(), 0.0)
-    stage.release()
+    grid.draw({1: None}, ViewState(), 0.0)
+    grid.release()
     np.testing.assert_array_equal(window.read(), empty)
 
 
-@pytest.mark.parametrize("callers", [1, 3])
-def test_the_meter_covers_no_face(window: OffscreenWindow, face: FaceModel, callers: int) -> None:
-    stage = ParticipantGrid(window, face)
+@pytest.mark.parametrize("participants", [1, 3])
+def test_the_stats_overlay_covers_no_face(window: OffscreenWindow, face: FaceModel, participants: int) -> None:
+    grid = ParticipantGrid(window, face)
     window.begin()
-    stage.draw({i: motion() for i in range(callers)}, ViewState(meter=True), 0.0)
+    grid.draw({i: motion() for i in range(participants)}, ViewState(stats=True), 0.0)
     left, _, right, _ = box(window.read().astype(int).sum(axis=2) > 300)
-    stage.release()
+    grid.release()
     assert COVERED < left < right < SIZE[0]
 
 
-def test_as_sent_a_face_lies_where_the_camera_saw_it(window: OffscreenWindow, face: FaceModel) -> None:
-    places = []
-    for view in (ViewState(centred=False), ViewState(meter=False)):
-        stage = ParticipantGrid(window, face)
+def test_without_centring_a_face_is_where_the_camera_saw_it(window: OffscreenWindow, face: FaceModel) -> None:
+    centres = []
+    for view in (ViewState(centred=False), ViewState(stats=False)):
+        grid = ParticipantGrid(window, face)
         window.begin()
-        stage.draw({1: motion(-0.3, 0.0, -4.0)}, view, 0.0)
-        stage.release()
+        grid.draw({1: motion(-0.3, 0.0, -4.0)}, view, 0.0)
+        grid.release()
         left, _, right, _ = box(window.read().astype(int).sum(axis=2) > 300)
-        places.append((left + right) / 2)
-    as_sent, centred = places
+        centres.append((left + right) / 2)
+    as_sent, centred = centres
     assert as_sent == pytest.approx(SIZE[0] / 2 - 0.3 * SIZE[1], abs=12)
     assert centred == pytest.approx(SIZE[0] / 2, abs=12)
 
 
-def test_a_caller_who_goes_is_forgotten(window: OffscreenWindow, face: FaceModel) -> None:
-    stage, view = ParticipantGrid(window, face), ViewState(meter=False)
-    pictures = []
+def test_the_framing_of_a_participant_who_left_is_dropped(window: OffscreenWindow, face: FaceModel) -> None:
+    grid, view = ParticipantGrid(window, face), ViewState(stats=False)
+    images = []
     for frames in ({1: motion(-0.4)}, {}, {1: motion(0.4)}):
         window.begin()
-        stage.draw(frames, view, 0.0)
-        pictures.append(window.read())
-    stage.release()
-    np.testing.assert_array_equal(pictures[0], pictures[2])
+        grid.draw(frames, view, 0.0)
+        images.append(window.read())
+    grid.release()
+    np.testing.assert_array_equal(images[0], images[2])
 
 
-def test_the_resting_head_leaves_room_for_hair() -> None:
-    middle, half = head_bounds(rest_pose(FrameArea.of((640, 480))))
-    assert (middle + half)[1] < 0.45 and (middle - half)[1] < -0.25
+def test_the_head_at_rest_leaves_room_for_hair() -> None:
+    centre, half = head_bounds(rest_pose(FrameArea.of((640, 480))))
+    assert (centre + half)[1] < 0.45 and (centre - half)[1] < -0.25

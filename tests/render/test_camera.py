@@ -10,7 +10,7 @@ from conf.render.camera import FACE_PLANE_CM, PITCH_LIMIT, ZOOM_LIMITS, ViewStat
 number = st.floats(-0.4, 0.4)
 angles = st.tuples(number, number, number)
 poses = st.builds(
-    lambda turn, x, y, scale: HeadPose(np.array(turn), np.array([x, y]), scale),
+    lambda rotation, x, y, scale: HeadPose(np.array(rotation), np.array([x, y]), scale),
     angles, number, number, st.floats(-5.0, -2.5),
 )  # fmt: skip
 views = st.builds(ViewState, yaw=number, pitch=number, zoom=st.floats(0.5, 2.0), pan=st.tuples(number, number))
@@ -18,23 +18,23 @@ sizes = st.tuples(st.integers(16, 2000), st.integers(16, 2000))
 
 
 @given(poses, views, sizes)
-def test_the_face_plane_is_where_the_orthographic_pose_puts_it(
+def test_the_face_plane_is_projected_as_by_the_orthographic_pose(
     pose: HeadPose, view: ViewState, size: tuple[int, int]
 ) -> None:
-    turn, scale = view_rotation(pose, view), np.exp(pose.log_scale)
-    depth = turn.T[:, 2] * FACE_PLANE_CM * turn[2, 2]  # the points as deep as the face plane's middle
-    points = depth + np.array([[-3.2, 2.6], [3.2, -4.0], [0.0, 0.0]]) @ turn[:2]
-    seen = project(points, clip_matrix(pose, view, aspect=size[0] / size[1]), size)
-    heights = view.zoom * ((points @ turn.T)[:, :2] * scale + pose.position) + view.pan
+    rotation, scale = view_rotation(pose, view), np.exp(pose.log_scale)
+    depth = rotation.T[:, 2] * FACE_PLANE_CM * rotation[2, 2]  # the centre of the face plane
+    points = depth + np.array([[-3.2, 2.6], [3.2, -4.0], [0.0, 0.0]]) @ rotation[:2]
+    projected = project(points, clip_matrix(pose, view, aspect=size[0] / size[1]), size)
+    heights = view.zoom * ((points @ rotation.T)[:, :2] * scale + pose.position) + view.pan
     expected = np.array(size) / 2 + heights * [1, -1] * size[1]
-    np.testing.assert_allclose(seen, expected, atol=1e-6)
+    np.testing.assert_allclose(projected, expected, atol=1e-6)
 
 
 @given(poses, sizes)
-def test_what_is_nearer_is_drawn_larger_and_in_front(pose: HeadPose, size: tuple[int, int]) -> None:
-    turn = view_rotation(pose, ViewState())
+def test_a_nearer_segment_is_larger_and_in_front(pose: HeadPose, size: tuple[int, int]) -> None:
+    rotation = view_rotation(pose, ViewState())
     matrix = clip_matrix(pose, ViewState(), aspect=size[0] / size[1])
-    near, far = (np.array([[-1.0, 0.0, z], [1.0, 0.0, z]]) @ turn for z in (9.0, -9.0))
+    near, far = (np.array([[-1.0, 0.0, z], [1.0, 0.0, z]]) @ rotation for z in (9.0, -9.0))
     widths = [float(np.linalg.norm(np.diff(project(pair, matrix, size), axis=0))) for pair in (near, far)]
     depths = [float(matrix[2] @ [*pair[0], 1.0]) / float(matrix[3] @ [*pair[0], 1.0]) for pair in (near, far)]
     assert widths[0] > widths[1]
@@ -42,27 +42,27 @@ def test_what_is_nearer_is_drawn_larger_and_in_front(pose: HeadPose, size: tuple
 
 
 @given(poses, views)
-def test_rotation_is_a_rotation(pose: HeadPose, view: ViewState) -> None:
-    turn = view_rotation(pose, view)
-    np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
-    assert np.linalg.det(turn) == pytest.approx(1.0)
+def test_the_view_rotation_is_orthogonal_and_proper(pose: HeadPose, view: ViewState) -> None:
+    rotation = view_rotation(pose, view)
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(rotation) == pytest.approx(1.0)
 
 
-def test_a_drag_to_the_right_turns_the_nose_to_the_right_and_up_turns_it_up() -> None:
+def test_the_nose_follows_a_drag() -> None:
     front = HeadPose(np.zeros(3), np.zeros(2), -3.0)
     nose = np.array([0.0, 0.0, 1.0])
-    assert (view_rotation(front, ViewState().turned(0.1, 0.0)) @ nose)[0] > 0.2
-    assert (view_rotation(front, ViewState().turned(0.0, 0.1)) @ nose)[1] > 0.2
+    assert (view_rotation(front, ViewState().orbited(0.1, 0.0)) @ nose)[0] > 0.2
+    assert (view_rotation(front, ViewState().orbited(0.0, 0.1)) @ nose)[1] > 0.2
 
 
-def test_the_viewer_turns_a_turned_head_about_the_pictures_axes() -> None:
+def test_the_viewer_orbits_about_the_image_axes() -> None:
     pose = HeadPose(Rotation.from_euler("Z", 0.5).as_rotvec(), np.zeros(2), -3.0)
     left_ear = view_rotation(pose, ViewState(yaw=np.pi / 2)) @ [1.0, 0.0, 0.0]
     np.testing.assert_allclose(left_ear, [0.0, np.sin(0.5), -np.cos(0.5)], atol=1e-12)
 
 
-@given(st.lists(st.tuples(st.sampled_from(["turned", "panned"]), number, number), max_size=20), st.integers(-90, 90))
-def test_no_sequence_of_drags_and_wheels_leaves_the_limits(moves: list[tuple[str, float, float]], steps: int) -> None:
+@given(st.lists(st.tuples(st.sampled_from(["orbited", "panned"]), number, number), max_size=20), st.integers(-90, 90))
+def test_drags_and_wheel_steps_stay_within_the_limits(moves: list[tuple[str, float, float]], steps: int) -> None:
     view = ViewState().zoomed(steps)
     for name, dx, dy in moves:
         view = getattr(view, name)(dx, dy)
@@ -71,12 +71,12 @@ def test_no_sequence_of_drags_and_wheels_leaves_the_limits(moves: list[tuple[str
     assert view.reset() == ViewState()
 
 
-def test_reset_keeps_what_is_switched_on() -> None:
+def test_reset_keeps_the_switches() -> None:
     assert ViewState(yaw=1.0, wireframe=True).reset() == ViewState(wireframe=True)
 
 
-def test_toggling_twice_is_no_change_and_other_names_are_refused() -> None:
+def test_toggling_twice_changes_nothing_and_other_names_are_refused() -> None:
     assert ViewState().toggled("points").points
-    assert ViewState().toggled("meter").toggled("meter") == ViewState()
+    assert ViewState().toggled("stats").toggled("stats") == ViewState()
     with pytest.raises(ValueError, match="name must be one of wireframe, points"):
         ViewState().toggled("yaw")

@@ -6,13 +6,13 @@ from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.face_model import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.render.camera import ViewState, clip_matrix, project
-from conf.render.control_point_markers import CELL, DOT, GRID, ControlPointMarkers, render_label_atlas
+from conf.render.control_point_markers import CELL, DOT_COLOUR, GRID, ControlPointMarkers, render_label_atlas
 from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.stand_in_head import SIZE
 
 FRONT = HeadPose(np.zeros(3), np.zeros(2), float(np.log(0.03)))
-LONELY = [
+ISOLATED = [
     CONTROL_POINT_INDEX[name]
     for name in ("brow_outer_l", "brow_outer_r", "cheekbone_l", "cheekbone_r", "cheek_center_l")
 ]
@@ -23,35 +23,35 @@ def dots(window: OffscreenWindow, face: FaceModel, pose: HeadPose, view: ViewSta
     window.begin()
     renderer.draw(face.neutral, pose, view, window.framebuffer)
     renderer.release()
-    difference = np.abs(window.read()[:, :, ::-1].astype(int) - DOT)
+    difference = np.abs(window.read()[:, :, ::-1].astype(int) - DOT_COLOUR)
     return np.asarray((difference < 30).all(axis=2))
 
 
-def test_the_points_stand_where_they_project_to(window: OffscreenWindow, face: FaceModel) -> None:
-    seen = dots(window, face, FRONT, ViewState(points=True))
-    places = project(face.control_points, clip_matrix(FRONT, ViewState(), aspect=SIZE[0] / SIZE[1]), SIZE)
-    for x, y in places[LONELY]:
-        assert seen[int(y) - 1 : int(y) + 2, int(x) - 1 : int(x) + 2].any()
+def test_markers_are_drawn_at_the_projected_points(window: OffscreenWindow, face: FaceModel) -> None:
+    found = dots(window, face, FRONT, ViewState(points=True))
+    expected = project(face.control_points, clip_matrix(FRONT, ViewState(), aspect=SIZE[0] / SIZE[1]), SIZE)
+    for x, y in expected[ISOLATED]:
+        assert found[int(y) - 1 : int(y) + 2, int(x) - 1 : int(x) + 2].any()
 
 
-def test_no_points_are_drawn_unless_asked_for(window: OffscreenWindow, face: FaceModel) -> None:
+def test_no_markers_are_drawn_unless_they_are_switched_on(window: OffscreenWindow, face: FaceModel) -> None:
     assert not dots(window, face, FRONT, ViewState()).any()
 
 
-def test_the_face_hides_the_points_behind_it(window: OffscreenWindow, face: FaceModel) -> None:
+def test_the_face_hides_the_markers_behind_it(window: OffscreenWindow, face: FaceModel) -> None:
     back = HeadPose(Rotation.from_euler("Y", np.pi).as_rotvec(), FRONT.position, FRONT.log_scale)
     assert not dots(window, face, back, ViewState(points=True)).any()
 
 
-def test_the_points_travel_with_the_vertices(window: OffscreenWindow, face: FaceModel) -> None:
-    marks = ControlPointMarkers(window.ctx, face.control_points, face.mesh.vertices)
-    np.testing.assert_allclose(marks.positions(face.neutral), face.control_points, atol=1e-5)
-    moved = marks.positions(face.neutral + np.float32(1.5))
+def test_the_points_move_with_the_vertices(window: OffscreenWindow, face: FaceModel) -> None:
+    markers = ControlPointMarkers(window.ctx, face.control_points, face.mesh.vertices)
+    np.testing.assert_allclose(markers.positions(face.neutral), face.control_points, atol=1e-5)
+    moved = markers.positions(face.neutral + np.float32(1.5))
     np.testing.assert_allclose(moved, face.control_points + 1.5, atol=1e-5)
-    marks.release()
+    markers.release()
 
 
-def test_every_label_keeps_to_its_cell_and_differs_from_the_others() -> None:
+def test_every_label_stays_inside_its_cell_and_is_unique() -> None:
     labels = render_label_atlas(50)
     cells = labels.reshape(GRID[1], CELL, GRID[0], CELL, 4).swapaxes(1, 2).reshape(-1, CELL, CELL, 4)
     assert len({cell.tobytes() for cell in cells}) == 50

@@ -22,7 +22,7 @@ def pose(x: float = 0.0, y: float = 0.0, scale: float = 0.03, yaw: float = 0.0) 
     return HeadPose(np.array([0.0, yaw, 0.0]), np.array([x, y]), float(np.log(scale)))
 
 
-def picture(window: OffscreenWindow, face: FaceModel, at: HeadPose, view: ViewState | None = None) -> Pixels:
+def rendered(window: OffscreenWindow, face: FaceModel, at: HeadPose, view: ViewState | None = None) -> Pixels:
     renderer = FaceRenderer(window.ctx, face)
     window.begin()
     renderer.draw(face.neutral, at, view or ViewState(), window.framebuffer)
@@ -32,34 +32,34 @@ def picture(window: OffscreenWindow, face: FaceModel, at: HeadPose, view: ViewSt
 
 
 @pytest.mark.parametrize("at", [pose(), pose(0.3, 0.1, 0.02), pose(-0.4, -0.2, 0.015, yaw=0.7)])
-def test_the_head_covers_the_pixels_that_its_vertices_project_to(
+def test_the_head_covers_the_pixels_its_vertices_project_to(
     window: OffscreenWindow, face: FaceModel, at: HeadPose
 ) -> None:
     used = face.mesh.vertices[np.unique(face.mesh.triangles)]
     corners = project(used, clip_matrix(at, ViewState(), aspect=ASPECT), SIZE)
-    found = box(drawn(picture(window, face, at)))
+    found = box(drawn(rendered(window, face, at)))
     np.testing.assert_allclose(found, [*corners.min(axis=0), *corners.max(axis=0)], atol=1.5)
 
 
-def test_up_is_up_and_the_lefts_are_right(window: OffscreenWindow, face: FaceModel) -> None:
+def test_left_and_right_are_not_swapped(window: OffscreenWindow, face: FaceModel) -> None:
     vertices = face.mesh.vertices.copy()
-    vertices[face.mesh.group_vertices("eye_r")] += [0.0, 0.0, -6.0]  # closes the right eye: it sinks into the skull
+    vertices[face.mesh.group_vertices("eye_r")] += [0.0, 0.0, -6.0]  # moves the right eye inside the skull
     mesh = replace(face.mesh, vertices=vertices)
-    pixels = picture(window, replace(face, mesh=mesh), pose()).astype(int)
+    pixels = rendered(window, replace(face, mesh=mesh), pose()).astype(int)
     (x, y), (x_r, y_r) = project(face.control_points[[16, 17]], clip_matrix(pose(), ViewState(), aspect=ASPECT), SIZE)
     assert x > SIZE[0] / 2 > x_r and y == pytest.approx(y_r) and y < SIZE[1] / 2
-    symmetric = np.abs(pixels - pixels[:, ::-1]).sum(axis=2)
+    asymmetry = np.abs(pixels - pixels[:, ::-1]).sum(axis=2)
     eye = slice(int(y) - 6, int(y) + 6), slice(int(x) - 8, int(x) + 8)
-    assert symmetric[eye].mean() > 25  # one side has an eye and the other has none
+    assert asymmetry[eye].mean() > 25  # only one side has an eye
 
 
-def test_the_picture_moves_when_the_pose_moves_and_only_then(window: OffscreenWindow, face: FaceModel) -> None:
-    still = picture(window, face, pose())
-    np.testing.assert_array_equal(still, picture(window, face, pose()))
-    assert (picture(window, face, pose(yaw=0.05)) != still).any(axis=2).sum() > 500
+def test_the_image_changes_only_with_the_pose(window: OffscreenWindow, face: FaceModel) -> None:
+    still = rendered(window, face, pose())
+    np.testing.assert_array_equal(still, rendered(window, face, pose()))
+    assert (rendered(window, face, pose(yaw=0.05)) != still).any(axis=2).sum() > 500
 
 
-def test_vertices_that_move_are_seen(window: OffscreenWindow, face: FaceModel) -> None:
+def test_moved_vertices_are_drawn_moved(window: OffscreenWindow, face: FaceModel) -> None:
     renderer = FaceRenderer(window.ctx, face)
     tops = []
     for lift in (0.0, 2.0):
@@ -71,25 +71,25 @@ def test_vertices_that_move_are_seen(window: OffscreenWindow, face: FaceModel) -
 
 
 def test_the_key_light_comes_from_the_upper_left(window: OffscreenWindow, face: FaceModel) -> None:
-    pixels = picture(window, face, pose()).astype(int).sum(axis=2)
+    pixels = rendered(window, face, pose()).astype(int).sum(axis=2)
     upper_left, lower_right = pixels[90:100, 125:135].mean(), pixels[150:160, 195:205].mean()
     assert upper_left > 1.25 * lower_right
 
 
-def test_what_stands_in_the_lamps_way_throws_a_shadow(window: OffscreenWindow, face: FaceModel) -> None:
-    """The hair, moved between the lamp and the nose, darkens the nose."""
+def test_an_occluder_of_the_key_light_casts_a_shadow(window: OffscreenWindow, face: FaceModel) -> None:
+    """The hair, moved between the light and the nose, darkens the nose."""
     vertices = face.mesh.vertices.copy()
     vertices[face.mesh.group_vertices("hair")] += [-4.5, -2.0, 6.0]
-    lit = picture(window, face, pose()).astype(int).sum(axis=2)
+    lit = rendered(window, face, pose()).astype(int).sum(axis=2)
     mesh = replace(face.mesh, vertices=vertices)
-    shaded = picture(window, replace(face, mesh=mesh), pose()).astype(int).sum(axis=2)
+    shaded = rendered(window, replace(face, mesh=mesh), pose()).astype(int).sum(axis=2)
     nose = slice(115, 130), slice(155, 175)
     assert shaded[nose].mean() < 0.97 * lit[nose].mean()
     assert (shaded[nose] < 0.85 * lit[nose]).any()
 
 
-def test_the_wireframe_has_the_same_outline_and_dark_holes(window: OffscreenWindow, face: FaceModel) -> None:
-    solid, wire = picture(window, face, pose()), picture(window, face, pose(), ViewState(wireframe=True))
+def test_the_wireframe_has_the_same_outline_and_dark_gaps(window: OffscreenWindow, face: FaceModel) -> None:
+    solid, wire = rendered(window, face, pose()), rendered(window, face, pose(), ViewState(wireframe=True))
     np.testing.assert_allclose(box(drawn(wire)), box(drawn(solid)), atol=3)
     inside = wire[90:150, 120:200].max(axis=2)
     assert (inside < 60).mean() > 0.2 and (inside > 100).mean() > 0.1
@@ -107,33 +107,35 @@ def test_a_face_is_drawn_into_its_viewport_only(window: OffscreenWindow, face: F
     np.testing.assert_array_equal(pixels[60:180, :160], pixels[60:180, 160:])
 
 
-def test_the_atlas_stands_upright_on_the_face(window: OffscreenWindow, face: FaceModel, tmp_path: Path) -> None:
+def test_the_texture_is_upright_on_the_face(window: OffscreenWindow, face: FaceModel, tmp_path: Path) -> None:
     atlas = np.zeros((8, 8, 3), np.uint8)
     atlas[:4], atlas[4:] = (40, 40, 220), (220, 60, 40)  # red above blue
     cv2.imwrite(str(tmp_path / "atlas.png"), atlas)
-    places = face.mesh.vertices[face.mesh.render_vertices]
-    low, high = places.min(axis=0)[:2], places.max(axis=0)[:2]
-    mesh = replace(face.mesh, uvs=(places[:, :2] - low) / (high - low), texture=tmp_path / "atlas.png")
-    pixels = picture(window, replace(face, mesh=mesh), pose()).astype(int)
+    positions = face.mesh.vertices[face.mesh.render_vertices]
+    low, high = positions.min(axis=0)[:2], positions.max(axis=0)[:2]
+    mesh = replace(face.mesh, uvs=(positions[:, :2] - low) / (high - low), texture=tmp_path / "atlas.png")
+    pixels = rendered(window, replace(face, mesh=mesh), pose()).astype(int)
     forehead, chin = pixels[75:82, 150:170].mean(axis=(0, 1)), pixels[170:180, 150:170].mean(axis=(0, 1))
     assert forehead[2] > 2 * forehead[0] and chin[0] > 2 * chin[2]
 
 
-def test_an_atlas_that_is_no_picture_is_named(window: OffscreenWindow, face: FaceModel, tmp_path: Path) -> None:
+def test_an_invalid_texture_file_is_named(window: OffscreenWindow, face: FaceModel, tmp_path: Path) -> None:
     (tmp_path / "atlas.png").write_text("no picture")
     mesh = replace(face.mesh, texture=tmp_path / "atlas.png")
     with pytest.raises(FileFormatError, match=r"atlas\.png: expected a PNG, JPEG or WebP picture"):
         FaceRenderer(window.ctx, replace(face, mesh=mesh))
 
 
-def test_a_mesh_inside_out_looks_the_same(window: OffscreenWindow, face: FaceModel) -> None:
+def test_a_mesh_with_reversed_triangles_looks_the_same(window: OffscreenWindow, face: FaceModel) -> None:
     mesh = face.mesh
-    turned = replace(mesh, triangles=mesh.triangles[:, ::-1], render_triangles=mesh.render_triangles[:, ::-1])
-    right = picture(window, face, pose()).astype(int)
-    np.testing.assert_allclose(picture(window, replace(face, mesh=turned), pose()).astype(int), right, atol=40)
+    reversed_mesh = replace(mesh, triangles=mesh.triangles[:, ::-1], render_triangles=mesh.render_triangles[:, ::-1])
+    expected = rendered(window, face, pose()).astype(int)
+    np.testing.assert_allclose(
+        rendered(window, replace(face, mesh=reversed_mesh), pose()).astype(int), expected, atol=40
+    )
 
 
-def test_every_triangle_is_in_one_group_skin_first_hair_last(face: FaceModel) -> None:
+def test_the_groups_partition_the_triangles_with_skin_first_and_hair_last(face: FaceModel) -> None:
     groups = {name: triangles for name, triangles in face.mesh.groups.items() if name != "eye_l"}
     parts = ordered_groups(replace(face.mesh, groups=groups))
     assert parts[0][0] == "skin" and parts[-1][0] == "hair"
@@ -142,8 +144,8 @@ def test_every_triangle_is_in_one_group_skin_first_hair_last(face: FaceModel) ->
     np.testing.assert_array_equal(every, np.arange(len(face.mesh.triangles)))
 
 
-def test_a_turned_head_shows_its_other_side(window: OffscreenWindow, face: FaceModel) -> None:
+def test_a_rotated_head_shows_its_other_side(window: OffscreenWindow, face: FaceModel) -> None:
     back = HeadPose(Rotation.from_euler("Y", np.pi).as_rotvec(), np.zeros(2), float(np.log(0.03)))
     eyes = (slice(80, 100), slice(125, 195))
-    front_pixels, back_pixels = (picture(window, face, at)[eyes].astype(int) for at in (pose(), back))
+    front_pixels, back_pixels = (rendered(window, face, at)[eyes].astype(int) for at in (pose(), back))
     assert (np.abs(front_pixels - back_pixels).max(axis=2) > 40).mean() > 0.02

@@ -5,7 +5,7 @@ import pytest
 from conf.render.materials import MATERIALS, SKIN, material_of
 
 
-def test_any_group_that_is_not_known_is_skin() -> None:
+def test_an_unknown_group_is_skin() -> None:
     assert material_of("polySurface7") is SKIN
     assert material_of("skin") is SKIN
 

@@ -1,43 +1,43 @@
 import numpy as np
 
-from conf.render.render_target import BACKDROP_GRADIENT, RenderTarget, paint_background
+from conf.render.render_target import BACKDROPS, RenderTarget, paint_background
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.stand_in_head import SIZE
 
 
-def test_the_wall_is_soft_dark_and_without_bands() -> None:
+def test_the_default_background_is_dark_and_smooth() -> None:
     wall = paint_background((640, 480))[..., :3].astype(int)
-    assert wall.max() <= BACKDROP_GRADIENT.max() + 1
+    assert wall.max() <= BACKDROPS["wall"].max() + 1
     blurred = wall.reshape(48, 10, 64, 10, 3).mean(axis=(1, 3))
     assert np.abs(np.diff(blurred, axis=0)).max() < 4 and np.abs(np.diff(blurred, axis=1)).max() < 4
     assert blurred[24, 32].sum() > blurred[0, 0].sum()
 
 
-def test_an_empty_canvas_shows_the_wall_the_right_way_up(window: OffscreenWindow) -> None:
-    canvas = RenderTarget(window.ctx, SIZE)
+def test_an_empty_target_resolves_to_its_background(window: OffscreenWindow) -> None:
+    target = RenderTarget(window.ctx, SIZE)
     window.begin()
-    canvas.begin()
-    canvas.resolve(window.framebuffer)
-    canvas.release()
+    target.begin()
+    target.resolve(window.framebuffer)
+    target.release()
     np.testing.assert_array_equal(window.read(), paint_background(SIZE)[::-1, :, 2::-1])
 
 
-def test_a_hard_edge_is_smoothed_and_flat_ground_is_left_alone(window: OffscreenWindow) -> None:
-    """A white triangle with a shallow slope: along its edge there are greys, inside it is white."""
-    canvas = RenderTarget(window.ctx, SIZE)
-    step = window.ctx.program(
+def test_a_hard_edge_is_anti_aliased_and_uniform_areas_are_unchanged(window: OffscreenWindow) -> None:
+    """A white triangle with a shallow slope: grey along its edge, white inside."""
+    target = RenderTarget(window.ctx, SIZE)
+    program = window.ctx.program(
         vertex_shader="""#version 330
         const vec2 CORNERS[3] = vec2[](vec2(-0.8, -0.8), vec2(0.8, -0.8), vec2(0.8, -0.4));
         void main() { gl_Position = vec4(CORNERS[gl_VertexID], 0, 1); }""",
         fragment_shader="#version 330\nout vec4 c; void main() { c = vec4(1); }",
     )
     window.begin()
-    canvas.begin()
+    target.begin()
     window.ctx.enable_only(window.ctx.NOTHING)
-    window.ctx.vertex_array(step, []).render(vertices=3)
-    canvas.resolve(window.framebuffer)
+    window.ctx.vertex_array(program, []).render(vertices=3)
+    target.resolve(window.framebuffer)
     grey = window.read().max(axis=2)
-    canvas.release()
+    target.release()
     columns = grey[:, 80:240]
     assert ((columns > 80) & (columns < 230)).sum(axis=0).mean() > 0.5  # most columns cross the edge through a grey
     assert (grey[200:212, 200:280] == 255).all()

@@ -14,18 +14,18 @@ PAIRS = [
 
 
 @pytest.mark.parametrize(("vertex", "fragment"), PAIRS)
-def test_every_pair_of_shaders_builds(window: OffscreenWindow, vertex: str, fragment: str) -> None:
+def test_every_pair_of_shaders_compiles(window: OffscreenWindow, vertex: str, fragment: str) -> None:
     assert isinstance(load_program(window.ctx, vertex, fragment), moderngl.Program)
 
 
-def test_includes_are_put_in() -> None:
+def test_includes_are_expanded() -> None:
     assert "#include" not in load_source("skin.frag.glsl")
     assert "vec3 to_linear" in load_source("skin.frag.glsl")
 
 
-def test_matrices_go_column_after_column_and_unused_ones_nowhere(window: OffscreenWindow) -> None:
-    step = load_program(window.ctx, "depth_only", "depth_only")
+def test_matrices_are_set_column_by_column_and_unknown_ones_are_ignored(window: OffscreenWindow) -> None:
+    program = load_program(window.ctx, "depth_only", "depth_only")
     matrix = np.arange(16.0).reshape(4, 4)
-    set_matrix(step, "light", to_column_major(matrix))
-    set_matrix(step, "not there", to_column_major(matrix))
-    assert step["light"].value == tuple(matrix.T.ravel())
+    set_matrix(program, "light", to_column_major(matrix))
+    set_matrix(program, "unknown", to_column_major(matrix))
+    assert program["light"].value == tuple(matrix.T.ravel())

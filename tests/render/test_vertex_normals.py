@@ -9,9 +9,9 @@ from tests.support.stand_in_head import ball, ball_triangles
 VERTICES, TRIANGLES = ball(np.zeros(3), 2.0, 32).astype(np.float32), ball_triangles(32)
 
 
-def test_normals_of_a_ball_point_outwards_along_the_radius() -> None:
+def test_the_normals_of_a_ball_are_along_its_radii() -> None:
     normals = VertexNormals(TRIANGLES, np.arange(len(VERTICES))).normals(VERTICES)
-    inner = np.abs(VERTICES[:, 1]) < 1.9  # the poles are many vertices in one place
+    inner = np.abs(VERTICES[:, 1]) < 1.9  # the poles are many vertices at one position
     unit = normals[inner] / np.linalg.norm(normals[inner], axis=1, keepdims=True)
     np.testing.assert_allclose(unit, VERTICES[inner] / 2.0, atol=0.02)
 
@@ -25,17 +25,17 @@ def test_normals_are_the_sums_of_the_faces_cross_products(vertices: np.ndarray, 
     a, b, c = (vertices[triangles[:, i]].astype(np.float64) for i in range(3))
     for corner in range(3):
         np.add.at(expected, triangles[:, corner], np.cross(b - a, c - a))
-    surface = VertexNormals(triangles, np.arange(7))
-    np.testing.assert_allclose(surface.normals(vertices), expected, atol=1e-2)
+    normals = VertexNormals(triangles, np.arange(7))
+    np.testing.assert_allclose(normals.normals(vertices), expected, atol=1e-2)
 
 
-def test_render_vertices_of_one_vertex_share_its_normal_so_no_seam_shows() -> None:
+def test_all_render_vertices_of_a_vertex_have_its_normal() -> None:
     render_vertices = np.concatenate([np.arange(len(VERTICES)), np.arange(40, 80)])
     rows = VertexNormals(TRIANGLES, render_vertices).interleaved(VERTICES)
     np.testing.assert_array_equal(rows[-40:], rows[40:80])
     np.testing.assert_array_equal(rows[:, :3], VERTICES[render_vertices])
 
 
-def test_vertices_that_no_triangle_uses_have_no_normal() -> None:
-    surface = VertexNormals(np.array([[0, 1, 2]]), np.arange(5))
-    np.testing.assert_array_equal(surface.interleaved(np.eye(5, 3, dtype=np.float32))[3:, 3:], 0)
+def test_unused_vertices_have_a_zero_normal() -> None:
+    normals = VertexNormals(np.array([[0, 1, 2]]), np.arange(5))
+    np.testing.assert_array_equal(normals.interleaved(np.eye(5, 3, dtype=np.float32))[3:, 3:], 0)

@@ -1,4 +1,4 @@
-"""A picture in memory on which Dear ImGui's panels are drawn and clicked."""
+"""A window in memory in which tests draw and click Dear ImGui panels."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -16,7 +16,7 @@ from conf.render.window.offscreen import OffscreenWindow
 
 @pytest.fixture
 def stage(gl: None) -> Iterator["Stage"]:
-    """A picture in memory that panels are drawn into and clicked on."""
+    """A window in memory of 400 x 900 pixels with an ImGui context."""
     with OffscreenWindow(400, 900) as window:
         stage = Stage(window)
         yield stage
@@ -24,51 +24,51 @@ def stage(gl: None) -> Iterator["Stage"]:
 
 
 class Stage:
-    """Draws something with ImGui again and again, and clicks."""
+    """Draws ImGui widgets frame by frame and simulates input."""
 
     def __init__(self, window: OffscreenWindow) -> None:
         self.window = window
         self.overlay = ImGuiOverlay(window.ctx)
         self.rect = Rect(0, 0, 400, 900)
-        self._hands = ImGuiInput()
+        self.input = ImGuiInput()
 
     def frame(self, draw: Callable[[], None]) -> None:
-        """Draw one frame of a panel."""
+        """Draw one frame with `draw` inside a panel."""
         self.window.begin()
         with (
-            self.overlay.frame(self.window.framebuffer, self.window.size, 1.0, scale=1.0),
+            self.overlay.frame(self.window, scale=1.0),
             themed(1.0),
             column("test", self.rect),
         ):
             draw()
 
     def click(self, x: float, y: float, draw: Callable[[], None]) -> None:
-        """Click on a place, drawing meanwhile."""
+        """Click at a position, drawing a frame after each event."""
         self.feed(MouseMoved(x, y), draw)
         for pressed in (True, False):
             self.feed(MouseButton(0, pressed, x, y), draw)
         self.frame(draw)
 
     def feed(self, event: Event, draw: Callable[[], None]) -> None:
-        """Let ImGui know of an event, and draw."""
-        self._hands.process_events([event])
+        """Forward an event to ImGui and draw a frame."""
+        self.input.process_events([event])
         self.frame(draw)
 
     def find(self, label: str, draw: Callable[[], None], monkeypatch: pytest.MonkeyPatch) -> tuple[float, float]:
-        """Return the middle of a widget, by its label."""
+        """Return the centre of the widget with this label."""
         found: dict[str, tuple[float, float]] = {}
         with monkeypatch.context() as patch:
             for name in ("button", "radio_button", "checkbox", "slider_float", "combo"):
-                patch.setattr(imgui, name, _noting(getattr(imgui, name), found))
+                patch.setattr(imgui, name, _recording(getattr(imgui, name), found))
             self.frame(draw)
         return found[label]
 
 
-def _noting(original: Callable[..., Any], found: dict[str, tuple[float, float]]) -> Callable[..., Any]:
-    def noting(label: str, *rest: Any, **more: Any) -> Any:
-        answer = original(label, *rest, **more)
+def _recording(original: Callable[..., Any], found: dict[str, tuple[float, float]]) -> Callable[..., Any]:
+    def recording(label: str, *rest: Any, **more: Any) -> Any:
+        result = original(label, *rest, **more)
         low, high = imgui.get_item_rect_min(), imgui.get_item_rect_max()
         found[label] = ((low.x + high.x) / 2, (low.y + high.y) / 2)
-        return answer
+        return result
 
-    return noting
+    return recording

@@ -1,6 +1,6 @@
-"""A program with a window, for test_window: draws a stand-in face, reports each event as a line of JSON.
+"""A process with a window, for test_glfw_window: draws the stand-in face, prints each event as a line of JSON.
 
-python -m tests.support.window_process PICTURE.png
+python -m tests.support.window_process IMAGE.png
 """
 
 import json
@@ -13,57 +13,58 @@ import numpy as np
 from conf.face.deformation.face_model import FaceModel
 from conf.face.fapu import Fapu
 from conf.face.head_pose import HeadPose
-from conf.output.media_writer import save_picture
-from conf.receiver.hud import draw_help
+from conf.output.media_writer import save_image
+from conf.receiver.key_bindings import action_of, apply_view_event, help_lines
 from conf.render.camera import ViewState
 from conf.render.face_renderer import FaceRenderer
+from conf.render.ui.hud import draw_help
 from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.render.window.glfw_window import GlfwWindow
-from conf.render.window.input_events import action_of, apply_camera_event
 from tests.support.stand_in_head import control_points, stand_in_mesh
 
 POSE = HeadPose(np.zeros(3), np.zeros(2), float(np.log(0.03)))
 
 
-def say(**facts: object) -> None:
-    """Write one line for the test to read."""
-    sys.stdout.write(json.dumps(facts) + "\n")
+def report(**fields: object) -> None:
+    """Print one line for the test to read."""
+    sys.stdout.write(json.dumps(fields) + "\n")
     sys.stdout.flush()
 
 
 def main() -> None:
-    """Draw until Q is pressed; S saves the picture."""
+    """Draw until Q is pressed; S saves the image."""
     mesh, points = stand_in_mesh(), control_points()
     face = FaceModel(mesh, points, Fapu.measure(points), np.zeros((len(mesh.vertices), 50), np.float32))
-    view, wanted = ViewState(), False
-    with GlfwWindow(320, 240, "conf test") as window:
-        renderer, overlay = FaceRenderer(window.ctx, face), ImGuiOverlay(window.ctx)
+    view, save_requested = ViewState(), False
+    with (
+        GlfwWindow(320, 240, "conf test") as window,
+        FaceRenderer(window.ctx, face) as renderer,
+        ImGuiOverlay(window.ctx) as overlay,
+    ):
         started = False
         while not window.should_close:
             events = window.poll()
             for event in events:
-                view = apply_camera_event(view, event)
-                wanted = wanted or action_of(event) == "picture"
+                view = apply_view_event(view, event)
+                save_requested = save_requested or action_of(event) == "save image"
                 if action_of(event) == "full screen":
                     window.toggle_full_screen()
             window.begin()
             renderer.draw(face.neutral, POSE, view, window.framebuffer)
-            with overlay.frame(window.framebuffer, window.size, window.pixel_ratio):
+            with overlay.frame(window):
                 if view.help:
-                    draw_help(overlay)
-            if wanted:
-                save_picture(Path(sys.argv[1]), window.read())
-                say(saved=window.size)
-                wanted = False
+                    draw_help(overlay, help_lines(), (window.size[0] / 2, window.size[1] / 2))
+            if save_requested:
+                save_image(Path(sys.argv[1]), window.read())
+                report(saved=window.size)
+                save_requested = False
             window.end()
             if not started:
-                say(ready=window.size)
+                report(ready=window.size)
                 started = True
             for event in events:
-                say(event=type(event).__name__, **asdict(event), view=asdict(view))
-        overlay.release()
-        renderer.release()
-    say(closed=True)
+                report(event=type(event).__name__, **asdict(event), view=asdict(view))
+    report(closed=True)
 
 
 if __name__ == "__main__":

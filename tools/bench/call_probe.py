@@ -33,8 +33,7 @@ from conf.protocol.messages import MotionFrame
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.session.server import SessionServer
 from conf.protocol.statistics import HEADER_BYTES
-from conf.receiver.participant_grid import Window
-from conf.receiver.pipeline import ReceivingLoop
+from conf.receiver.pipeline import LoopOptions, ReceiverLoop
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender import pipeline
 from conf.sender.pipeline import SenderLoop, SenderStatus
@@ -91,15 +90,16 @@ def newest_frame(inbound: Any) -> float | None:
     return float(frames[-1].timestamp) if frames else None
 
 
-class WatchedReceivingLoop(ReceivingLoop):
+class WatchedReceiverLoop(ReceiverLoop):
     """A loop that notes when each caller's portrait was first drawn."""
 
-    def _draw(self, now: float, on_picture: Callable[[Window, float], None] | None) -> None:
-        super()._draw(now, on_picture)
+    def step(self, now: float) -> float:
+        due = super().step(now)
         assert isinstance(self._window, WatchedWindow)
-        for caller, portrait in self._stage._portraits.items():
-            if portrait.renderer.ready and self._shown.get(caller):
+        for caller, portrait in self._composer._grid._portraits.items():
+            if portrait.ready and self._composer._frames.get(caller):
                 self._window.portraits.setdefault(caller, time.monotonic())
+        return due
 
 
 class WatchedSendingLoop(SenderLoop):
@@ -159,8 +159,8 @@ def receive(address: tuple[str, int], code: str, seconds: float) -> None:
     window = WatchedWindow(callers)
     with UdpSocket.bind(*address) as link, window:
         tell(listening="{}:{}".format(*link.address))
-        loop = WatchedReceivingLoop(window, load_face(None), callers, link)
-        final = loop.run(fps=WINDOW_FPS, seconds=seconds)
+        loop = WatchedReceiverLoop(window, load_face(None), callers, link, LoopOptions(WINDOW_FPS))
+        final = loop.run(seconds=seconds)
         tell(at=time.monotonic(), memory_kb=memory_kb(), **asdict(final), pictures=window.pictures)
 
 

@@ -24,7 +24,7 @@ import msgpack
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.output.media_writer import save_picture
+from conf.output.media_writer import save_image
 from conf.protocol.codec import LIVE, NARROWBAND, RICH, Profile
 from conf.protocol.statistics import HEADER_BYTES, raw_frame_bytes
 from conf.render.ui.charts import ScatterPoint, scatter_chart
@@ -77,7 +77,7 @@ def main() -> None:
             if row.error_percent is not None
         ]
         title = "a talking face: what it costs and how true it is"
-        save_picture(options.plot, scatter_chart(title, ("kbit/s with headers", "landmark error, %"), dots))
+        save_image(options.plot, scatter_chart(title, ("kbit/s with headers", "landmark error, %"), dots))
     print(json.dumps({"peers": [asdict(row) for row in rows]}) if options.json else table(rows))
 
 

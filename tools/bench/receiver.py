@@ -23,7 +23,9 @@ from conf.face.loading import load_face
 from conf.protocol.codec.decoder import Decoder
 from conf.protocol.codec.encoder import Encoder
 from conf.protocol.messages import MotionFrame
-from conf.receiver.stats_overlay import CallStats, draw_stats
+from conf.protocol.statistics import TrafficSnapshot
+from conf.receiver.call_stats import CallStats
+from conf.receiver.stats_overlay import draw_stats
 from conf.render.camera import ViewState
 from conf.render.face_renderer import FaceRenderer
 from conf.render.ui.imgui_overlay import ImGuiOverlay
@@ -31,10 +33,8 @@ from conf.render.window.offscreen import OffscreenWindow
 
 STEPS = ("decode", "deform", "normals", "upload", "draw", "meter", "read_back")
 WARM_UP = 20
-READING = CallStats(
-    "receiving", 60.0, 60.0, 7.2, 230400.0, 27648.0, 3840.0, 99.97, 50, 320, 240, 900, 3, 1, 67.0, 4.1, 24.0,
-    tuple(7.0 + np.sin(np.arange(60) / 5)), 30.0,
-)  # fmt: skip
+TRAFFIC = TrafficSnapshot(900, 3, 1, 900, 0, 60.0, 60.0, 7.2, 230400, 27648.0, 3840.0, 4.1, 67.0)
+STATS = CallStats("receiving", 60.0, TRAFFIC, 50, 320, 240, 24.0, tuple(7.0 + np.sin(np.arange(60) / 5)), 30.0)
 
 
 def motion(count: int) -> list[bytes]:
@@ -77,8 +77,8 @@ def measure(size: tuple[int, int], frames: int, *, meter: bool) -> tuple[np.ndar
             window.ctx.finish()
             marks.append(time.perf_counter())
             if meter:
-                with overlay.frame(window.framebuffer, window.size, window.pixel_ratio):
-                    draw_stats(overlay, READING)
+                with overlay.frame(window):
+                    draw_stats(overlay, STATS)
                 window.ctx.finish()
             marks.append(time.perf_counter())
             window.read()

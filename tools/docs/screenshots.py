@@ -13,7 +13,6 @@ import argparse
 import os
 import sys
 from pathlib import Path
-from unittest.mock import patch
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
@@ -30,8 +29,8 @@ from conf.protocol.codec import LIVE
 from conf.protocol.loopback import ONE_WAY_S, RECEIVER, LoopbackCall
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.sender_connection import RateOptions
-from conf.receiver.participant_grid import Window
-from conf.receiver.pipeline import ReceivingLoop
+from conf.receiver.pipeline import LoopOptions, ReceiverLoop
+from conf.render.window import Window
 from conf.render.window.glfw_window import GlfwWindow
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.capture.video import open_clip
@@ -62,7 +61,7 @@ class Recorded:
         self._call = call
         self._frames = list(reversed(frames))
 
-    def monotonic(self) -> float:
+    def clock(self) -> float:
         """Return the simulated time in seconds."""
         return self.now
 
@@ -120,9 +119,8 @@ def receiver_picture(window: Window, clip: Path) -> Pixels:
             if not shown or liveliness(nearest) > shown[0][0]:
                 shown[:] = [(liveliness(nearest), window.read())]
 
-    loop = ReceivingLoop(window, load_face(), call.host, link)  # type: ignore[arg-type]
-    with patch("conf.receiver.pipeline.time", link):
-        loop.run(fps=FPS, seconds=LOOPS * length, on_picture=keep)
+    loop = ReceiverLoop(window, load_face(), call.host, link, LoopOptions(FPS, on_frame=keep))  # type: ignore[arg-type]
+    loop.run(seconds=LOOPS * length, clock=link.clock)
     return shown[0][1]
 
 

@@ -23,7 +23,8 @@ from conf.animator.state.editor import EditorState, StatusInfo
 from conf.animator.viewport_controller import KEYS, ViewportController
 from conf.face.loading import load_face
 from conf.render.camera import clip_matrix
-from conf.render.ui.imgui_overlay import ACCENT, MUTED, ImGuiOverlay, lines_height, panel
+from conf.render.ui.hud import draw_help, draw_toast
+from conf.render.ui.imgui_overlay import MUTED, ImGuiOverlay
 
 Panel = Callable[[EditorState, StatusInfo], tuple[EditorState, list[Request]]]
 
@@ -92,14 +93,8 @@ class AnimatorGui:
         if now >= self._notice_until:
             return
         face, gap = layout.face, MARGIN_PX * self._overlay.scale
-        widest = face.width - 4 * gap
-        size = imgui.calc_text_size(self._notice, wrap_width=widest)
-        imgui.set_next_window_bg_alpha(PANEL_ALPHA)
-        place = (face.x + face.width / 2, face.y + face.height - gap)
-        with panel("notice", place, (0.5, 1.0), (min(size.x + 2, widest), size.y)):
-            imgui.push_text_wrap_pos(0.0)
-            imgui.text_unformatted(self._notice)
-            imgui.pop_text_wrap_pos()
+        anchor = (face.x + face.width / 2, face.y + face.height - gap)
+        draw_toast(self._notice, anchor, max_width=face.width - 4 * gap, opacity=PANEL_ALPHA)
 
     def _draw_rate(self, layout: Layout, facts: StatusInfo) -> None:
         ink, face = imgui.get_background_draw_list(), layout.face
@@ -111,16 +106,8 @@ class AnimatorGui:
 
     def _draw_help(self, layout: Layout) -> None:
         face = layout.face
-        wide = max(imgui.calc_text_size(key).x for key in KEYS) + 16 * self._overlay.scale
-        width = wide + max(imgui.calc_text_size(text).x for text in KEYS.values())
-        imgui.set_next_window_bg_alpha(PANEL_ALPHA)
         centre = (face.x + face.width / 2, face.y + face.height / 2)
-        with panel("help", centre, (0.5, 0.5), (width, lines_height(len(KEYS)))):
-            left = imgui.get_style().window_padding.x
-            for key, text in KEYS.items():
-                imgui.text_colored(imgui.ImVec4(*ACCENT), key.title() if len(key) > 1 else key.upper())
-                imgui.same_line(left + wide)
-                imgui.text(text)
+        draw_help(self._overlay, [(key.title(), text) for key, text in KEYS.items()], centre, opacity=PANEL_ALPHA)
 
 
 def _draw_tabs(

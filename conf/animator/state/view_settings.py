@@ -22,7 +22,7 @@ class ViewSettings:
     influence : control point whose influence alone is coloured, None for all
     """
 
-    view: ViewState = field(default_factory=lambda: ViewState(meter=False))
+    view: ViewState = field(default_factory=lambda: ViewState(stats=False))
     style: str = "rendered"
     influence: int | None = None
     lights: str = "studio"

@@ -37,7 +37,7 @@ class TexturedLayer:
         self._texture = texture
         self._attributes = ctx.buffer(np.column_stack([uvs, alphas]).astype("f4").tobytes())
         self._indices = ctx.buffer(np.ascontiguousarray(triangles, dtype=np.int32).tobytes())
-        content = [(positions, "2f4", "in_place"), (self._attributes, "2f4 1f4", "in_uv", "in_share")]
+        content = [(positions, "2f4", "in_position"), (self._attributes, "2f4 1f4", "in_uv", "in_alpha")]
         self._array = ctx.vertex_array(program, content, self._indices, skip_errors=True)
 
     def draw(self) -> None:

@@ -4,15 +4,15 @@ uniform sampler2D atlas;
 
 in vec3 normal;
 in vec2 uv;
-in float open;
+in float light_visibility;
 
 out vec4 colour;
 
-// Cloth: no shine, a little fuzz that catches the light at the edges.
+// Cloth: diffuse only, brighter at grazing angles like a fuzzy surface.
 void main() {
     vec3 n = normalize(normal);
     vec3 albedo = to_linear(texture(atlas, uv).rgb);
-    float key = clamp((dot(n, KEY) + 0.25) / 1.25, 0.0, 1.0) * open;
+    float key = clamp((dot(n, KEY) + 0.25) / 1.25, 0.0, 1.0) * light_visibility;
     float fill = clamp(dot(n, FILL) * 0.6 + 0.4, 0.0, 1.0);
     float fuzz = 1.0 - clamp(n.z, 0.0, 1.0);
     vec3 light = KEY_COLOUR * key + FILL_COLOUR * fill + ambient(n);

@@ -1,10 +1,10 @@
-// First pass: the canvas as it is; depth 0 marks the edges for the second pass.
+// First pass: copy the image; write depth 0 at edges for the second pass.
 #include "compose.glsl"
 
-const float EDGE = 0.05;       // neighbours that differ less are no edge
+const float EDGE_CONTRAST = 0.05;  // smallest brightness difference of an edge
 
 void main() {
-    vec3 here = texture(canvas, at).rgb;
-    gl_FragDepth = contrast(around(at), dot(here, LUMA)) > EDGE ? 0.0 : 1.0;
-    colour = vec4(here, 1.0);
+    vec3 centre = texture(image, uv).rgb;
+    gl_FragDepth = contrast(neighbours(uv), dot(centre, LUMA)) > EDGE_CONTRAST ? 0.0 : 1.0;
+    colour = vec4(centre, 1.0);
 }

@@ -1,17 +1,17 @@
 uniform mat4 clip;
-uniform mat3 turn;
+uniform mat3 rotation;
 
 in vec3 in_position;
 in vec3 in_normal;
 in vec2 in_uv;
 
 out vec3 normal;
-out vec3 place;
+out vec3 position;
 out vec2 uv;
 
 void main() {
     gl_Position = clip * vec4(in_position, 1.0);
-    normal = turn * normalize(in_normal + vec3(1e-12));
-    place = in_position;
+    normal = rotation * normalize(in_normal + vec3(1e-12));
+    position = in_position;
     uv = in_uv;
 }

@@ -7,10 +7,10 @@ in vec2 uv;
 
 out vec4 colour;
 
-// Hair, brows and lashes: soft, dark, one broad highlight; what the atlas leaves transparent is not there.
+// Hair, brows and lashes: one broad highlight; alpha from the texture.
 void main() {
     vec4 texel = texture(atlas, uv);
-    if (texel.a < 0.12) discard;  // what is nearly not there must not hide what lies behind
+    if (texel.a < 0.12) discard;  // almost transparent pixels must not write depth
     vec3 n = normalize(gl_FrontFacing ? normal : -normal);
     vec3 albedo = to_linear(texel.rgb);
     float key = clamp((dot(n, KEY) + 0.4) / 1.4, 0.0, 1.0);

@@ -1,8 +1,8 @@
 uniform sampler2D glyphs;
 
 in vec2 uv;
-in vec4 ink;
+in vec4 tint;
 
 out vec4 colour;
 
-void main() { colour = ink * texture(glyphs, uv); }
+void main() { colour = tint * texture(glyphs, uv); }

@@ -1,5 +1,5 @@
-// The light of the portrait, fixed to the viewer: picture axes, x right, y up, z to the viewer. All of it linear.
-// The camera is a long lens, so the direction to the viewer is the same everywhere.
+// Lights fixed to the viewer, linear RGB; image axes, x right, y up, z towards the viewer. The camera is far away, so
+// the direction to the viewer is constant.
 const vec3 VIEW = vec3(0.0, 0.0, 1.0);
 const vec3 KEY = normalize(vec3(-0.50, 0.55, 0.75));
 const vec3 KEY_COLOUR = vec3(1.00, 0.93, 0.84) * 2.05;
@@ -11,7 +11,7 @@ const vec3 RIM = normalize(vec3(0.80, 0.45, -0.45));
 const vec3 RIM_COLOUR = vec3(0.75, 0.86, 1.00) * 1.5;
 const float EXPOSURE = 0.78;
 
-// sRGB to linear and back by polynomials, within 0.003 of the standard's curves: pow() is dear without a GPU.
+// sRGB to linear and back by polynomials, within 0.003 of the standard's curves: pow() is slow on a software renderer.
 // Source: C. Taubman, "sRGB approximations for HLSL", 2012.
 vec3 to_linear(vec3 c) { return c * (c * (c * 0.305306011 + 0.682171111) + 0.012522878); }
 
@@ -20,7 +20,7 @@ vec3 to_srgb(vec3 c) {
     return 0.585122381 * s1 + 0.783140355 * s2 - 0.368262736 * s3;
 }
 
-// Highlights roll off instead of clipping. Source: Reinhard et al. 2002, equation 4, white at 3.
+// Tone mapping: highlights are compressed instead of clipped. Source: Reinhard et al. 2002, equation 4, white at 3.
 vec3 tone(vec3 c) {
     c *= EXPOSURE;
     return min(c * (1.0 + c / 9.0) / (1.0 + 0.45 * c), 1.0);
@@ -30,8 +30,7 @@ vec4 finish(vec3 linear_light, float alpha) { return vec4(to_srgb(tone(max(linea
 
 vec3 ambient(vec3 n) { return mix(GROUND, SKY, 0.5 + 0.5 * n.y); }
 
-// GGX's distribution; the light, the viewer and so the half vector are constant, and the rest of the microfacet model
-// with them. Source: Walter et al. 2007, equation 33.
+// GGX distribution. Light, viewer and half vector are constant, so the other terms of the microfacet model are too. Source: Walter et al. 2007, equation 33.
 float ggx(float n_dot_h, float alpha) {
     float a2 = alpha * alpha;
     float d = n_dot_h * n_dot_h * (a2 - 1.0) + 1.0;

@@ -4,19 +4,19 @@ uniform sampler2D atlas;
 uniform vec3 centre;  // between the inner lips, face axes, cm
 
 in vec3 normal;
-in vec3 place;
+in vec3 position;
 in vec2 uv;
 
 out vec4 colour;
 
-const vec3 BOUNCE = vec3(0.42, 0.27, 0.22);  // what the flesh around throws back
+const vec3 BOUNCE = vec3(0.42, 0.27, 0.22);  // indirect light from the surrounding tissue
 
-// Teeth, tongue and the inside of the mouth: wet, and darker the deeper they lie behind the lips.
+// Teeth, tongue and the inside of the mouth: glossy, and darker with the depth behind the lips.
 void main() {
     vec3 n = normalize(normal);
     vec3 albedo = to_linear(texture(atlas, uv).rgb);
-    float depth = centre.z - place.z;
-    float light = mix(0.04, 0.75, exp2(-max(depth, 0.0) * 0.75)) * smoothstep(3.2, 0.8, abs(place.x - centre.x));
+    float depth = centre.z - position.z;
+    float light = mix(0.04, 0.75, exp2(-max(depth, 0.0) * 0.75)) * smoothstep(3.2, 0.8, abs(position.x - centre.x));
 
     float key = clamp((dot(n, KEY) + 0.6) / 1.6, 0.0, 1.0);
     const vec3 HALF = normalize(KEY + VIEW);

@@ -1,9 +1,9 @@
-// Between the lips of a photograph whose mouth was shut, while there is no patch of an open one: dark, as mouths are.
+// The mouth opening of a photo with a closed mouth, while no patch of an open mouth has arrived: a dark colour.
 uniform vec3 dark;
 uniform float opacity;
 
 in vec2 uv;
-in float share;
+in float alpha;
 
 out vec4 colour;
 

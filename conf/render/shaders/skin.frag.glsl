@@ -4,12 +4,12 @@ uniform sampler2D atlas;
 
 in vec3 normal;
 in vec2 uv;
-in float open;
+in float light_visibility;
 
 out vec4 colour;
 
-// How far light creeps round to the dark side: red farthest, which makes the reddish terminator of skin.
-// Source: Green, "Real-time approximations to subsurface scattering", GPU Gems 2004, wrap lighting.
+// Wrap lighting per channel: red is scattered farthest, which gives skin its reddish terminator.
+// Source: Green, "Real-time approximations to subsurface scattering", GPU Gems 2004.
 const vec3 WRAP = vec3(0.42, 0.22, 0.16);
 const float F0 = 0.028;
 
@@ -18,17 +18,18 @@ void main() {
     vec3 albedo = to_linear(texture(atlas, uv).rgb);
 
     vec3 wrapped = clamp((dot(n, KEY) + WRAP) / (1.0 + WRAP), 0.0, 1.0);
-    vec3 reach = vec3(mix(open, sqrt(open), 0.3), open, open);  // red light leaks into the edge of a shadow
+    float visible = light_visibility;
+    vec3 reached = vec3(mix(visible, sqrt(visible), 0.3), visible, visible);  // red light is scattered into shadows
     float fill = clamp(dot(n, FILL) * 0.6 + 0.4, 0.0, 1.0);
-    vec3 diffuse = albedo * (KEY_COLOUR * wrapped * wrapped * reach + FILL_COLOUR * fill + ambient(n));
+    vec3 diffuse = albedo * (KEY_COLOUR * wrapped * wrapped * reached + FILL_COLOUR * fill + ambient(n));
 
     const vec3 HALF = normalize(KEY + VIEW);
     float n_dot_h = clamp(dot(n, HALF), 0.0, 1.0);
-    // Lips are the reddest skin, and wet.
+    // Lips, the reddest skin, are glossy.
     float wet = smoothstep(0.10, 0.30, albedo.r - 1.25 * albedo.g);
     float lobes = (0.75 + wet) * ggx(n_dot_h, mix(0.32, 0.22, wet)) + 0.25 * ggx(n_dot_h, 0.14);
     float edge = fresnel(clamp(n.z, 0.0, 1.0));
-    vec3 shine = KEY_COLOUR * (open * F0 * lobes * clamp(dot(n, KEY) * 1.5, 0.0, 1.0) * 0.75);
+    vec3 shine = KEY_COLOUR * (visible * F0 * lobes * clamp(dot(n, KEY) * 1.5, 0.0, 1.0) * 0.75);
     vec3 rim = RIM_COLOUR * (clamp(dot(n, RIM), 0.0, 1.0) * (0.15 + edge)) * (0.25 + albedo);
     colour = finish(diffuse + shine + rim + edge * 0.12 * SKY, 1.0);
 }

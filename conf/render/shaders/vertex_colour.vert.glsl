@@ -1,5 +1,5 @@
 uniform mat4 clip;
-uniform mat3 turn;
+uniform mat3 rotation;
 
 in vec3 in_position;
 in vec3 in_normal;
@@ -10,6 +10,6 @@ out vec3 tint;
 
 void main() {
     gl_Position = clip * vec4(in_position, 1.0);
-    normal = turn * normalize(in_normal + vec3(1e-12));
+    normal = rotation * normalize(in_normal + vec3(1e-12));
     tint = in_colour;
 }

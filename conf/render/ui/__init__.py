@@ -1,1 +1,1 @@
-"""Dear ImGui: its renderer, its input, charts."""
+"""Dear ImGui: context, renderer backend, input backend, panels over the image, charts."""

@@ -1,4 +1,4 @@
-"""Bring what keyboard and mouse do to Dear ImGui, and find out what is left for the face."""
+"""Dear ImGui's input backend, and queries for what remains for the program."""
 
 from collections.abc import Iterable
 
@@ -18,13 +18,13 @@ MODIFIERS = {"ctrl": imgui.Key.mod_ctrl, "shift": imgui.Key.mod_shift, "alt": im
 
 
 class ImGuiInput:
-    """Tells ImGui what keyboard and mouse do."""
+    """Forwards window events to Dear ImGui's IO."""
 
     def __init__(self) -> None:
         self._ctrl = False
 
     def process_events(self, events: Iterable[Event]) -> None:
-        """Tell ImGui what happened since its last frame."""
+        """Forward the events since ImGui's last frame."""
         io = imgui.get_io()
         for event in events:
             match event:
@@ -36,17 +36,17 @@ class ImGuiInput:
                 case Scrolled(steps=steps):
                     io.add_mouse_wheel_event(0.0, steps)
                 case KeyStateChanged(key=key, pressed=pressed):
-                    self._hold(io, key, pressed)
+                    self._set_key(io, key, pressed)
                 case TextInput(text=text):
                     io.add_input_characters_utf8(text)
                 case _:
                     pass
 
-    def _hold(self, io: imgui.IO, key: str, pressed: bool) -> None:
+    def _set_key(self, io: imgui.IO, key: str, pressed: bool) -> None:
         modifier = key.rpartition("_")[2]
         if modifier == "ctrl":
             self._ctrl = pressed
-        # ImGui takes a key and a character in frames of their own: what is typed would come one letter a frame.
+        # ImGui processes a key and a character in separate frames: with letter keys, one letter per frame would arrive.
         if len(key) == 1 and pressed and not self._ctrl:
             return
         if modifier in MODIFIERS:
@@ -55,7 +55,7 @@ class ImGuiInput:
 
 
 def is_typing() -> bool:
-    """Tell whether a text field has the keyboard."""
+    """Tell whether a text field has the keyboard focus."""
     return bool(imgui.get_io().want_text_input)
 
 

@@ -1,4 +1,4 @@
-"""Text and panels over the picture: the one Dear ImGui context, its fonts and its look."""
+"""The Dear ImGui context for text and panels over the image: fonts, style, scale."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -7,42 +7,51 @@ from importlib.resources import as_file, files
 import moderngl
 from imgui_bundle import imgui, implot
 
+from conf.render.gpu_object import GpuObject
 from conf.render.ui.imgui_renderer import ImGuiRenderer
+from conf.render.window import Window
 
-TEXT_PX = 14.0  # height of the text in a picture 480 pixels high
+TEXT_PX = 14.0  # text height in an image 480 pixels high
 TITLE_PX = 25.0
 SCALE_LIMITS = (0.8, 2.5)
 PANEL = (0.045, 0.055, 0.075, 0.66)
 TEXT = (0.93, 0.95, 0.97, 1.0)
 MUTED = (0.66, 0.71, 0.77, 1.0)
 ACCENT = (0.40, 0.80, 1.0, 1.0)
-PADDING = 9.0  # between a panel's left edge and what it holds, at scale 1
-SIZES: dict[str, float | tuple[float, float]] = {  # at scale 1
+PADDING = 9.0  # pixels between a panel's left edge and its content, at scale 1
+SIZES: dict[str, float | tuple[float, float]] = {  # pixels at scale 1
     "window_rounding": 6.0,
     "window_padding": (PADDING, 7.0),
     "window_min_size": (16.0, 16.0),
     "item_spacing": (6.0, 2.0),
     "cell_padding": (0.0, 1.0),
 }
+PANEL_FLAGS = (
+    imgui.WindowFlags_.no_decoration
+    | imgui.WindowFlags_.no_inputs
+    | imgui.WindowFlags_.no_saved_settings
+    | imgui.WindowFlags_.no_focus_on_appearing
+    | imgui.WindowFlags_.no_nav
+)
 
 
 def interface_scale(size: tuple[int, int], pixel_ratio: float) -> float:
-    """Return how much larger than in 640 x 480 panels and text are: they grow slower than the picture.
+    """Return the scale of panels and text relative to 640 x 480: the square root of that of the image, limited.
 
-    size : width and height in pixels; pixel_ratio : pixels a point of the display, 2 on a HiDPI one
+    size : width and height in pixels; pixel_ratio : pixels per point of the display, 2 on a HiDPI display
     """
     points = min(size[0] / 640, size[1] / 480) / pixel_ratio
     low, high = SCALE_LIMITS
     return float(min(max(points**0.5, low), high) * pixel_ratio)
 
 
-class ImGuiOverlay:
-    """Owns the ImGui and ImPlot contexts. There can be one at a time."""
+class ImGuiOverlay(GpuObject):
+    """Owner of the ImGui and ImPlot contexts; only one can exist at a time."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._imgui = imgui.create_context()
         self._implot = implot.create_context()
-        imgui.set_current_context(self._imgui)  # if one was left, the new one would not be the current
+        imgui.set_current_context(self._imgui)  # a context left over would stay the current one
         implot.set_current_context(self._implot)
         io = imgui.get_io()
         io.set_ini_filename("")
@@ -50,29 +59,21 @@ class ImGuiOverlay:
         with as_file(files("imgui_bundle") / "assets" / "fonts" / "Roboto") as folder:
             self.regular = io.fonts.add_font_from_file_ttf(str(folder / "Roboto-Regular.ttf"), TEXT_PX)
             self.bold = io.fonts.add_font_from_file_ttf(str(folder / "Roboto-Bold.ttf"), TEXT_PX)
-        self._drawing = ImGuiRenderer(ctx)
+        self._renderer = ImGuiRenderer(ctx)
         self.scale = 0.0
         self.size = (0, 0)
 
     @contextmanager
-    def frame(
-        self,
-        framebuffer: moderngl.Framebuffer,
-        size: tuple[int, int],
-        pixel_ratio: float,
-        *,
-        scale: float | None = None,
-    ) -> Iterator[None]:
-        """Lay panels out inside, draw them over the framebuffer at the end.
+    def frame(self, window: Window, *, scale: float | None = None) -> Iterator[None]:
+        """Lay out panels inside the `with` block; draw them over the window's framebuffer at its end.
 
-        size : width and height of the framebuffer in pixels
-        scale : of text and panels; without it `interface_scale` of the size
+        scale : of text and panels; None takes `interface_scale` of the window
         """
         io = imgui.get_io()
-        io.display_size = imgui.ImVec2(*size)
-        io.delta_time = 1 / 60  # nothing on the picture is animated by ImGui
-        self._set_scale(scale or interface_scale(size, pixel_ratio))
-        self.size = size
+        io.display_size = imgui.ImVec2(*window.size)
+        io.delta_time = 1 / 60  # seconds; ImGui animates nothing here
+        self._set_scale(scale or interface_scale(window.size, window.pixel_ratio))
+        self.size = window.size
         imgui.new_frame()
         try:
             yield
@@ -80,15 +81,15 @@ class ImGuiOverlay:
             imgui.end_frame()
             raise
         imgui.render()
-        self._drawing.draw(imgui.get_draw_data(), framebuffer, size)
+        self._renderer.draw(imgui.get_draw_data(), window.framebuffer, window.size)
 
     def show_texture(self, texture: moderngl.Texture) -> imgui.ImTextureRef:
-        """Return what ImGui's images need to show a texture; it stays the caller's and must outlive the frame."""
-        return self._drawing.show_texture(texture)
+        """Return a reference for ImGui's images; the caller keeps the texture until the frame is drawn."""
+        return self._renderer.show_texture(texture)
 
     def release(self) -> None:
-        """Free the contexts and what they keep on the card."""
-        self._drawing.release()
+        """Free the contexts and their GPU objects."""
+        self._renderer.release()
         implot.destroy_context(self._implot)
         imgui.destroy_context(self._imgui)
 
@@ -106,22 +107,13 @@ class ImGuiOverlay:
         style.set_color_(imgui.Col_.text, imgui.ImVec4(*TEXT))
 
 
-PANEL_FLAGS = (
-    imgui.WindowFlags_.no_decoration
-    | imgui.WindowFlags_.no_inputs
-    | imgui.WindowFlags_.no_saved_settings
-    | imgui.WindowFlags_.no_focus_on_appearing
-    | imgui.WindowFlags_.no_nav
-)
-
-
 @contextmanager
 def panel(
     name: str, anchor_px: tuple[float, float], pivot: tuple[float, float], size: tuple[float, float]
 ) -> Iterator[None]:
-    """Open a panel: the point `pivot` of it, (0, 0) upper left and (1, 1) lower right, lies at pixel `place`.
+    """Open a panel whose point `pivot`, (0, 0) upper left to (1, 1) lower right, is at pixel `anchor_px`.
 
-    size : width and height of what it holds, in pixels. ImGui could find it out, but hides the panel for a frame then.
+    size : width and height of the content, pixels. ImGui can compute it, but hides the panel for one frame then.
     """
     padding = imgui.get_style().window_padding
     imgui.set_next_window_pos(imgui.ImVec2(*anchor_px), imgui.Cond_.always, imgui.ImVec2(*pivot))
@@ -134,5 +126,5 @@ def panel(
 
 
 def lines_height(count: int) -> float:
-    """Return the height in pixels of so many lines of text."""
+    """Return the height in pixels of `count` lines of text."""
     return count * imgui.get_text_line_height_with_spacing() - imgui.get_style().item_spacing.y

@@ -1,8 +1,8 @@
-"""Draw what Dear ImGui lays out with moderngl, the same in a window and offscreen.
+"""Dear ImGui's renderer backend on moderngl, the same for a window on a display and in memory.
 
 Strategy: ImGui's own OpenGL backends load OpenGL from the window system, which an EGL context without a display does
-not have, or need PyOpenGL. What they do is little: keep the font texture up to date, then draw lists of triangles, each
-clipped to a rectangle. Source: imgui_impl_opengl3.cpp of Dear ImGui 1.92 and later (RendererHasTextures).
+not have, or need PyOpenGL. A backend has little to do: keep the font texture up to date and draw lists of triangles,
+each clipped to a rectangle. Source: imgui_impl_opengl3.cpp of Dear ImGui 1.92 and later (RendererHasTextures).
 """
 
 import ctypes
@@ -11,11 +11,12 @@ import moderngl
 import numpy as np
 from imgui_bundle import imgui
 
+from conf.render.gpu_object import GpuObject
 from conf.render.shader_programs import load_program
 
 
-class ImGuiRenderer:
-    """The textures and buffers of one ImGui context on the card."""
+class ImGuiRenderer(GpuObject):
+    """Owner of the textures and buffers of one ImGui context."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
@@ -23,13 +24,14 @@ class ImGuiRenderer:
         self._program["glyphs"] = 0
         self._vertices = ctx.buffer(reserve=1 << 16, dynamic=True)
         self._indices = ctx.buffer(reserve=1 << 16, dynamic=True)
-        layout = [(self._vertices, "2f4 2f4 4f1", "in_place", "in_uv", "in_colour")]
+        layout = [(self._vertices, "2f4 2f4 4f1", "in_position", "in_uv", "in_colour")]
         self._array = ctx.vertex_array(self._program, layout, self._indices, index_element_size=imgui.INDEX_SIZE)
         self._textures: dict[int, moderngl.Texture] = {}
+        self._owned = (self._array, self._vertices, self._indices, self._program)
         imgui.get_io().backend_flags |= imgui.BackendFlags_.renderer_has_textures
 
     def draw(self, data: imgui.ImDrawData, framebuffer: moderngl.Framebuffer, size: tuple[int, int]) -> None:
-        """Draw over what the framebuffer shows; size is its width and height in pixels."""
+        """Draw over the framebuffer's content; size is its width and height in pixels."""
         for texture in imgui.get_platform_io().textures:
             self._update(texture)
         framebuffer.use()
@@ -37,8 +39,8 @@ class ImGuiRenderer:
         self._ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
         self._program["size"] = size
         for commands in data.cmd_lists:
-            _fill(self._vertices, commands.vtx_buffer, imgui.VERTEX_SIZE)
-            _fill(self._indices, commands.idx_buffer, imgui.INDEX_SIZE)
+            _upload(self._vertices, commands.vtx_buffer, imgui.VERTEX_SIZE)
+            _upload(self._indices, commands.idx_buffer, imgui.INDEX_SIZE)
             for command in commands.cmd_buffer:
                 left, top, right, bottom = (int(edge) for edge in command.clip_rect)
                 if right <= left or bottom <= top:
@@ -49,18 +51,17 @@ class ImGuiRenderer:
         self._ctx.scissor = None
 
     def show_texture(self, texture: moderngl.Texture) -> imgui.ImTextureRef:
-        """Let images of this context show a texture that belongs to the caller."""
+        """Return a reference for ImGui's images to a texture that the caller owns."""
         self._textures[texture.glo] = texture
         return imgui.ImTextureRef(texture.glo)
 
     def release(self) -> None:
-        """Free everything on the card; ImGui is told that its textures are gone."""
+        """Free everything on the graphics card and mark ImGui's textures as destroyed."""
         for texture in imgui.get_platform_io().textures:
             if texture.tex_id in self._textures:
                 self._destroy(texture)
         imgui.get_io().backend_flags &= ~imgui.BackendFlags_.renderer_has_textures
-        for thing in (self._array, self._vertices, self._indices, self._program):
-            thing.release()
+        super().release()
 
     def _update(self, texture: imgui.ImTextureData) -> None:
         match texture.status:
@@ -70,9 +71,9 @@ class ImGuiRenderer:
                 texture.set_tex_id(created.glo)
                 texture.status = imgui.ImTextureStatus.ok
             case imgui.ImTextureStatus.want_updates:
-                part = texture.update_rect
-                pixels = _pixels(texture)[part.y : part.y + part.h, part.x : part.x + part.w]
-                viewport = (part.x, part.y, part.w, part.h)
+                area = texture.update_rect
+                pixels = _pixels(texture)[area.y : area.y + area.h, area.x : area.x + area.w]
+                viewport = (area.x, area.y, area.w, area.h)
                 self._textures[texture.tex_id].write(np.ascontiguousarray(pixels).tobytes(), viewport=viewport)
                 texture.status = imgui.ImTextureStatus.ok
             case imgui.ImTextureStatus.want_destroy if texture.unused_frames > 0:
@@ -88,7 +89,7 @@ def _pixels(texture: imgui.ImTextureData) -> "np.ndarray[tuple[int, int, int], n
     return np.asarray(texture.get_pixels_array(), np.uint8).reshape(texture.height, texture.width, 4)
 
 
-def _fill(buffer: moderngl.Buffer, source: "imgui.ImVector_ImDrawVert | imgui.ImVector_ImDrawIdx", item: int) -> None:
+def _upload(buffer: moderngl.Buffer, source: "imgui.ImVector_ImDrawVert | imgui.ImVector_ImDrawIdx", item: int) -> None:
     size = source.size() * item
     if size:
         buffer.orphan(max(size, buffer.size))

@@ -27,7 +27,7 @@ def test_notice_help_and_reference_face_show_when_they_should(
         for _ in range(2):
             interface.prepare(director)
             stage.window.begin()
-            with stage.overlay.frame(stage.window.framebuffer, size, 1.0, scale=0.5), themed(0.5):
+            with stage.overlay.frame(stage.window, scale=0.5), themed(0.5):
                 assert interface.draw(director, touch, layout, facts) == []
         return stage.window.read()
 

@@ -1,4 +1,4 @@
-"""A picture to draw panels on."""
+"""The ImGui stage for the tests of this folder."""
 
 from tests.support.imgui_stage import stage
 

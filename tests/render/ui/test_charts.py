@@ -7,11 +7,11 @@ pytestmark = pytest.mark.usefixtures("gl")
 
 
 def blue(pixels: np.ndarray) -> np.ndarray:
-    """Return (H, W) bool: where the bars' colour is."""
+    """Return (H, W) bool: where the pixels are blue."""
     return np.asarray(pixels[..., 0].astype(int) - pixels[..., 2] > 100)
 
 
-def test_each_bar_is_as_long_as_its_logarithm() -> None:
+def test_the_length_of_a_bar_is_logarithmic() -> None:
     values = [100_000.0, 1000.0, 10.0]
     mask = blue(bar_chart("bytes", [Bar(f"{v}", v, f"{v} B") for v in values]))
     assert mask.shape == SIZE[::-1]
@@ -22,9 +22,9 @@ def test_each_bar_is_as_long_as_its_logarithm() -> None:
     assert lengths[0] - lengths[1] == pytest.approx(lengths[1] - lengths[2], rel=0.03)
 
 
-def test_dots_stand_where_their_numbers_say() -> None:
-    dots = [ScatterPoint("left and low", 1.0, 1.0), ScatterPoint("right and high", 100.0, 9.0)]
-    mask = blue(scatter_chart("loss", ("kbit/s", "error"), dots))
+def test_points_are_drawn_at_their_coordinates() -> None:
+    points = [ScatterPoint("left and low", 1.0, 1.0), ScatterPoint("right and high", 100.0, 9.0)]
+    mask = blue(scatter_chart("loss", ("kbit/s", "error"), points))
     ys, xs = np.nonzero(mask)
     left, right = xs < SIZE[0] / 2, xs >= SIZE[0] / 2
     assert left.any() and right.any()
@@ -32,11 +32,11 @@ def test_dots_stand_where_their_numbers_say() -> None:
 
 
 @pytest.mark.parametrize("bars", [[], [Bar("a", 0.0, "0")]])
-def test_bars_must_be_there_and_positive(bars: list[Bar]) -> None:
-    with pytest.raises(ValueError, match="bars must be there and positive"):
+def test_empty_or_non_positive_bars_are_refused(bars: list[Bar]) -> None:
+    with pytest.raises(ValueError, match="bars must not be empty, and their values must be positive"):
         bar_chart("t", bars)
 
 
-def test_dots_must_be_there_and_positive() -> None:
-    with pytest.raises(ValueError, match="dots must be there, with positive x"):
+def test_empty_points_are_refused() -> None:
+    with pytest.raises(ValueError, match="points must not be empty, and their x must be positive"):
         scatter_chart("t", ("x", "y"), [])

@@ -5,7 +5,7 @@ from conf.render.window.input_events import FilesDropped, KeyPressed, KeyStateCh
 from tests.support.imgui_stage import Stage
 
 
-def test_text_arrives_whole_and_control_a_takes_all_of_it(stage: Stage) -> None:
+def test_typed_text_arrives_completely_and_ctrl_a_selects_all(stage: Stage) -> None:
     text = ["old"]
 
     def draw() -> None:
@@ -21,8 +21,8 @@ def test_text_arrives_whole_and_control_a_takes_all_of_it(stage: Stage) -> None:
     for key in ("a", "left_ctrl"):
         stage.feed(KeyStateChanged(key, False), draw)
     for letter in "/vaczx.dpc":
-        stage._hands.process_events([KeyStateChanged(letter, True)] if letter in "acvxz" else [])
-        stage._hands.process_events([TextInput(letter)])
+        stage.input.process_events([KeyStateChanged(letter, True)] if letter in "acvxz" else [])
+        stage.input.process_events([TextInput(letter)])
     for _ in range(3):
         stage.frame(draw)
     assert text == ["/vaczx.dpc"]

@@ -7,13 +7,12 @@ from imgui_bundle import imgui
 from conf.render.ui.imgui_overlay import ImGuiOverlay, interface_scale, lines_height, panel
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.image_measures import box
-from tests.support.stand_in_head import SIZE
 
 sides = st.integers(64, 4000)
 
 
 @given(sides, sides, st.sampled_from([1.0, 1.5, 2.0]))
-def test_text_grows_with_the_picture_slower_than_it_and_stays_readable(width: int, height: int, ratio: float) -> None:
+def test_the_scale_grows_with_the_image_within_its_limits(width: int, height: int, ratio: float) -> None:
     scale = interface_scale((width, height), ratio)
     assert 0.8 * ratio <= scale <= 2.5 * ratio
     assert interface_scale((2 * width, 2 * height), ratio) >= scale
@@ -22,10 +21,10 @@ def test_text_grows_with_the_picture_slower_than_it_and_stays_readable(width: in
     )
 
 
-def test_a_panel_covers_its_place_and_nothing_else(window: OffscreenWindow, overlay: ImGuiOverlay) -> None:
+def test_a_panel_covers_exactly_its_rectangle(window: OffscreenWindow, overlay: ImGuiOverlay) -> None:
     window.begin()
     window.framebuffer.clear(1.0, 1.0, 1.0)
-    with overlay.frame(window.framebuffer, SIZE, 1.0):
+    with overlay.frame(window):
         padding = imgui.get_style().window_padding
         with panel("test", (300, 200), (1.0, 1.0), (100, lines_height(2))):
             imgui.text("first")
@@ -34,20 +33,20 @@ def test_a_panel_covers_its_place_and_nothing_else(window: OffscreenWindow, over
     np.testing.assert_allclose(box((window.read() != 255).any(axis=2)), expected, atol=1)
 
 
-def test_the_context_can_be_made_again_after_it_was_released(window: OffscreenWindow) -> None:
+def test_a_new_context_can_be_created_after_release(window: OffscreenWindow) -> None:
     before = imgui.get_current_context()
     for _ in range(2):
         overlay = ImGuiOverlay(window.ctx)
-        with overlay.frame(window.framebuffer, SIZE, 1.0):
+        with overlay.frame(window):
             pass
         overlay.release()
     assert imgui.get_current_context() in (None, before)
 
 
-def test_a_frame_that_fails_does_not_spoil_the_next(window: OffscreenWindow, overlay: ImGuiOverlay) -> None:
-    with pytest.raises(RuntimeError, match="mine"), overlay.frame(window.framebuffer, SIZE, 1.0):
+def test_a_frame_can_be_drawn_after_one_that_raised(window: OffscreenWindow, overlay: ImGuiOverlay) -> None:
+    with pytest.raises(RuntimeError, match="mine"), overlay.frame(window):
         raise RuntimeError("mine")
-    with overlay.frame(window.framebuffer, SIZE, 1.0):
+    with overlay.frame(window):
         pass
 
 

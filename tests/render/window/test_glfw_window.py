@@ -1,4 +1,4 @@
-"""The real window, on a display of its own that nobody sees."""
+"""The window on a virtual display, in a process of its own, with simulated keyboard and mouse."""
 
 import json
 import os
@@ -23,46 +23,46 @@ LIMIT_S = 60.0
 
 
 class Session:
-    """The program of window_process.py, its keyboard and its mouse."""
+    """The process of window_process.py, its keyboard and its mouse."""
 
-    def __init__(self, display: str, picture: Path) -> None:
-        self.picture = picture
+    def __init__(self, display: str, image_path: Path) -> None:
+        self.image_path = image_path
         self._env = os.environ | {"DISPLAY": display, "OPENBLAS_NUM_THREADS": "1"}
-        command = [sys.executable, "-W", "error", "-m", "tests.support.window_process", str(picture)]
+        command = [sys.executable, "-W", "error", "-m", "tests.support.window_process", str(image_path)]
         self.process = subprocess.Popen(command, cwd=REPOSITORY, env=self._env, stdout=subprocess.PIPE, text=True)
         self._watchdog = threading.Timer(LIMIT_S, self.process.kill)
         self._watchdog.start()
-        self.size = self.hear()["ready"]
-        self.do("search", "--sync", "--name", "conf test", "windowfocus", "--sync", "windowmove", "0", "0")
+        self.size = self.read_line()["ready"]
+        self.xdotool("search", "--sync", "--name", "conf test", "windowfocus", "--sync", "windowmove", "0", "0")
 
-    def do(self, *command: str) -> None:
+    def xdotool(self, *command: str) -> None:
         subprocess.run(["xdotool", *command], env=self._env, check=True, capture_output=True, timeout=LIMIT_S)
 
-    def hear(self) -> dict[str, Any]:
+    def read_line(self) -> dict[str, Any]:
         assert self.process.stdout
         line = self.process.stdout.readline()
-        assert line, "the window's program has ended"
+        assert line, "the process has ended"
         answer: dict[str, Any] = json.loads(line)
         return answer
 
-    def hear_event(self, kind: str) -> dict[str, Any]:
-        while (answer := self.hear()).get("event") != kind:
+    def read_event(self, kind: str) -> dict[str, Any]:
+        while (answer := self.read_line()).get("event") != kind:
             pass
         return answer
 
     def key(self, name: str) -> dict[str, Any]:
-        self.do("key", name)
-        return self.hear_event("KeyPressed")
+        self.xdotool("key", name)
+        return self.read_event("KeyPressed")
 
-    def read_picture(self) -> Pixels:
-        self.do("key", "s")
-        while "saved" not in self.hear():
+    def save_and_read_image(self) -> Pixels:
+        self.xdotool("key", "s")
+        while "saved" not in self.read_line():
             pass
-        self.hear_event("KeyPressed")
-        return np.asarray(cv2.imread(str(self.picture)), np.uint8)
+        self.read_event("KeyPressed")
+        return np.asarray(cv2.imread(str(self.image_path)), np.uint8)
 
     def close(self) -> int:
-        self.do("key", "q")
+        self.xdotool("key", "q")
         assert self.process.stdout
         *_, last = self.process.stdout.read().splitlines()
         assert json.loads(last) == {"closed": True}
@@ -85,56 +85,56 @@ def session(display: str, tmp_path: Path) -> Iterator[Session]:
     session.kill()
 
 
-def test_keys_and_mouse_change_what_the_window_shows(session: Session) -> None:
+def test_keys_and_mouse_change_the_image(session: Session) -> None:
     assert session.size == [320, 240]
-    before = session.read_picture()
+    before = session.save_and_read_image()
     assert 0.05 < drawn(before).mean() < 0.5
 
     assert session.key("w")["view"]["wireframe"]
-    assert (np.abs(session.read_picture().astype(int) - before).max(axis=2) > 40).mean() > 0.05
+    assert (np.abs(session.save_and_read_image().astype(int) - before).max(axis=2) > 40).mean() > 0.05
     session.key("w")
 
-    session.do("mousemove", "160", "120", "mousedown", "1", "mousemove", "200", "120", "mouseup", "1")
-    turned = session.hear_event("Dragged")
-    assert turned["mode"] == "turn" and turned["view"]["yaw"] > 0
+    session.xdotool("mousemove", "160", "120", "mousedown", "1", "mousemove", "200", "120", "mouseup", "1")
+    orbited = session.read_event("Dragged")
+    assert orbited["mode"] == "orbit" and orbited["view"]["yaw"] > 0
     assert session.key("Home")["view"]["yaw"] == 0
 
-    session.do("click", "4")
-    assert session.hear_event("Scrolled")["view"]["zoom"] > 1
-    assert drawn(session.read_picture()).sum() > drawn(before).sum()
+    session.xdotool("click", "4")
+    assert session.read_event("Scrolled")["view"]["zoom"] > 1
+    assert drawn(session.save_and_read_image()).sum() > drawn(before).sum()
     session.key("0")
 
-    session.do("keydown", "shift", "mousedown", "1", "mousemove", "200", "100", "mouseup", "1", "keyup", "shift")
-    panned = session.hear_event("Dragged")
+    session.xdotool("keydown", "shift", "mousedown", "1", "mousemove", "200", "100", "mouseup", "1", "keyup", "shift")
+    panned = session.read_event("Dragged")
     assert panned["mode"] == "pan" and panned["view"]["pan"][1] > 0
     session.key("0")
 
     assert session.key("h")["view"]["help"]
-    assert (session.read_picture() != before).any(axis=2).mean() > 0.2
+    assert (session.save_and_read_image() != before).any(axis=2).mean() > 0.2
     session.key("h")
-    np.testing.assert_array_equal(session.read_picture(), before)
+    np.testing.assert_array_equal(session.save_and_read_image(), before)
     assert session.close() == 0
 
 
-def test_the_picture_follows_the_windows_size_and_full_screen(session: Session) -> None:
-    session.do("search", "--name", "conf test", "windowsize", "400", "300")
-    while session.hear_event("Resized")["width"] != 400:
+def test_the_image_follows_the_window_size_and_full_screen(session: Session) -> None:
+    session.xdotool("search", "--name", "conf test", "windowsize", "400", "300")
+    while session.read_event("Resized")["width"] != 400:
         pass
-    assert session.read_picture().shape == (300, 400, 3)
+    assert session.save_and_read_image().shape == (300, 400, 3)
     session.key("f")
-    while session.hear_event("Resized")["width"] != 1280:
+    while session.read_event("Resized")["width"] != 1280:
         pass
-    full = session.read_picture()
+    full = session.save_and_read_image()
     assert full.shape == (800, 1280, 3)
     assert 0.05 < drawn(full).mean() < 0.5
-    session.do("key", "f")
-    while session.hear_event("Resized")["width"] != 400:
+    session.xdotool("key", "f")
+    while session.read_event("Resized")["width"] != 400:
         pass
-    session.do("key", "Escape")
+    session.xdotool("key", "Escape")
     assert session.process.wait(LIMIT_S) == 0
 
 
-def test_without_a_display_one_sentence_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_display_the_error_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.setattr(glfw, "init", lambda: False)
     with pytest.raises(GraphicsError, match=r"there is no display \(DISPLAY is not set\); run in a desktop session"):

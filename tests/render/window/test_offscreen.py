@@ -7,7 +7,7 @@ from conf.render.window.offscreen import OffscreenWindow
 from tests.support.stand_in_head import SIZE
 
 
-def test_read_gives_blue_green_red_with_the_first_row_on_top(window: OffscreenWindow) -> None:
+def test_read_returns_bgr_with_the_first_row_on_top(window: OffscreenWindow) -> None:
     window.begin()
     window.framebuffer.clear(1.0, 0.5, 0.0, viewport=(0, SIZE[1] - 10, SIZE[0], 10))
     window.end()
@@ -23,7 +23,7 @@ def test_begin_clears(window: OffscreenWindow) -> None:
     assert not window.read().any()
 
 
-def test_it_behaves_like_a_window_before_which_nobody_sits(window: OffscreenWindow) -> None:
+def test_it_has_the_interface_of_a_window_without_input(window: OffscreenWindow) -> None:
     assert (window.size, window.pixel_ratio, window.should_close, window.poll()) == (SIZE, 1.0, False, [])
     window.toggle_full_screen()
     assert window.size == SIZE
@@ -35,7 +35,7 @@ def test_a_size_that_is_not_positive_is_refused(size: tuple[int, int]) -> None:
         OffscreenWindow(*size)
 
 
-def test_without_opengl_the_packages_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_opengl_the_packages_to_install_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(**_: object) -> None:
         raise Exception("cannot open libEGL")
 
