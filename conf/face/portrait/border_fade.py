@@ -1,7 +1,7 @@
-"""What a photograph's border cut off: a head goes on as a dome, what is beside it fades away.
+"""Opacity of the person beyond the photo's border: a cut-off head is continued as a dome, all else fades.
 
-The colours at the border are all there is to go on with. A crown that a head lacks may have them, softened; what is
-farther fades, or it would end in a straight edge when the head comes down or in from the side.
+Beyond the border there are only the colours at the border. They suit the missing part of a head. Farther away they must
+fade, or the person would end in a straight edge when the head moves away from the border.
 """
 
 import numpy as np
@@ -9,38 +9,27 @@ from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.interpolation import smoothstep
-from conf.face.portrait import contours
+from conf.face.portrait.contours import OVAL_ROWS
 from conf.face.portrait.person_outline import BORDER_EXTENSION
 from conf.face.portrait.photographed_face import PhotographedFace
 
-HEAD_ELLIPSE = (
-    0.62,
-    0.75,
-)  # of the face's width to the sides, and of its height above and below: as far as a head goes
-HEAD_OFFSET = 0.12  # of the face's height: the head's middle lies above the face's
-FADE = (0.85, 1.2)  # of the way to there: between them the head ends
-END = 0.6  # of what is drawn beyond the border: over it the head ends in any case
-
-_OVAL = contours.landmark_rows(contours.OVAL)
+HEAD_ELLIPSE = (0.62, 0.75)  # semi-axes of the head, of the width and height of the face's oval
+HEAD_OFFSET = 0.12  # of the oval's height: the head's centre above the oval's
+FADE = (0.85, 1.2)  # of the ellipse's radius: the head fades between them
+END = 0.6  # of BORDER_EXTENSION: the outer part over which the head fades in any case
 
 
 def border_alpha(
-    flat: NDArray[np.float64], places: NDArray[np.float64], shape: PhotographedFace, /
+    positions_cm: NDArray[np.float64], positions: NDArray[np.float64], face: PhotographedFace, /
 ) -> NDArray[np.float64]:
-    """Return (V,): how much of the person is shown at each vertex, 1 all, 0 nothing; 1 wherever there is a photograph.
-
-    flat : (V, 2) cm from the face's origin, picture axes; the first D are contours.ALL
-    places : (V, 2) the same vertices, picture heights from the picture's centre
-    """
-    axis = shape.pose.matrix()[:2, 1]
-    axis = axis / max(float(np.linalg.norm(axis)), 1e-6)
-    upright = flat @ np.array([[axis[1], axis[0]], [-axis[0], axis[1]]])
-    low, high = upright[_OVAL].min(axis=0), upright[_OVAL].max(axis=0)
+    """Return (V,), 0 to 1: the opacity of the person at each vertex; 1 inside the photo and below the chin."""
+    upright = face.upright(positions_cm)
+    low, high = upright[OVAL_ROWS].min(axis=0), upright[OVAL_ROWS].max(axis=0)
     size = high - low
-    away = np.linalg.norm((upright - (low + high) / 2 - (0.0, HEAD_OFFSET * size[1])) / (size * HEAD_ELLIPSE), axis=1)
-    t = (FADE[1] - away) / (FADE[1] - FADE[0])
-    outside = np.max(np.abs(places) - (shape.aspect / 2, 0.5), axis=1)
-    cut_off = outside > 1e-9
-    beside_head = cut_off & (upright[:, 1] > upright[CONTROL_POINT_INDEX["chin_bottom"], 1])
+    offset = upright - (low + high) / 2 - (0.0, HEAD_OFFSET * size[1])
+    radius = np.linalg.norm(offset / (size * HEAD_ELLIPSE), axis=1)
+    t = (FADE[1] - radius) / (FADE[1] - FADE[0])
+    outside = np.max(np.abs(positions) - (face.aspect / 2, 0.5), axis=1)
     t = np.minimum(t, (BORDER_EXTENSION - outside) / (END * BORDER_EXTENSION))
-    return np.asarray(np.where(beside_head, smoothstep(t), 1.0))
+    fades = (outside > 1e-9) & (upright[:, 1] > upright[CONTROL_POINT_INDEX["chin_bottom"], 1])
+    return np.asarray(np.where(fades, smoothstep(t), 1.0))

@@ -1,7 +1,7 @@
-"""Which of the tracker's landmarks outline a photographed face, beside the fifty control points.
+"""The tracker's landmarks that outline a photographed face, in addition to the fifty control points.
 
-The fifty points move a photograph, but they do not say where its lips part or where its lids begin: the outlines do,
-and they travel once, with the picture. Numbers are rows of the tracker's landmarks. Left and right are the subject's.
+The control points do not say where the lips part or where the lids begin. The outlines do, and are sent once with the
+photo. Numbers are indices of the tracker's landmarks. Left and right are the subject's.
 Source: MediaPipe, face_mesh_connections.py.
 """
 
@@ -25,7 +25,7 @@ OVAL = (
     152, 148, 176, 149, 150, 136, 172, 58, 132, 93, 234, 127, 162, 21, 54, 103, 67, 109,
 )  # fmt: skip
 
-# Groups that lie close together, so that each point takes few bits within its group's box.
+# Groups of landmarks that are close together, so that each point needs few bits within its group's bounding box.
 GROUPS = (
     UPPER_INNER_LIP + LOWER_INNER_LIP + UPPER_OUTER_LIP + LOWER_OUTER_LIP,
     UPPER_LID_R + LOWER_LID_R + BROW_R,
@@ -35,8 +35,8 @@ GROUPS = (
 )
 
 
-def _extra() -> tuple[tuple[int, ...], ...]:
-    """Return the landmarks of each group that no control point gives and no group before has."""
+def _extra_groups() -> tuple[tuple[int, ...], ...]:
+    """Return the landmarks of each group that are neither control points nor in an earlier group."""
     known = set(CONTROL_POINT_LANDMARKS.tolist())
     groups = []
     for group in GROUPS:
@@ -45,14 +45,16 @@ def _extra() -> tuple[tuple[int, ...], ...]:
     return tuple(groups)
 
 
-EXTRA_GROUPS = _extra()
+EXTRA_GROUPS = _extra_groups()
 CONTOUR_LANDMARKS = np.array([i for group in EXTRA_GROUPS for i in group])
-PORTRAIT_LANDMARKS = np.concatenate(
-    [CONTROL_POINT_LANDMARKS, CONTOUR_LANDMARKS]
-)  # (D,) landmarks of a photographed face: control points, then the outlines
+# (D,) landmarks of a photographed face: the control points, then the outlines
+PORTRAIT_LANDMARKS = np.concatenate([CONTROL_POINT_LANDMARKS, CONTOUR_LANDMARKS])
 _ROW = {int(landmark): row for row, landmark in enumerate(PORTRAIT_LANDMARKS)}
 
 
 def landmark_rows(landmarks: tuple[int, ...], /) -> list[int]:
-    """Return where in ALL the landmarks are."""
+    """Return the rows of landmarks in PORTRAIT_LANDMARKS."""
     return [_ROW[i] for i in landmarks]
+
+
+OVAL_ROWS = landmark_rows(OVAL)

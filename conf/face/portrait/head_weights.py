@@ -1,49 +1,37 @@
-"""How much of the head's motion each place of a photograph follows: head all, shoulders a part, border none."""
+"""Skinning weights of a photo: the head follows the head pose fully, the shoulders in part, the lower border not."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.interpolation import smoothstep
-from conf.face.portrait import contours
+from conf.face.portrait.contours import OVAL_ROWS
 from conf.face.portrait.person_outline import BORDER_EXTENSION
 from conf.face.portrait.photographed_face import PhotographedFace
 
-SHOULDER_WEIGHT = 0.35  # of the head's motion
-NECK_CM = 9.0  # below the chin, over which the head's motion turns into the shoulders'
-BELOW_CHIN_CM = 0.5
-HAIR_FALLOFF = (
-    1.7,
-    3.0,
-)  # of half the face's width: hair still follows the head, what lies beyond does as the shoulders do
-BORDER = 0.15  # picture heights, over which the shoulders come to rest at the border
-
-_OVAL = contours.landmark_rows(contours.OVAL)
+SHOULDER_WEIGHT = 0.35
+NECK_CM = 9.0  # length of the transition from head to shoulders
+BELOW_CHIN_CM = 0.5  # where it begins
+HAIR_FALLOFF = (1.7, 3.0)  # of half the oval's width: hair nearer than that follows the head, farther the shoulders
+BORDER = 0.15  # image heights over which the shoulders' weight falls to 0 at the border
 
 
 def head_weights(
-    flat: NDArray[np.float64], places: NDArray[np.float64], shape: PhotographedFace, /
+    positions_cm: NDArray[np.float64], positions: NDArray[np.float64], face: PhotographedFace, /
 ) -> NDArray[np.float64]:
-    """Return (V,): 1 moves with the head, 0 stays.
-
-    flat : (V, 2) cm from the face's origin, picture axes; the first D are contours.ALL
-    places : (V, 2) the same vertices, picture heights from the picture's centre
-    """
-    axis = shape.pose.matrix()[:2, 1]
-    axis = axis / max(float(np.linalg.norm(axis)), 1e-6)  # the head's own up, in the picture
-    upright = flat @ np.array([[axis[1], axis[0]], [-axis[0], axis[1]]])
-    middle = upright[_OVAL].mean(axis=0)
-    half_width = float(np.ptp(upright[_OVAL, 0])) / 2
-    below = upright[CONTROL_POINT_INDEX["chin_bottom"], 1] - BELOW_CHIN_CM - upright[:, 1]
-    aside = np.abs(upright[:, 0] - middle[0]) / half_width
-    loose = np.maximum(
-        smoothstep(below / NECK_CM), smoothstep((aside - HAIR_FALLOFF[0]) / (HAIR_FALLOFF[1] - HAIR_FALLOFF[0]))
-    )
-    above_bottom = places[:, 1] + 0.5
-    # With the chin near the border the neck has no room to give: what goes on beyond the border rests, not the border.
-    above_bottom += np.clip(BORDER / 0.9 - above_bottom[CONTROL_POINT_INDEX["chin_bottom"]], 0, BORDER_EXTENSION)
-    room = float(np.clip(0.9 * above_bottom[CONTROL_POINT_INDEX["chin_bottom"]], 1e-3, BORDER))
-    loose = np.maximum(loose, 1 - smoothstep(above_bottom / room))
-    to_border = np.minimum(above_bottom, shape.aspect / 2 - np.abs(places[:, 0]))
-    body = SHOULDER_WEIGHT * smoothstep(to_border / BORDER)
-    return np.asarray((1 - loose) + loose * body)
+    """Return (V,): 1 moves with the head, 0 is fixed."""
+    chin = CONTROL_POINT_INDEX["chin_bottom"]
+    upright = face.upright(positions_cm)
+    centre = upright[OVAL_ROWS].mean(axis=0)
+    half_width = float(np.ptp(upright[OVAL_ROWS, 0])) / 2
+    below = upright[chin, 1] - BELOW_CHIN_CM - upright[:, 1]
+    beside = np.abs(upright[:, 0] - centre[0]) / half_width
+    beside = (beside - HAIR_FALLOFF[0]) / (HAIR_FALLOFF[1] - HAIR_FALLOFF[0])
+    body = np.maximum(smoothstep(below / NECK_CM), smoothstep(beside))
+    above_bottom = positions[:, 1] + 0.5
+    # With the chin near the border there is no space for the neck: fix the end of the extension, not the border.
+    above_bottom += np.clip(BORDER / 0.9 - above_bottom[chin], 0, BORDER_EXTENSION)
+    space = float(np.clip(0.9 * above_bottom[chin], 1e-3, BORDER))
+    body = np.maximum(body, 1 - smoothstep(above_bottom / space))
+    to_border = np.minimum(above_bottom, face.aspect / 2 - np.abs(positions[:, 0]))
+    return np.asarray((1 - body) + body * (SHOULDER_WEIGHT * smoothstep(to_border / BORDER)))

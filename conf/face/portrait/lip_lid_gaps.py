@@ -1,4 +1,4 @@
-"""Shut lips and lids have no room for triangles between them: part them a little in the photograph's mesh."""
+"""Keep a gap between closed lips and lids, so that there is room for the mesh's triangles between them."""
 
 from dataclasses import dataclass
 
@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from conf.face.portrait import contours
 
-LEAST_GAP_CM = 0.03
-OPENED = 0.2  # of a slit's length: how far up and down what is around it is pressed
+MIN_GAP_CM = 0.03
+WIDENING_DEPTH = 0.2  # of an opening's length: decay length of the widening above and below
 OPENINGS = [
-    (contours.landmark_rows(upper), contours.landmark_rows(lower))  # each from corner to corner, the corners shared
+    (contours.landmark_rows(upper), contours.landmark_rows(lower))  # each from corner to corner, corners in common
     for upper, lower in (
         (contours.UPPER_INNER_LIP, contours.LOWER_INNER_LIP),
         (contours.UPPER_LID_R, contours.LOWER_LID_R),
@@ -21,18 +21,22 @@ OPENINGS = [
 
 @dataclass(frozen=True)
 class Opening:
-    """The line between two lips or lids, seen along it: `along` and `up` are its axes, heights are from its line."""
+    """The opening between two lips or lids, with a coordinate system of its own.
+
+    origin : (2,) one corner; along : (2,) unit vector to the other one; up : (2,) unit vector upwards
+    upper, lower : (k, 2) the edges, along and up
+    """
 
     origin: NDArray[np.float64]
     along: NDArray[np.float64]
     up: NDArray[np.float64]
     length: float
-    upper: NDArray[np.float64]  # (k, 2) places along the slit and heights
+    upper: NDArray[np.float64]
     lower: NDArray[np.float64]
 
     @classmethod
     def between(cls, upper: NDArray[np.float64], lower: NDArray[np.float64]) -> "Opening":
-        """See the slit between two lines (k, 2) that share their ends."""
+        """Return the opening between two edges (k, 2) with common ends."""
         origin, corner = upper[0], upper[-1]
         length = max(float(np.linalg.norm(corner - origin)), 1e-9)
         along = (corner - origin) / length
@@ -43,69 +47,66 @@ class Opening:
 
     @property
     def step(self) -> NDArray[np.float64]:
-        """Return (2,) as far up as the slit is long."""
+        """Return (2,) the vector upwards of the opening's length."""
         return self.length * self.up
 
-    def contains(self, places: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Tell the places (k, 2) between the two lines."""
-        at, height = (places - self.origin) @ self.along, (places - self.origin) @ self.up
-        above, below = height > height_of(self.lower, at), height < height_of(self.upper, at)
-        return np.asarray((at > 0) & (at < self.length) & above & below)
+    def coordinates(self, positions: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return (k,) along the opening and (k,) up."""
+        return (positions - self.origin) @ self.along, (positions - self.origin) @ self.up
 
-    def heights(self, places: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return how far places (k, 2) are along the slit, and how high above its middle line."""
-        at, height = (places - self.origin) @ self.along, (places - self.origin) @ self.up
-        return at, height - (height_of(self.upper, at) + height_of(self.lower, at)) / 2
+    def contains(self, positions: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return (k,) whether positions are between the edges."""
+        x, height = self.coordinates(positions)
+        between = (height > height_at(self.lower, x)) & (height < height_at(self.upper, x))
+        return np.asarray((x > 0) & (x < self.length) & between)
+
+    def heights(self, positions: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return (k,) along the opening and (k,) above its centre line."""
+        x, height = self.coordinates(positions)
+        return x, height - (height_at(self.upper, x) + height_at(self.lower, x)) / 2
 
 
-def enforce_min_gap(places: NDArray[np.float64], centimetre: float, /) -> NDArray[np.float64]:
-    """Return the shape's points (D, 2) with lips and lids at least LEAST_GAP_CM apart all along.
+def enforce_min_gap(positions: NDArray[np.float64], centimetre: float, /) -> NDArray[np.float64]:
+    """Return positions (D, 2) with lips and lids at least MIN_GAP_CM apart. centimetre : in the positions' unit"""
+    separated = positions.copy()
+    for upper, lower in OPENINGS:
+        opening = Opening.between(positions[upper], positions[lower])
+        for edge, sign in ((upper[1:-1], 1.0), (lower[1:-1], -1.0)):
+            _, height = opening.heights(positions[edge])
+            missing = np.maximum(0.0, MIN_GAP_CM * centimetre / 2 - sign * height)
+            separated[edge] += sign * missing[:, None] * opening.up
+    return separated
 
-    places : (D, 2) picture heights, x right, y up, as contours.ALL
-    centimetre : its length in the picture
+
+def widen_openings(positions: NDArray[np.float64], points: NDArray[np.float64], /) -> NDArray[np.float64]:
+    """Return positions (V, 2) with mouth and eyes opened wider and the surroundings compressed, without folds.
+
+    points : (D, 2) landmarks, in the positions' unit
     """
-    parted = places.copy()
+    widened = positions.copy()
     for upper, lower in OPENINGS:
-        slit = Opening.between(places[upper], places[lower])
-        for side, sense in ((upper[1:-1], 1.0), (lower[1:-1], -1.0)):
-            _, height = slit.heights(places[side])
-            lack = np.maximum(0.0, LEAST_GAP_CM * centimetre / 2 - sense * height)
-            parted[side] += sense * lack[:, None] * slit.up
-    return parted
+        opening = Opening.between(points[upper], points[lower])
+        x, height = opening.heights(positions)
+        t = x / opening.length
+        bulge = np.sqrt(np.clip(4 * t * (1 - t), 0, 1))
+        depth = WIDENING_DEPTH * opening.length
+        decay = np.maximum(np.exp(-np.abs(height) / depth) - 0.01, 0)
+        widened += (np.sign(height) * 0.8 * depth * bulge * decay)[:, None] * opening.up
+    return widened
 
 
-def widen_openings(
-    places: NDArray[np.float64], points: NDArray[np.float64], centimetre: float, /
-) -> NDArray[np.float64]:
-    """Return places (V, 2) with mouth and eyes opened wider, what is around them pressed together, nothing folded.
-
-    points : (D, 2) the shape's points, as contours.ALL; no unit but that of places
-    """
-    opened = places.copy()
+def inside_openings(positions: NDArray[np.float64], points: NDArray[np.float64], margin: float, /) -> NDArray[np.bool_]:
+    """Return (k,) whether positions are between lips or lids, or nearer to them than the margin. points : (D, 2)"""
+    inside = np.zeros(len(positions), dtype=bool)
     for upper, lower in OPENINGS:
-        slit = Opening.between(points[upper], points[lower])
-        at, height = slit.heights(places)
-        share = at / slit.length
-        bulge = np.sqrt(np.clip(4 * share * (1 - share), 0, 1))
-        depth = OPENED * slit.length
-        fall = np.maximum(np.exp(-np.abs(height) / depth) - 0.01, 0)
-        moved = np.sign(height) * 0.8 * depth * bulge * fall
-        opened += moved[:, None] * slit.up
-    return opened
+        opening = Opening.between(points[upper], points[lower])
+        x, height = opening.heights(positions)
+        half_gap = (height_at(opening.upper, x) - height_at(opening.lower, x)) / 2
+        inside |= (x > -margin) & (x < opening.length + margin) & (np.abs(height) < half_gap + margin)
+    return inside
 
 
-def inside_openings(places: NDArray[np.float64], points: NDArray[np.float64], margin: float, /) -> NDArray[np.bool_]:
-    """Tell the places (k, 2) between lips or lids, or nearer to them than the margin. points : (D, 2) as ALL."""
-    between = np.zeros(len(places), dtype=bool)
-    for upper, lower in OPENINGS:
-        slit = Opening.between(points[upper], points[lower])
-        at, height = slit.heights(places)
-        half_gap = (height_of(slit.upper, at) - height_of(slit.lower, at)) / 2
-        between |= (at > -margin) & (at < slit.length + margin) & (np.abs(height) < half_gap + margin)
-    return between
-
-
-def height_of(line: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the height of a line (k, 2) at places along it."""
-    order = np.argsort(line[:, 0])
-    return np.asarray(np.interp(at, line[order, 0], line[order, 1]))
+def height_at(edge: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the height of an edge (k, 2) at positions x along the opening."""
+    order = np.argsort(edge[:, 0])
+    return np.asarray(np.interp(x, edge[order, 0], edge[order, 1]))

@@ -1,56 +1,52 @@
-"""A face that is as good as still looks as in the photograph: within the noise of motion nothing moves.
+"""A soft dead band against jitter: small motion around the photographed pose is suppressed.
 
-Tracker and codec leave a face that keeps still trembling about its place, by half a millimetre. Where the whole face is
-that near to where it was photographed, it is brought there: the picture is as sharp as the photograph and does not
-flicker. What moves by itself, lips that part or a lid that falls, is left alone. The same holds for patches: over a
-face that is as photographed lies none but for what a feature does by itself.
+Tracker and codec leave a jitter of about half a millimetre on a face at rest. If the whole face is that near to its
+photographed position, it is moved there: the image is as sharp as the photo and does not flicker. Local motion, such as
+parting lips or a closing lid, is kept. Patch descriptors are treated likewise, so that a face at rest shows no patches.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-VERTEX_DEADBAND_CM = (
-    0.15  # root mean square over the face: so far from the photograph, a third is taken off what it moved
-)
-POINT_CM = 0.05  # a control point this far from where it was photographed moves a third less
-MOTION_THRESHOLD_CM = 0.35  # what moved this far by itself is not noise
-OWN_STEPS = 9.0  # the same in the keys of a feature: about as much as a patch is worth sending for
+VERTEX_DEADBAND_CM = 0.15  # RMS distance of the face from the photo at which 1/e of the motion is suppressed
+POINT_CM = 0.05  # motion of a control point of which 1/e is suppressed
+MOTION_THRESHOLD_CM = 0.35  # local motion of this size is no jitter
+DESCRIPTOR_STEPS = 9.0  # the same for descriptors: about the difference for which a patch is worth sending
 
 
 def dampen_vertices(
-    places: NDArray[np.float64], photo: NDArray[np.float64], face: NDArray[np.bool_], centimetre: float, /
+    positions: NDArray[np.float64], photo: NDArray[np.float64], face: NDArray[np.bool_], centimetre: float, /
 ) -> NDArray[np.float64]:
-    """Return places (V, 2) drawn towards the photograph's, (V, 2), as far as the face, (V,), is near to them.
+    """Return positions (V, 2) moved towards the photo's, (V, 2), by the stillness of the face's vertices, (V,) bool.
 
-    centimetre : its length in the units of places
+    centimetre : in the positions' unit
     """
-    moved = places - photo
-    far = np.linalg.norm(moved, axis=1) / centimetre
-    still = stillness_weight(places, photo, face, centimetre)
-    return np.asarray(places - moved * (still * np.exp(-((far / MOTION_THRESHOLD_CM) ** 2)))[:, None])
+    motion = positions - photo
+    distance = np.linalg.norm(motion, axis=1) / centimetre
+    stillness = stillness_weight(positions, photo, face, centimetre)
+    return np.asarray(positions - motion * (stillness * np.exp(-((distance / MOTION_THRESHOLD_CM) ** 2)))[:, None])
 
 
 def stillness_weight(
-    places: NDArray[np.float64], photo: NDArray[np.float64], face: NDArray[np.bool_], centimetre: float, /
+    positions: NDArray[np.float64], photo: NDArray[np.float64], face: NDArray[np.bool_], centimetre: float, /
 ) -> float:
-    """Return how near the face, (V,), is to where it was photographed: 1 there, 0 far away.
+    """Return 1 if the face's vertices are where they were photographed, falling to 0 far away.
 
-    places, photo : (V, 2); centimetre : its length in their units
+    positions, photo : (V, 2); face : (V,) bool; centimetre : in the positions' unit
     """
-    far = np.linalg.norm((places - photo)[face], axis=1) / centimetre
-    return float(np.exp(-np.mean(np.minimum(far, MOTION_THRESHOLD_CM) ** 2) / VERTEX_DEADBAND_CM**2))
+    distance = np.linalg.norm((positions - photo)[face], axis=1) / centimetre
+    return float(np.exp(-np.mean(np.minimum(distance, MOTION_THRESHOLD_CM) ** 2) / VERTEX_DEADBAND_CM**2))
 
 
-def dampen_descriptor(keys: NDArray[np.float64], photo: NDArray[np.float64], still: float, /) -> NDArray[np.float64]:
-    """Return what a feature does, (k,) steps of its keys, drawn towards what it did in the photograph, (k,).
+def dampen_descriptor(
+    descriptor: NDArray[np.float64], photo: NDArray[np.float64], stillness: float, /
+) -> NDArray[np.float64]:
+    """Return a patch region's descriptor (k,) moved towards the photo's, (k,). stillness : from stillness_weight"""
+    distance = float(np.linalg.norm(descriptor - photo)) / DESCRIPTOR_STEPS
+    return np.asarray(descriptor - (descriptor - photo) * stillness * np.exp(-distance * distance))
 
-    still : of the face, as `stillness`
-    """
-    far = float(np.linalg.norm(keys - photo)) / OWN_STEPS
-    return np.asarray(keys - (keys - photo) * still * np.exp(-far * far))
 
-
-def dampen_points(moved: NDArray[np.float64], /) -> NDArray[np.float64]:
-    """Return what control points moved since the photograph, (n, 3) cm, without their noise."""
-    far = np.linalg.norm(moved, axis=1, keepdims=True) / POINT_CM
-    return np.asarray(moved * (1 - np.exp(-far * far)))
+def dampen_points(motion: NDArray[np.float64], /) -> NDArray[np.float64]:
+    """Return the motion (n, 3) cm of control points since the photo with jitter suppressed."""
+    distance = np.linalg.norm(motion, axis=1, keepdims=True) / POINT_CM
+    return np.asarray(motion * (1 - np.exp(-distance * distance)))

@@ -12,14 +12,14 @@ from conf.face.head_pose import HeadPose
 
 @dataclass(frozen=True)
 class PhotographedFace:
-    """The photographed face, and the neutral pose that motion is told against.
+    """The photographed face, and the neutral pose that motion is relative to.
 
-    aspect : width of the picture over its height
-    pose : of the head in the photograph
-    points : (D, 3) float64 cm in face axes, head pose removed: control points, then outlines, as contours.ALL
+    aspect : width of the photo over its height
+    pose : of the head in the photo
+    points : (D, 3) float64 cm in face axes, head pose removed: control points, then outlines
     neutral : (n, 3) float64 cm in face axes: the control points of the person's neutral pose
-    unit : (n, 3) float64 cm, the length of one FAPU unit for each axis of each control point
-    outline : (K, 2) of the person, picture heights, x right, y up; fewer than three: everything is person
+    fapu_lengths : (n, 3) float64 cm, the length of one FAPU unit for each axis of each control point
+    outline : (K, 2) of the person, image heights from the centre, y up; fewer than three: everything is person
     """
 
     aspect: float
@@ -39,17 +39,22 @@ class PhotographedFace:
         fapu: tuple[float, ...],
         outline: NDArray[np.float64],
     ) -> Self:
-        """Return the shape of what travels with a photograph.
+        """Return the face of a received photo.
 
-        size : its width and height in px; pose : (6,), as HeadPose; points, neutral : cm, as here
+        size : its width and height in px; pose : (6,), as HeadPose; points, neutral : cm, as above
         fapu : five distances of the neutral pose, cm; outline : (K, 2) 0 to 1 from the upper left corner
         """
         aspect = size[0] / size[1]
-        unit = Fapu(*fapu).lengths()
-        return cls(aspect, HeadPose.from_vector(pose), points, neutral, unit, (outline - 0.5) * (aspect, -1.0))
+        lengths = Fapu(*fapu).lengths()
+        return cls(aspect, HeadPose.from_vector(pose), points, neutral, lengths, (outline - 0.5) * (aspect, -1.0))
+
+    def upright(self, positions_cm: NDArray[np.float64], /) -> NDArray[np.float64]:
+        """Return positions (V, 2) rotated in the image's plane such that the head's vertical axis points up."""
+        axis = self.pose.matrix()[:2, 1]
+        axis = axis / max(float(np.linalg.norm(axis)), 1e-6)
+        return np.asarray(positions_cm @ np.array([[axis[1], axis[0]], [-axis[0], axis[1]]]))
 
 
 def project(points: NDArray[np.float64], pose: HeadPose, /) -> NDArray[np.float64]:
-    """Return where points (k, 3) cm in face axes fall in the picture: (k, 2) picture heights, x right, y up."""
-    turned = points @ pose.matrix()[:2].T
-    return np.asarray(turned * np.exp(pose.log_scale) + pose.position)
+    """Return the projection (k, 2) of points (k, 3), cm in face axes: image heights from the centre, y up."""
+    return np.asarray(points @ pose.matrix()[:2].T * np.exp(pose.log_scale) + pose.position)

@@ -1,9 +1,9 @@
-"""Move a photograph with the fifty points: expression by radial basis functions, head turns by depth.
+"""Deform a photo with the fifty control points: expressions by radial basis functions, head rotation by depth.
 
-Strategy. Every vertex of the photograph's mesh gets a depth, so it is a point of the head. Motion gives the control
-points in face axes; what they moved since the photograph goes through one matrix to all vertices, and the head's pose
-puts them into the picture. Neck and shoulders follow the head less and less; the picture's lower border stays. What
-one photograph cannot show, a head turned far or a grimace out of all range, is eased to the nearest that it can.
+Every vertex of the photo's mesh gets a depth, so it is a point of the head in space. A motion frame gives the control
+points in face axes. Their displacement since the photo is interpolated to all vertices with one matrix, and the head
+pose projects them into the image. Neck and shoulders follow the head with falling weight; the photo's lower border is
+fixed. Large rotations and extreme expressions, which one photo cannot show, are limited softly.
 """
 
 import numpy as np
@@ -17,8 +17,8 @@ from conf.face.deformation.rbf import build_operator
 from conf.face.deformation.regions import Regions
 from conf.face.fapu import UNITS_PER_DISTANCE
 from conf.face.head_pose import HeadPose
-from conf.face.portrait import contours
 from conf.face.portrait.border_fade import border_alpha
+from conf.face.portrait.contours import OVAL_ROWS, PORTRAIT_LANDMARKS
 from conf.face.portrait.head_weights import head_weights
 from conf.face.portrait.lip_lid_gaps import enforce_min_gap
 from conf.face.portrait.motion_deadband import dampen_points, dampen_vertices, stillness_weight
@@ -27,171 +27,186 @@ from conf.face.portrait.photo_regions import split_photo_regions
 from conf.face.portrait.photographed_face import PhotographedFace
 from conf.face.portrait.untangle import untangle
 
-MAX_TURN = np.radians(32)  # out of the picture's plane, against the photograph
-SOFT_KNEE = 0.7  # the share of a limit that is reached unchanged
-DEPTH_SLOPE = 0.5  # how fast the head falls away beyond its oval
-DEPTH_ROUNDS = 3  # of smoothing: the steep sides of nose and face would fold at small turns
-DEEPEST_CM = 5.0  # behind the oval
-LEAST_FACE_CM = 4.0  # any side of a face's oval
-ANCHOR_RINGS = (1.45, 1.8)  # of the oval: where no expression reaches
-_NEAREST = 8  # outline points that a vertex's depth is taken from
+THIN_PLATE = KERNELS["thin-plate"]
+MAX_ROTATION = np.radians(32)  # out of the image plane, relative to the photo
+SOFT_KNEE = 0.7  # of a limit: values below it are unchanged
+DEPTH_SLOPE = 0.5  # decrease of depth with distance beyond the face's oval
+DEPTH_ROUNDS = 3  # of smoothing: the steep sides of nose and face would fold at small rotations
+MAX_DEPTH_CM = 5.0  # behind the oval
+MIN_FACE_CM = 4.0  # width and height of a face's oval
+ANCHOR_RINGS = (1.45, 1.8)  # of the oval: points that no expression moves
+_NEAREST = 8  # outline points that a vertex's depth is interpolated from
 
 _UPPER = np.array([CONTROL_POINT_INDEX["eyelid_upper_l"], CONTROL_POINT_INDEX["eyelid_upper_r"]])
 _LOWER = np.array([CONTROL_POINT_INDEX["eyelid_lower_l"], CONTROL_POINT_INDEX["eyelid_lower_r"]])
 _CORNERS = [[CONTROL_POINT_INDEX[f"eye_inner_corner_{s}"], CONTROL_POINT_INDEX[f"eye_outer_corner_{s}"]] for s in "lr"]
-_OVAL = contours.landmark_rows(contours.OVAL)
 
-
-def _limits() -> NDArray[np.float64]:
-    """Return (n, 1) cm: how far a control point can be from where it is in the photograph."""
-    limits = np.full((CONTROL_POINT_COUNT, 1), 1.6)
-    for prefixes, reach in ((("inner_lip_lower", "outer_lip_lower", "chin"), 5.0), (("inner_lip_corner",), 2.5),
-                            (("inner_lip_upper", "outer_lip_upper", "outer_lip_corner", "cupids"), 2.5)):  # fmt: skip
-        limits[control_point_indices(*prefixes)] = reach
-    return limits
-
-
-_LIMITS = _limits()
+# (n, 1) cm: limit of a control point's displacement since the photo
+_LIMITS = np.full((CONTROL_POINT_COUNT, 1), 1.6)
+_LIMITS[control_point_indices("inner_lip_lower", "outer_lip_lower", "chin")] = 5.0
+_LIMITS[
+    control_point_indices("inner_lip_corner", "inner_lip_upper", "outer_lip_upper", "outer_lip_corner", "cupids")
+] = 2.5
 
 
 class PortraitWarp:
-    """Moves the mesh of one photograph."""
+    """Deforms the mesh of one photo."""
 
     def __init__(self, shape: PhotographedFace, /) -> None:
-        """Build mesh and operator. Raises ValueError or scipy's QhullError if the points are no face."""
-        if np.ptp(shape.points[_OVAL, :2], axis=0).min() < LEAST_FACE_CM:
+        """Build mesh and matrix. Raises ValueError or scipy's QhullError if the points are not those of a face."""
+        if np.ptp(shape.points[OVAL_ROWS, :2], axis=0).min() < MIN_FACE_CM:
             raise ValueError("points must be those of a face")
         self.shape = shape
         self.mesh: PhotoMesh = build_mesh(shape)
         self._scale = float(np.exp(shape.pose.log_scale))
-        self._turn = shape.pose.matrix()
-        self.positions_cm = flat = (self.mesh.positions - shape.pose.position) / self._scale  # (V, 2) cm, picture axes
-        depth = _depths(flat, shape.points @ self._turn.T)
+        rotation = shape.pose.matrix()
+        self.positions_cm = flat = (self.mesh.positions - shape.pose.position) / self._scale  # (V, 2)
+        depth = _depths(flat, shape.points @ rotation.T)
         for _ in range(DEPTH_ROUNDS):
             depth[CONTROL_POINT_COUNT:] = (self.mesh.neighbour_mean @ depth)[CONTROL_POINT_COUNT:]
-        self._solid = np.column_stack([flat, depth]) @ self._turn  # (V, 3) cm, face axes
-        self._share = head_weights(flat, self.mesh.positions, shape)[:, None]
-        self.border_alpha = border_alpha(flat, self.mesh.positions, shape)  # (V,) of the person, 0 to 1
+        self._solid = np.column_stack([flat, depth]) @ rotation  # (V, 3) cm, face axes
+        self._head_weights = head_weights(flat, self.mesh.positions, shape)[:, None]
+        self.border_alpha = border_alpha(flat, self.mesh.positions, shape)  # (V,) opacity of the person, 0 to 1
         self.fields = split_photo_regions(flat)
-        self.on_face = _within(flat, flat[_OVAL])  # (V,) bool
-        self._operator = _operator(flat, self.fields)
-        self._neutral, self._unit = shape.neutral, shape.fapu_lengths
+        self.on_face = _within_oval(flat)  # (V,) bool
+        self._matrix = _expression_matrix(flat, self.fields)
+        self._neutral, self._fapu_lengths = shape.neutral, shape.fapu_lengths
 
-    def set_neutral(self, neutral: NDArray[np.float64], unit: NDArray[np.float64], /) -> None:
-        """Take a better estimate of the neutral pose, (n, 3) cm, and of the FAPU: the photograph stays what it is."""
-        self._neutral, self._unit = neutral, unit
+    def set_neutral(self, neutral: NDArray[np.float64], fapu_lengths: NDArray[np.float64], /) -> None:
+        """Replace the neutral pose, (n, 3) cm, and the FAPU lengths by better estimates. The photo stays as it is."""
+        self._neutral, self._fapu_lengths = neutral, fapu_lengths
 
     def control_points(self, displacements: NDArray[np.floating], /) -> NDArray[np.float64]:
         """Return the control points (n, 3), cm in face axes, of displacements (n, 3) in FAPU units."""
-        points = self._neutral + displacements * self._unit
+        points = self._neutral + displacements * self._fapu_lengths
         gap = self._neutral[_UPPER, 1] - self._neutral[_LOWER, 1]
         openness = np.clip(1 + (displacements[_UPPER, 1] - displacements[_LOWER, 1]) / UNITS_PER_DISTANCE, 0, 2)
-        # The tracker's lids never quite meet, and not alike: what keeps them from it goes as the eye shuts.
-        left_over = gap - self._unit[_UPPER, 1] * UNITS_PER_DISTANCE
-        points[_UPPER, 1] -= left_over * np.maximum(0.0, 1 - openness) ** 2
+        # The tracker's lids do not quite meet, and differ: remove the remaining gap as the eye closes.
+        remaining = gap - self._fapu_lengths[_UPPER, 1] * UNITS_PER_DISTANCE
+        points[_UPPER, 1] -= remaining * np.maximum(0.0, 1 - openness) ** 2
         for pupil, corners in zip(PUPILS, _CORNERS, strict=True):
             points[pupil] += (points - self._neutral)[corners].mean(axis=0)
             points[pupil, 2] = self.shape.points[pupil, 2]
         return np.asarray(points)
 
     def photo_displacements(self) -> NDArray[np.float64]:
-        """Return the displacements (n, 3), FAPU units, of the photograph itself."""
-        moved = self.shape.points[:CONTROL_POINT_COUNT] - self._neutral
+        """Return the displacements (n, 3), FAPU units, of the photo itself."""
+        motion = self.shape.points[:CONTROL_POINT_COUNT] - self._neutral
         for pupil, corners in zip(PUPILS, _CORNERS, strict=True):
-            moved[pupil] -= moved[corners].mean(axis=0)
-            moved[pupil, 2] = 0.0
-        return np.asarray(moved / self._unit)
+            motion[pupil] -= motion[corners].mean(axis=0)
+            motion[pupil, 2] = 0.0
+        return np.asarray(motion / self._fapu_lengths)
 
     def deform(self, displacements: NDArray[np.floating], pose: HeadPose, /) -> NDArray[np.float64]:
-        """Return where the vertices go: (V, 2) picture heights, x right, y up. No triangle is turned over.
-
-        displacements : (n, 3) FAPU units
-        """
-        moved = dampen_points(self.control_points(displacements) - self.shape.points[:CONTROL_POINT_COUNT])
-        moved = _soft_limit(moved, _LIMITS)
-        eased = limit_rotation(pose, self.shape.pose)
-        target = self._show(self._solid + self._operator @ moved.astype(np.float32), eased)
-        outlines = len(contours.PORTRAIT_LANDMARKS)
-        target[:outlines] = enforce_min_gap(target[:outlines], float(np.exp(eased.log_scale)))
-        for eyeball in self.mesh.eyeballs:
-            eyeball.apply(target)
+        """Return the deformed positions (V, 2), without folds. displacements : (n, 3) FAPU units"""
+        motion = dampen_points(self.control_points(displacements) - self.shape.points[:CONTROL_POINT_COUNT])
+        motion = _soft_limit(motion, _LIMITS)
+        limited = limit_rotation(pose, self.shape.pose)
+        target = self._project(self._solid + self._matrix @ motion.astype(np.float32), limited)
+        count = len(PORTRAIT_LANDMARKS)
+        target[:count] = enforce_min_gap(target[:count], float(np.exp(limited.log_scale)))
+        for eye in self.mesh.eyes:
+            eye.apply(target)
         return untangle(dampen_vertices(target, self.mesh.positions, self.on_face, self._scale), self.mesh)
 
-    def stillness(self, places: NDArray[np.float64], /) -> float:
-        """Return how near the face in places (V, 2) is to where it was photographed: 1 there, 0 far away."""
-        return stillness_weight(places, self.mesh.positions, self.on_face, self._scale)
+    def stillness(self, positions: NDArray[np.float64], /) -> float:
+        """Return 1 if the face in positions (V, 2) is where it was photographed, falling to 0 far away."""
+        return stillness_weight(positions, self.mesh.positions, self.on_face, self._scale)
 
-    def _show(self, solid: NDArray[np.float64], pose: HeadPose) -> NDArray[np.float64]:
-        flat = solid @ pose.matrix()[:2].T * np.exp(pose.log_scale) + pose.position
-        return np.asarray(self.mesh.positions + self._share * (flat - self.mesh.positions))
+    def _project(self, solid: NDArray[np.float64], pose: HeadPose) -> NDArray[np.float64]:
+        projected = solid @ pose.matrix()[:2].T * np.exp(pose.log_scale) + pose.position
+        return np.asarray(self.mesh.positions + self._head_weights * (projected - self.mesh.positions))
 
 
-def limit_rotation(pose: HeadPose, photo_displacements: HeadPose, /) -> HeadPose:
-    """Return the pose with its turn out of the picture's plane kept within what the photograph can show.
+def thin_plate_matrix(
+    positions: NDArray[np.float64],
+    centres: NDArray[np.float64],
+    /,
+    *,
+    epsilon: float = THIN_PLATE.epsilon,
+    regions: Regions | None = None,
+    smoothing: float = 0.0,
+) -> NDArray[np.float32]:
+    """Return the (V, n) matrix that interpolates values at centres (n, 2) to positions (V, 2) in the plane.
 
-    The turn since the photograph is taken apart into one within the picture's plane, which may be any, and the shortest
-    one that then brings the line of sight to where it is.
+    epsilon, regions, smoothing : as in build_operator
     """
-    first = Rotation.from_rotvec(photo_displacements.rotation)
-    turn = Rotation.from_rotvec(pose.rotation) * first.inv()
-    sight = turn.apply([0.0, 0.0, 1.0])
-    axis = np.array([-sight[1], sight[0], 0.0])
+    operator = build_operator(
+        _in_space(positions),
+        _in_space(centres),
+        kernel=THIN_PLATE,
+        epsilon=epsilon,
+        regions=regions,
+        smoothing=smoothing,
+    )
+    return operator.matrix
+
+
+def limit_rotation(pose: HeadPose, photo_pose: HeadPose, /) -> HeadPose:
+    """Return the pose with its rotation out of the image plane limited to what the photo can show.
+
+    The rotation since the photo is decomposed into one in the image plane, which is not limited, and the shortest one
+    that then brings the viewing direction to its place.
+    """
+    first = Rotation.from_rotvec(photo_pose.rotation)
+    rotation = Rotation.from_rotvec(pose.rotation) * first.inv()
+    direction = rotation.apply([0.0, 0.0, 1.0])
+    axis = np.array([-direction[1], direction[0], 0.0])
     length = float(np.linalg.norm(axis))
     axis = axis / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
-    angle = float(np.arctan2(length, sight[2]))
-    within = Rotation.from_rotvec(-angle * axis) * turn
-    eased = float(_soft_limit(np.array([[angle]]), MAX_TURN)[0, 0])
-    rotation = Rotation.from_rotvec(eased * axis) * within * first
+    angle = float(np.arctan2(length, direction[2]))
+    in_plane = Rotation.from_rotvec(-angle * axis) * rotation
+    limited = float(_soft_limit(np.array([[angle]]), MAX_ROTATION)[0, 0])
+    rotation = Rotation.from_rotvec(limited * axis) * in_plane * first
     return HeadPose(rotation.as_rotvec(), pose.position, pose.log_scale)
 
 
 def _soft_limit(vectors: NDArray[np.float64], limits: NDArray[np.float64] | float) -> NDArray[np.float64]:
-    """Return vectors (k, m) shortened to below their limits (k, 1): unchanged up to the knee, then ever less."""
+    """Return vectors (k, m) shortened below their limits (k, 1): unchanged up to the knee, asymptotic beyond."""
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     knee = SOFT_KNEE * np.asarray(limits)
-    room = np.asarray(limits) - knee
-    beyond = np.maximum(0.0, lengths - knee)
-    eased = np.minimum(lengths, knee) + room * beyond / (room + beyond)
-    return np.asarray(vectors * (eased / np.maximum(lengths, 1e-9)))
+    span = np.asarray(limits) - knee
+    excess = np.maximum(0.0, lengths - knee)
+    limited = np.minimum(lengths, knee) + span * excess / (span + excess)
+    return np.asarray(vectors * (limited / np.maximum(lengths, 1e-9)))
 
 
-def _depths(positions_cm: NDArray[np.float64], known: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (V,) cm towards the viewer: between the outlines' own depths, and falling away beyond them."""
-    tree = cKDTree(known[:, :2])
-    distance, nearest = tree.query(positions_cm, k=_NEAREST)
+def _depths(positions_cm: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (V,) cm towards the viewer: interpolated between the face's points (D, 3), decreasing beyond its oval."""
+    distance, nearest = cKDTree(points[:, :2]).query(positions_cm, k=_NEAREST)
     weights = 1 / np.maximum(distance, 1e-6) ** 2
-    depth = np.sum(weights * known[nearest, 2], axis=1) / weights.sum(axis=1)
-    oval = known[_OVAL]
-    middle = oval[:, :2].mean(axis=0)
-    radius = np.linalg.norm(positions_cm - middle, axis=1)
-    rim = np.linalg.norm(oval[cKDTree(oval[:, :2]).query(positions_cm)[1], :2] - middle, axis=1)
-    fall = np.minimum(DEPTH_SLOPE * np.maximum(0.0, radius - rim), DEEPEST_CM)
-    return np.asarray(depth - fall)
+    depth = np.sum(weights * points[nearest, 2], axis=1) / weights.sum(axis=1)
+    radius, oval_radius = _radii(positions_cm, points[OVAL_ROWS, :2])
+    return np.asarray(depth - np.minimum(DEPTH_SLOPE * np.maximum(0.0, radius - oval_radius), MAX_DEPTH_CM))
 
 
-def _within(positions_cm: NDArray[np.float64], oval: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell the vertices (V, 2) well within the face's oval (36, 2)."""
-    middle = oval.mean(axis=0)
-    rim = np.linalg.norm(oval[cKDTree(oval).query(positions_cm)[1]] - middle, axis=1)
-    return np.asarray(np.linalg.norm(positions_cm - middle, axis=1) < 0.92 * rim)
+def _within_oval(positions_cm: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return (V,) whether vertices are well within the face's oval."""
+    radius, oval_radius = _radii(positions_cm, positions_cm[OVAL_ROWS])
+    return np.asarray(radius < 0.92 * oval_radius)
 
 
-def _operator(positions_cm: NDArray[np.float64], fields: Regions) -> NDArray[np.float32]:
+def _radii(
+    positions_cm: NDArray[np.float64], oval: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the distances (V,) of vertices and of their nearest oval points from the oval's centre."""
+    centre = oval.mean(axis=0)
+    nearest = oval[cKDTree(oval).query(positions_cm)[1]]
+    return np.linalg.norm(positions_cm - centre, axis=1), np.linalg.norm(nearest - centre, axis=1)
+
+
+def _expression_matrix(positions_cm: NDArray[np.float64], fields: Regions) -> NDArray[np.float32]:
     """Return the (V, n) matrix from displacements of the control points to offsets of the vertices."""
-    oval = positions_cm[_OVAL]
-    middle = oval.mean(axis=0)
-    anchors = np.concatenate([middle + ring * (oval[::2] - middle) for ring in ANCHOR_RINGS])
+    oval = positions_cm[OVAL_ROWS]
+    centre = oval.mean(axis=0)
+    anchors = np.concatenate([centre + ring * (oval[::2] - centre) for ring in ANCHOR_RINGS])
     regions = Regions(fields.fields, _in_space(anchors))
-    vertices = _in_space(positions_cm)
-    kernel = KERNELS["thin-plate"]
-    operator = build_operator(
-        vertices, vertices[:CONTROL_POINT_COUNT], kernel=kernel, epsilon=kernel.epsilon, regions=regions
-    )
-    beyond = np.linalg.norm(positions_cm - middle, axis=1) / np.linalg.norm(oval - middle, axis=1).max()
-    matrix = operator.matrix * np.clip((ANCHOR_RINGS[-1] - beyond) / 0.3, 0, 1)[:, None]
+    matrix = thin_plate_matrix(positions_cm, positions_cm[:CONTROL_POINT_COUNT], regions=regions)
+    radius = np.linalg.norm(positions_cm - centre, axis=1) / np.linalg.norm(oval - centre, axis=1).max()
+    matrix = np.asarray(matrix * np.clip((ANCHOR_RINGS[-1] - radius) / 0.3, 0, 1)[:, None])
     matrix[:CONTROL_POINT_COUNT] = np.eye(CONTROL_POINT_COUNT)
     return np.asarray(matrix, dtype=np.float32)
 
 
-def _in_space(positions_cm: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.column_stack([positions_cm, np.zeros(len(positions_cm))])
+def _in_space(positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.column_stack([positions, np.zeros(len(positions))])

@@ -22,19 +22,16 @@ def test_no_triangle_crosses_the_lips() -> None:
             assert inside, triangle
 
 
-def test_what_is_only_background_has_no_triangles() -> None:
+def test_the_background_has_no_triangles() -> None:
     mesh = build_mesh(face_shape())
     used = mesh.positions[np.unique(mesh.triangles)]
     assert np.abs(used[:, 0]).max() < 0.62
 
 
-def test_no_triangle_holds_the_lips_together() -> None:
+def test_no_triangle_has_corners_on_both_lips_and_elsewhere() -> None:
     for tilt in np.linspace(-0.4, 0.4, 9):
         pose = HeadPose(np.array([0.0, 0.0, tilt]), POSE.position, POSE.log_scale)
         triangles = build_mesh(face_shape(pose)).triangles
-        upper, lower = (
-            contours.landmark_rows(contours.UPPER_INNER_LIP),
-            contours.landmark_rows(contours.LOWER_INNER_LIP),
-        )
+        upper, lower = map(contours.landmark_rows, (contours.UPPER_INNER_LIP, contours.LOWER_INNER_LIP))
         across = np.isin(triangles, upper[1:-1]).any(axis=1) & np.isin(triangles, lower[1:-1]).any(axis=1)
         assert np.isin(triangles[across], upper + lower).all()

@@ -6,14 +6,14 @@ from conf.face.portrait.photo_regions import split_photo_regions
 from tests.support.synthetic_portrait import face_points
 
 
-def test_shares_add_up_and_a_lip_is_carried_by_its_own_points() -> None:
+def test_weights_sum_to_1_and_each_lip_follows_its_own_points() -> None:
     regions = split_photo_regions(face_points()[:, :2])
     weights = np.array([field.weights for field in regions.fields])
     np.testing.assert_allclose(weights.sum(axis=0), 1)
     upper = contours.landmark_rows(contours.UPPER_INNER_LIP[1:-1])
-    knows_lower = [not set(LOWER_LIP) <= set(field.excluded) for field in regions.fields]
-    assert weights[np.ix_(knows_lower, upper)].max() == 0
+    has_lower = [not set(LOWER_LIP) <= set(field.excluded) for field in regions.fields]
+    assert weights[np.ix_(has_lower, upper)].max() == 0
     lower = contours.landmark_rows(contours.LOWER_INNER_LIP[1:-1])
-    knows_upper = [not set(UPPER_LIP) <= set(field.excluded) for field in regions.fields]
-    assert weights[np.ix_(knows_upper, lower)].max() == 0
+    has_upper = [not set(UPPER_LIP) <= set(field.excluded) for field in regions.fields]
+    assert weights[np.ix_(has_upper, lower)].max() == 0
     assert any(set(LOWER_LID) <= set(field.excluded) for field in regions.fields)

@@ -8,64 +8,63 @@ from conf.face.fapu import UNITS_PER_DISTANCE
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.photo_mesh import signed_areas
 from conf.face.portrait.photographed_face import project
-from conf.face.portrait.warp import MAX_TURN, PortraitWarp, limit_rotation
+from conf.face.portrait.warp import MAX_ROTATION, PortraitWarp, limit_rotation
 from tests.support.synthetic_portrait import POSE, face_shape
 
 WARP = PortraitWarp(face_shape())
 STILL = np.zeros((CONTROL_POINT_COUNT, 3))
 
 
-def test_the_photograph_shows_itself() -> None:
+def test_the_photos_own_displacements_reproduce_it() -> None:
     np.testing.assert_allclose(WARP.deform(WARP.photo_displacements(), POSE), WARP.mesh.positions, atol=2e-5)
 
 
-def test_control_points_go_where_the_motion_says() -> None:
+def test_control_points_follow_the_motion() -> None:
     displacements = STILL.copy()
     displacements[CONTROL_POINT_INDEX["outer_lip_corner_l"], 0] = 150
     displacements[CONTROL_POINT_INDEX["brow_top_r"], 1] = 100
     pose = HeadPose(POSE.rotation + np.array((0.05, 0.1, 0.1)), POSE.position + 0.05, POSE.log_scale + 0.05)
-    places = WARP.deform(displacements, pose)[:CONTROL_POINT_COUNT]
-    np.testing.assert_allclose(places, project(WARP.control_points(displacements), pose), atol=2e-3)
+    positions = WARP.deform(displacements, pose)[:CONTROL_POINT_COUNT]
+    np.testing.assert_allclose(positions, project(WARP.control_points(displacements), pose), atol=2e-3)
 
 
-def test_shut_lids_meet() -> None:
-    shut = STILL.copy()
-    shut[[CONTROL_POINT_INDEX["eyelid_upper_l"], CONTROL_POINT_INDEX["eyelid_upper_r"]], 1] = -UNITS_PER_DISTANCE
-    points = WARP.control_points(shut)
+def test_closed_lids_meet() -> None:
+    closed = STILL.copy()
+    closed[[CONTROL_POINT_INDEX["eyelid_upper_l"], CONTROL_POINT_INDEX["eyelid_upper_r"]], 1] = -UNITS_PER_DISTANCE
+    points = WARP.control_points(closed)
     for side in "lr":
-        assert points[CONTROL_POINT_INDEX[f"eyelid_upper_{side}"], 1] == pytest.approx(
-            points[CONTROL_POINT_INDEX[f"eyelid_lower_{side}"], 1]
-        )
+        upper, lower = (points[CONTROL_POINT_INDEX[f"eyelid_{lid}_{side}"], 1] for lid in ("upper", "lower"))
+        assert upper == pytest.approx(lower)
 
 
-def test_a_better_neutral_pose_leaves_the_photograph_as_it_is() -> None:
+def test_a_new_neutral_pose_does_not_move_the_photo() -> None:
     warp = PortraitWarp(face_shape())
     warp.set_neutral(warp.shape.neutral + 0.1, warp.shape.fapu_lengths)
     np.testing.assert_allclose(warp.deform(warp.photo_displacements(), POSE), warp.mesh.positions, atol=2e-5)
 
 
-def test_a_nose_moves_against_the_cheeks_in_a_turn() -> None:
-    turned = HeadPose(POSE.rotation + np.array((0, 0.25, 0)), POSE.position, POSE.log_scale)
-    moved = WARP.deform(STILL, turned) - WARP.mesh.positions
-    nose, cheek = CONTROL_POINT_INDEX["nose_bottom_edge_l"], CONTROL_POINT_INDEX["brow_outer_l"]
-    assert moved[nose, 0] > moved[cheek, 0] + 0.005
+def test_rotation_moves_the_nose_relative_to_the_brow() -> None:
+    rotated = HeadPose(POSE.rotation + np.array((0, 0.25, 0)), POSE.position, POSE.log_scale)
+    moved = WARP.deform(STILL, rotated) - WARP.mesh.positions
+    nose, brow = CONTROL_POINT_INDEX["nose_bottom_edge_l"], CONTROL_POINT_INDEX["brow_outer_l"]
+    assert moved[nose, 0] > moved[brow, 0] + 0.005
 
 
 @given(st.lists(st.floats(-1.5, 1.5), min_size=3, max_size=3))
-def test_a_turn_is_never_larger_than_a_photograph_can_show(turn: list[float]) -> None:
-    eased = limit_rotation(HeadPose(np.array(turn), POSE.position, POSE.log_scale), POSE)
-    since = eased.matrix() @ POSE.matrix().T
-    assert np.arccos(np.clip(since[2, 2], -1, 1)) <= MAX_TURN + 1e-6
+def test_the_rotation_out_of_the_image_plane_is_limited(rotation: list[float]) -> None:
+    limited = limit_rotation(HeadPose(np.array(rotation), POSE.position, POSE.log_scale), POSE)
+    since = limited.matrix() @ POSE.matrix().T
+    assert np.arccos(np.clip(since[2, 2], -1, 1)) <= MAX_ROTATION + 1e-6
 
 
 @given(st.lists(st.floats(-0.15, 0.15), min_size=3, max_size=3))
-def test_a_modest_turn_is_shown_as_it_is(turn: list[float]) -> None:
-    pose = HeadPose(POSE.rotation + turn, POSE.position, POSE.log_scale)
+def test_a_small_rotation_is_unchanged(rotation: list[float]) -> None:
+    pose = HeadPose(POSE.rotation + rotation, POSE.position, POSE.log_scale)
     np.testing.assert_allclose(limit_rotation(pose, POSE).matrix(), pose.matrix(), atol=1e-9)
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(0, 1500))
-def test_no_triangle_is_turned_over_by_any_motion(seed: int, reach: float) -> None:
+def test_no_motion_folds_a_triangle(seed: int, reach: float) -> None:
     rng = np.random.default_rng(seed)
     displacements = rng.uniform(-reach, reach, (CONTROL_POINT_COUNT, 3))
     pose = HeadPose(rng.uniform(-1, 1, 3), rng.uniform(-0.4, 0.4, 2), POSE.log_scale + rng.uniform(-0.5, 0.5))
