@@ -1,4 +1,4 @@
-"""What travels read a second time, from WIRE.md alone: nothing of conf reads here. Slow, plain, whole numbers."""
+"""A second decoder, written from WIRE.md alone: it imports nothing of conf. Slow, simple, in integers."""
 
 from dataclasses import dataclass, field
 from math import ceil, floor, log2
@@ -14,20 +14,20 @@ STEPS = {"live": 0.0074, "rich": 0.0044, "narrow": 0.0082}
 TOTAL = 1 << 15
 
 
-def flat(size: int) -> list[int]:
-    """Return cumulative frequencies of symbols that are all alike."""
+def uniform(size: int) -> list[int]:
+    """Return the cumulative frequencies of equally likely symbols."""
     return [TOTAL * i // size for i in range(size + 1)]
 
 
 def weighted(weights: list[float]) -> list[int]:
-    """Return cumulative frequencies in proportion to weights."""
+    """Return cumulative frequencies proportional to weights."""
     parts = [1 + floor((TOTAL - len(weights)) * w / sum(weights)) for w in weights]
     parts[0] += TOTAL - sum(parts)
     return [sum(parts[:i]) for i in range(len(parts) + 1)]
 
 
 class Range:
-    """The interval of the range coder, in numbers as long as they need to be."""
+    """The interval of the range coder, in integers of any length."""
 
     def __init__(self, payload: bytes) -> None:
         self.payload = payload
@@ -36,25 +36,25 @@ class Range:
     def symbol(self, table: list[int]) -> int:
         """Read one symbol."""
         step = self.width >> 15
-        told = int.from_bytes(self.payload.ljust(self.bits // 8, b"\0")[: self.bits // 8])
-        at = min((told - self.low) // step, TOTAL - 1)
-        found = max(s for s in range(len(table) - 1) if table[s] <= at)
-        self.low += step * table[found]
-        self.width = step * (table[found + 1] - table[found])
+        number = int.from_bytes(self.payload.ljust(self.bits // 8, b"\0")[: self.bits // 8])
+        target = min((number - self.low) // step, TOTAL - 1)
+        symbol = max(s for s in range(len(table) - 1) if table[s] <= target)
+        self.low += step * table[symbol]
+        self.width = step * (table[symbol + 1] - table[symbol])
         while self.width < 1 << 32:
             self.low, self.width, self.bits = self.low << 16, self.width << 16, self.bits + 16
-        return found
+        return symbol
 
     def bits_of(self, count: int) -> int:
-        """Read plain bits, at most eight at a time, high ones first."""
+        """Read raw bits, at most eight at a time, high ones first."""
         value = 0
         while count:
             part = min(8, count)
-            value, count = value << part | self.symbol(flat(1 << part)), count - part
+            value, count = value << part | self.symbol(uniform(1 << part)), count - part
         return value
 
     def end(self) -> bytes:
-        """Return the string that the writer ends with."""
+        """Return the string that the writer would have written."""
         if self.low == 0:
             return b""
         size = max(256**k for k in range(self.bits // 8 + 1) if -(-self.low // 256**k) * 256**k < self.low + self.width)
@@ -79,28 +79,28 @@ def read_number(string: Range, tables: list[list[int]], scale: int) -> int:
 
 
 def live_tables() -> list[list[int]]:
-    """Return the tables that a portrait's numbers are read with."""
+    """Return the tables of a portrait's numbers."""
     tables: list[list[int]] = np.load(ASSETS / "codec.npz")["live_frequencies"].tolist()
     return tables
 
 
 def read_tree(string: Range, name: str) -> list[list[int]]:
-    """Return the points of a tree."""
+    """Return the points of a tree, steps."""
     tables, arrays = live_tables(), np.load(ASSETS / "portrait.npz")
-    mean, order, parents, spread = (
+    mean, order, parents, scales = (
         arrays[f"{name}_{part}"].tolist() for part in ("mean", "order", "parents", "spread")
     )
-    off: list[list[int]] = []
+    deviations: list[list[int]] = []
     points = [[0]] * len(mean)
-    for point, parent, scales in zip(order, parents, spread, strict=True):
-        base = off[parent] if parent >= 0 else [0] * len(scales)
-        off.append([base[axis] + read_number(string, tables, scale) for axis, scale in enumerate(scales)])
-        points[point] = [middle + by for middle, by in zip(mean[point], off[-1], strict=True)]
+    for point, parent, row in zip(order, parents, scales, strict=True):
+        base = deviations[parent] if parent >= 0 else [0] * len(row)
+        deviations.append([base[axis] + read_number(string, tables, scale) for axis, scale in enumerate(row)])
+        points[point] = [average + by for average, by in zip(mean[point], deviations[-1], strict=True)]
     return points
 
 
-def read_shape(data: bytes, corners: int) -> tuple[list[list[int]], list[list[int]], list[list[int]]]:
-    """Return points, neutral pose and outline of a photograph, all in steps."""
+def read_shape(data: bytes, outline_points: int) -> tuple[list[list[int]], list[list[int]], list[list[int]]]:
+    """Return points, neutral pose and outline of a photo, in steps."""
     tables, string = live_tables(), Range(data)
     points = read_tree(string, "face")
     neutral = [
@@ -108,7 +108,7 @@ def read_shape(data: bytes, corners: int) -> tuple[list[list[int]], list[list[in
         for i, scales in enumerate(np.load(ASSETS / "portrait.npz")["stir_spread"].tolist())
     ]
     outline: list[list[int]] = []
-    for _ in range(corners):
+    for _ in range(outline_points):
         before = outline[-1] if outline else [0, 0]
         outline.append([before[axis] + read_number(string, tables, 28) for axis in range(2)])
     assert string.end() == data
@@ -117,9 +117,9 @@ def read_shape(data: bytes, corners: int) -> tuple[list[list[int]], list[list[in
 
 @dataclass(frozen=True)
 class PatchString:
-    """What a patch's string says."""
+    """The content of a patch's string."""
 
-    keys: list[int]
+    descriptor: list[int]
     points: list[list[int]]
     size: tuple[int, int]
     step: int
@@ -127,49 +127,49 @@ class PatchString:
 
 
 def read_patch(data: bytes, region: str) -> PatchString:
-    """Return what the string of a patch says, all in steps."""
+    """Return the content of the string of a patch, in steps."""
     tables, string, arrays = live_tables(), Range(data), np.load(ASSETS / "portrait.npz")
-    keys = [read_number(string, tables, scale) for scale in arrays[f"{region}_key_spread"].tolist()]
+    descriptor = [read_number(string, tables, scale) for scale in arrays[f"{region}_key_spread"].tolist()]
     points = read_tree(string, region)
-    width, height = (1 + string.symbol(flat(96)) for _ in range(2))
-    step = string.symbol(flat(48))
+    width, height = (1 + string.symbol(uniform(96)) for _ in range(2))
+    step = string.symbol(uniform(48))
     planes = []
     for kind, half in ((0, 1), (1, 2), (1, 2)):
-        coded, last, spread = (arrays[name][kind].tolist() for name in ("coded", "last", "level_spread"))
+        coded, last, scales = (arrays[name][kind].tolist() for name in ("coded", "last", "level_spread"))
         last = [sum(last[:i]) for i in range(len(last) + 1)]
         rows, columns = (ceil(ceil(side / half) / 8) for side in (height, width))
         plane: list[list[list[int]]] = []
-        full: dict[tuple[int, int], int] = {}
+        nonempty: dict[tuple[int, int], int] = {}
         for y in range(rows):
             plane.append([])
             for x in range(columns):
-                chance = coded[full.get((y, x - 1), 0) + full.get((y - 1, x), 0)]
-                full[y, x] = string.symbol([0, TOTAL - chance, TOTAL])
-                count = 1 + string.symbol(last) if full[y, x] else 0
-                told = [read_number(string, tables, spread[i]) for i in range(count)]
-                plane[-1].append(told + [0] * (64 - count))
+                probability = coded[nonempty.get((y, x - 1), 0) + nonempty.get((y - 1, x), 0)]
+                nonempty[y, x] = string.symbol([0, TOTAL - probability, TOTAL])
+                count = 1 + string.symbol(last) if nonempty[y, x] else 0
+                block = [read_number(string, tables, scales[i]) for i in range(count)]
+                plane[-1].append(block + [0] * (64 - count))
         planes.append(plane)
     assert string.end() == data
-    return PatchString(keys, points, (width, height), step, planes)
+    return PatchString(descriptor, points, (width, height), step, planes)
 
 
 @dataclass(frozen=True)
 class Frame:
-    """What was coded of one frame."""
+    """One coded frame, in steps."""
 
     values: list[int]
     staggered: bool
-    corrections: dict[int, tuple[int, int, int]] = field(default_factory=dict)
+    residuals: dict[int, tuple[int, int, int]] = field(default_factory=dict)
 
 
 def octaves(value: int) -> int:
-    """Return the L of WIRE.md."""
+    """Return L(value) of WIRE.md."""
     return floor(16 * log2(1 + min(value, 1023)))
 
 
 @dataclass
 class PayloadReader:
-    """Reads the payloads of one direction of a session in the order of sending."""
+    """Reads the payloads of one direction of a session in sending order."""
 
     arrays: dict[str, NDArray[Any]] = field(default_factory=lambda: dict(np.load(ASSETS / "codec.npz")))
     frames: dict[tuple[str, int], Frame] = field(default_factory=dict)
@@ -178,63 +178,65 @@ class PayloadReader:
         """Read a payload; return its profile, its stride and the numbers of its frames, for `motion`."""
         string = Range(payload)
         profile = PROFILES[string.symbol(weighted([30, 2, 2]))]
-        own = {"live": 1, "rich": 2, "narrow": 3}[profile]
-        count = 1 + string.symbol(weighted([300 if 1 + i == own else 1 for i in range(8)]))
+        usual = {"live": 1, "rich": 2, "narrow": 3}[profile]
+        count = 1 + string.symbol(weighted([300 if 1 + i == usual else 1 for i in range(8)]))
         stride = 1 + string.symbol(weighted([300, 3, 1, 1]))
         age = string.symbol(weighted([60, 15, 32, *[19 / i for i in range(3, 64)]]))
-        companion = age > 0 and string.symbol(weighted([1, 40])) == 1
-        standing = [int(v) for v in self.arrays[f"{profile}_standing"]]
-        reference, before = Frame(standing, number // (count * stride) % 2 == 1), None
+        has_second = age > 0 and string.symbol(weighted([1, 40])) == 1
+        default = [int(v) for v in self.arrays[f"{profile}_standing"]]
+        reference, second = Frame(default, number // (count * stride) % 2 == 1), None
         if age:
             reference = self.frames[profile, number - age]
-            before = self.frames[profile, number - age - stride] if companion else None
+            second = self.frames[profile, number - age - stride] if has_second else None
         numbers = [number + i * stride for i in range(count)]
         for at in numbers:
-            frame = self._frame(string, profile, (reference, before, age))
+            frame = self.read_frame(string, profile, (reference, second, age))
             self.frames[profile, at] = frame
-            reference, before, age = frame, (reference if at > number else None), stride
+            reference, second, age = frame, (reference if at > number else None), stride
         assert string.end() == payload
         return profile, stride, numbers
 
-    def _row(self, age: int, companion: Frame | None) -> int:
+    def row(self, age: int, second: Frame | None) -> int:
+        """Return the row of context weights of an age."""
         ages = self.arrays["ages"].tolist()
         if age == 0:
             return 0
         nearest = min(range(len(ages)), key=lambda i: (max(age / ages[i], ages[i] / age), ages[i]))
-        return 1 + nearest + (len(ages) if companion else 0)
+        return 1 + nearest + (len(ages) if second else 0)
 
-    def _frame(self, string: Range, profile: str, known: tuple[Frame, Frame | None, int]) -> Frame:
-        reference, companion, age = known
-        weights = self.arrays[f"{profile}_weights"][self._row(age, companion)].tolist()
+    def read_frame(self, string: Range, profile: str, context: tuple[Frame, Frame | None, int]) -> Frame:
+        """Read one frame. context : reference, second reference, age"""
+        reference, second, age = context
+        weights = self.arrays[f"{profile}_weights"][self.row(age, second)].tolist()
         tables = self.arrays[f"{profile}_frequencies"].tolist()
-        growth = int(self.arrays[f"{profile}_growth"])
+        coupling = int(self.arrays[f"{profile}_growth"])
         old = reference.values
-        moves = [abs(a - b) for a, b in zip(old, companion.values, strict=True)] if companion else [0] * len(old)
+        moves = [abs(a - b) for a, b in zip(old, second.values, strict=True)] if second else [0] * len(old)
         shared = [
             octaves(sum(map(abs, old[6:]))),
-            octaves(sum(moves[:6])) if companion else 0,
-            octaves(sum(moves[6:])) if companion else 0,
+            octaves(sum(moves[:6])) if second else 0,
+            octaves(sum(moves[6:])) if second else 0,
         ]
         values: list[int] = []
         differences: list[int] = []
-        for i, guess in enumerate(old):
+        for i, prediction in enumerate(old):
             if i in (4, 5):
-                guess -= guess * (values[0] - old[0]) * growth >> 16
-            guess = max(-8191, min(8191, guess))
+                prediction -= prediction * (values[0] - old[0]) * coupling >> 16
+            prediction = max(-8191, min(8191, prediction))
             size = values[0] if i else 0
             so_far = [octaves(sum(map(abs, part))) for part in (differences[:6], differences[6:])]
-            features = [16, size, *so_far, octaves(moves[i]) if companion else 0, *shared]
+            features = [16, size, *so_far, octaves(moves[i]) if second else 0, *shared]
             scale = sum(w * f for w, f in zip(weights[i], features, strict=True)) // 256
             differences.append(read_number(string, tables, max(0, min(len(tables) - 1 + 32, scale))))
-            values.append(guess + differences[-1])
+            values.append(prediction + differences[-1])
             assert abs(values[-1]) <= 8191
-        return Frame(values, reference.staggered, self._corrections(string, tables, reference))
+        return Frame(values, reference.staggered, self._residuals(string, tables, reference))
 
-    def _corrections(self, string: Range, tables: list[list[int]], reference: Frame) -> dict[int, tuple[int, int, int]]:
-        result = dict(reference.corrections)
+    def _residuals(self, string: Range, tables: list[list[int]], reference: Frame) -> dict[int, tuple[int, int, int]]:
+        result = dict(reference.residuals)
         for _ in range(string.symbol(weighted([3000, 12, 10, 8, 6, 4, 4, 3, 2, 2, 2, 1, 1]))):
-            point = string.symbol(flat(len(self.arrays["correction"])))
-            x, y, z = (old + read_number(string, tables, 24) for old in reference.corrections.get(point, (0, 0, 0)))
+            point = string.symbol(uniform(len(self.arrays["correction"])))
+            x, y, z = (old + read_number(string, tables, 24) for old in reference.residuals.get(point, (0, 0, 0)))
             result.pop(point, None)
             if (x, y, z) != (0, 0, 0):
                 result[point] = (x, y, z)
@@ -243,24 +245,24 @@ class PayloadReader:
     def motion(self, profile: str, at: int, stride: int = 1) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return displacements (n, 3) in FAPU units and pose (6,): rotation, position, log scale."""
         a, frame = self.arrays, self.frames[profile, at]
-        v = self._positions(frame)
+        v = self._dequantise(frame)
         if earlier := self.frames.get((profile, at - stride)):
-            d = self._positions(earlier) - v
-            lean = np.where(np.abs(d) <= 1, a[f"{profile}_lean"] * d, 0)
-            lean[6:] -= lean[:6] @ a["coupling"]
-            v = v + lean
+            d = self._dequantise(earlier) - v
+            shift = np.where(np.abs(d) <= 1, a[f"{profile}_lean"] * d, 0)
+            shift[6:] -= shift[:6] @ a["coupling"]
+            v = v + shift
         step = STEPS[profile]
         moved = (step * (v[6:] @ a["basis"].T.astype(float))).reshape(-1, 3) / a["weight"]
-        for point, steps in frame.corrections.items():
+        for point, steps in frame.residuals.items():
             moved[point] += a["correction"][point] * steps
         scaled = v[:6] * step * a["pose_unit"]
         s = scaled[0] + a["usual_log_scale"]
         x, y, z = scaled[1:4]
         angle = float(np.linalg.norm(scaled[1:4]))
         cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-        turn = np.eye(3) + np.sinc(angle / np.pi) * cross + 0.5 * np.sinc(angle / 2 / np.pi) ** 2 * cross @ cross
-        position = np.exp(s) * (scaled[4:6] - (turn @ a["middle"])[:2])
+        rotation = np.eye(3) + np.sinc(angle / np.pi) * cross + 0.5 * np.sinc(angle / 2 / np.pi) ** 2 * cross @ cross
+        position = np.exp(s) * (scaled[4:6] - (rotation @ a["middle"])[:2])
         return moved, np.array([x, y, z, *position, s])
 
-    def _positions(self, frame: Frame) -> NDArray[np.float64]:
+    def _dequantise(self, frame: Frame) -> NDArray[np.float64]:
         return np.array(frame.values, dtype=float) + (self.arrays["stagger"] if frame.staggered else 0)

@@ -1,4 +1,4 @@
-"""WIRE.md tells the truth: its hex is decoded by the code, its tables are the code's."""
+"""WIRE.md agrees with the code: its examples decode, and its tables and limits are the code's."""
 
 import hashlib
 import re
@@ -9,7 +9,7 @@ import msgpack
 import numpy as np
 import pytest
 
-from conf.protocol import wire as bodies
+from conf.protocol import wire
 from conf.protocol.codec import PROFILES
 from conf.protocol.codec.payload_header import code_header
 from conf.protocol.codec.symbol_coder import SymbolReader
@@ -22,53 +22,53 @@ from conf.protocol.session.packet import parse_datagram
 from conf.protocol.wire import decode_body
 from tests.protocol.independent_decoder import PayloadReader, read_patch, read_shape
 from tests.support.portrait_objects import example_patch, example_photo
-from tools.golden.wire import BODIES, FOLDER, HEADS
+from tools.golden.wire import BODIES, FOLDER, HEADERS
 
-TEXT = (Path(bodies.__file__).parent / "WIRE.md").read_text()
-# A name, then hex in groups, perhaps going on in lines that are indented further.
+TEXT = (Path(wire.__file__).parent / "WIRE.md").read_text()
+# A name, then groups of hex digits, possibly continued on further indented lines.
 BLOCK = re.compile(r"^    ([a-z_]+) +((?:[0-9a-f]{2})+(?:\s+(?:[0-9a-f]{2})+)*)$", re.MULTILINE)
 EXAMPLES = {name: bytes.fromhex("".join(words.split())) for name, words in BLOCK.findall(TEXT)}
 
 
 def numbers(text: str) -> list[int]:
-    """Return the whole numbers of a text."""
+    """Return the integers of a text."""
     return [int(n) for n in re.findall(r"-?\d+", text)]
 
 
-def test_there_are_examples_of_everything() -> None:
-    heads = {f"head_{name}" for name in HEADS}
+def test_every_golden_file_has_an_example() -> None:
+    headers = {f"header_{name}" for name in HEADERS}
     datagrams = {path.stem.removeprefix("session_") for path in FOLDER.glob("session_[!i]*.bin")} - {"data_long"}
-    assert set(EXAMPLES) == set(BODIES) | heads | datagrams | {"payload_live"}
+    assert set(EXAMPLES) == set(BODIES) | headers | datagrams | {"payload_live"}
 
 
 @pytest.mark.parametrize("name", BODIES)
-def test_bodies_decode_to_what_they_mean(name: str) -> None:
+def test_example_bodies_decode_to_the_golden_messages(name: str) -> None:
     assert decode_body(EXAMPLES[name]) == BODIES[name]
     assert (FOLDER / f"body_{name}.bin").read_bytes() == EXAMPLES[name]
 
 
-@pytest.mark.parametrize("name", HEADS)
-def test_heads_of_payloads_decode(name: str) -> None:
-    reader = SymbolReader(EXAMPLES[f"head_{name}"])
-    assert code_header(reader) == HEADS[name]
+@pytest.mark.parametrize("name", HEADERS)
+def test_example_headers_decode(name: str) -> None:
+    reader = SymbolReader(EXAMPLES[f"header_{name}"])
+    assert code_header(reader) == HEADERS[name]
     reader.finish()
 
 
-def test_the_payload_decodes_to_what_is_said_of_it() -> None:
+def test_the_example_payload_decodes_to_the_stated_values() -> None:
     payload = EXAMPLES["payload_live"]
     assert (FOLDER / "codec_live_0.bin").read_bytes() == payload
-    _, values, corrected = re.split(r"Its values are|; point", TEXT.split("payload_live")[1].split("### Errors")[0])
+    _, values, residual = re.split(r"Its values are|; point", TEXT.split("payload_live")[1].split("### Errors")[0])
     reader = PayloadReader()
     assert reader.read(payload, 0) == ("live", 1, [0])
     frame = reader.frames["live", 0]
     assert numbers(values) == frame.values and not frame.staggered
-    point, x, y, z = numbers(corrected.split(".")[0])
-    assert frame.corrections == {point: (x, y, z)}
-    pose = [float(n) for n in re.findall(r"-?\d\.\d+", corrected)]
+    point, x, y, z = numbers(residual.split(".")[0])
+    assert frame.residuals == {point: (x, y, z)}
+    pose = [float(n) for n in re.findall(r"-?\d\.\d+", residual)]
     assert pose == pytest.approx(reader.motion("live", 0)[1], abs=1e-6)
 
 
-def test_a_photographs_shape_is_read_by_the_text_alone() -> None:
+def test_the_independent_decoder_reads_the_shape_of_a_photo() -> None:
     photo = decode_photo(encode_photo(example_photo()))
     _, shape, _ = msgpack.unpackb(encode_photo(photo))
     points, neutral, outline = read_shape(shape, len(photo.outline))
@@ -78,37 +78,37 @@ def test_a_photographs_shape_is_read_by_the_text_alone() -> None:
 
 
 @pytest.mark.parametrize("region", range(len(REGIONS)))
-def test_a_patch_is_read_by_the_text_alone(region: int) -> None:
+def test_the_independent_decoder_reads_a_patch(region: int) -> None:
     sent = example_patch(region=region)
-    told = read_patch(encode_patch(sent)[3:], REGIONS[region])
-    assert (told.keys, told.size, told.step) == (sent.descriptor.tolist(), sent.size, sent.step)
-    np.testing.assert_array_equal(told.points, np.rint(sent.points * 127.5))
-    for mine, theirs in zip(sent.coefficients, told.planes, strict=True):
-        np.testing.assert_array_equal(theirs, mine)
+    read = read_patch(encode_patch(sent)[3:], REGIONS[region])
+    assert (read.descriptor, read.size, read.step) == (sent.descriptor.tolist(), sent.size, sent.step)
+    np.testing.assert_array_equal(read.points, np.rint(sent.points * 127.5))
+    for expected, plane in zip(sent.coefficients, read.planes, strict=True):
+        np.testing.assert_array_equal(plane, expected)
 
 
 @pytest.mark.parametrize("path", sorted(FOLDER.glob("session_[!i]*.bin")), ids=lambda path: path.stem)
-def test_datagrams_are_the_golden_ones(path: Path) -> None:
+def test_example_datagrams_are_the_golden_files(path: Path) -> None:
     name = path.stem.removeprefix("session_")
     if name != "data_long":
         assert path.read_bytes() == EXAMPLES[name]
         parse_datagram(EXAMPLES[name])
 
 
-def test_tables_and_limits_are_the_codes() -> None:
+def test_tables_and_limits_equal_those_of_the_code() -> None:
     for profile in PROFILES.values():
         delay = "0" if not profile.delay else f"{profile.delay * 1000:.0f} ms"
         assert f"| {profile.name} | {profile.fps} | {profile.frames_per_datagram} | {delay} | {profile.step} |" in TEXT
-    assert f"1 to {bodies.MAX_BODY:,} B" in TEXT
+    assert f"1 to {wire.MAX_BODY:,} B" in TEXT
     assert f"at most {jitter_buffer.MAX_DELAY_S * 1000:.0f} ms" in TEXT
     for reason in DropReason:
         assert f"`{reason}`" in TEXT
 
 
 @pytest.mark.parametrize("name", ["codec.npz", "portrait.npz"])
-def test_the_table_files_are_those_meant(name: str) -> None:
+def test_digests_of_the_table_files_are_current(name: str) -> None:
     digest = hashlib.sha256(files("conf.assets").joinpath(name).read_bytes()).hexdigest()
-    assert f"`{digest[:16]}...`" in TEXT, "other tables are another wire: write the golden files and WIRE.md anew"
+    assert f"`{digest[:16]}...`" in TEXT, "new tables: write new golden files, update WIRE.md"
 
 
 def test_lines_are_short() -> None:

@@ -1,8 +1,8 @@
-"""Write the golden payloads of the codec into tests/data/codec_*.bin and what they decode to into codec_golden.json.
+"""Write the golden payloads of the codec to tests/data/codec_*.bin and their decoded values to codec_golden.json.
 
     python tools/golden/codec.py
 
-To be run again only when the tables or the syntax change on purpose: both ends of a call need the same.
+Run this only after an intended change of tables or syntax: both ends of a call must agree on them.
 """
 
 import json
@@ -15,13 +15,13 @@ from conf.protocol.codec import PROFILES, Decoder, Encoder
 from tests.support.synthetic_motion import grimace, talking
 
 FOLDER = Path(__file__).resolve().parents[2] / "tests" / "data"
-MEANING = FOLDER / "codec_golden.json"
+DECODED = FOLDER / "codec_golden.json"
 PAYLOADS = 4
 ACK_DELAY = 2  # payloads
 
 
 def payloads() -> dict[str, tuple[int, bytes]]:
-    """Return payloads with the number of their first frame, by name, to be decoded in this order."""
+    """Return payloads and the numbers of their first frames, by name, in decoding order."""
     result = {}
     for profile in PROFILES.values():
         encoder = Encoder(profile)
@@ -34,8 +34,8 @@ def payloads() -> dict[str, tuple[int, bytes]]:
     return result
 
 
-def meanings(coded: dict[str, tuple[int, bytes]]) -> dict[str, dict[str, object]]:
-    """Return for each payload its first frame's number, and the pose and the mean displacement of its last frame."""
+def decoded_values(coded: dict[str, tuple[int, bytes]]) -> dict[str, dict[str, object]]:
+    """Return each payload's first frame number, and the pose and mean displacement of its last frame."""
     decoder = Decoder()
     result: dict[str, dict[str, object]] = {}
     for name, (number, payload) in coded.items():
@@ -53,7 +53,7 @@ def main() -> None:
     coded = payloads()
     for name, (_, payload) in coded.items():
         (FOLDER / f"codec_{name}.bin").write_bytes(payload)
-    MEANING.write_text(json.dumps(meanings(coded), indent=1) + "\n")
+    DECODED.write_text(json.dumps(decoded_values(coded), indent=1) + "\n")
     print(f"{len(coded)} payloads in {FOLDER}")
 
 

@@ -1,8 +1,8 @@
-"""Write the golden datagrams of the session into tests/data/session_*.bin: the same bytes every time.
+"""Write the golden datagrams of the session to tests/data/session_*.bin. The output is constant.
 
     python tools/golden/session.py
 
-Randomness comes from SHA-256 in counter mode over a label, so that anybody can make the same datagrams from WIRE.md.
+Random bytes come from SHA-256 in counter mode over a label, so that the datagrams can be reproduced from WIRE.md.
 """
 
 import hashlib
@@ -21,38 +21,38 @@ FOLDER = Path(__file__).resolve().parents[2] / "tests" / "data"
 
 
 def stream(label: str) -> Callable[[int], bytes]:
-    """Return n -> the next n bytes of SHA-256(label 0) SHA-256(label 1) ..., each number 4 bytes big-endian."""
+    """Return a function: size -> the next bytes of SHA-256(label | 0) | SHA-256(label | 1) ..., counters as 4 B."""
     blocks, rest = count(), b""
 
-    def take(size: int) -> bytes:
+    def read(size: int) -> bytes:
         nonlocal rest
         while len(rest) < size:
             rest += hashlib.sha256(label.encode() + next(blocks).to_bytes(4)).digest()
-        taken, rest = rest[:size], rest[size:]
-        return taken
+        result, rest = rest[:size], rest[size:]
+        return result
 
-    return take
+    return read
 
 
 def valid() -> dict[str, bytes]:
-    """Return a whole handshake, bodies with each form of header, and the two refusals, by name."""
+    """Return a complete handshake, data with each form of header, and two refusals, by name."""
     receiver = SessionServer(CODE, stream("receiver"))
     sender = SenderSession(CODE, RECEIVER, stream("sender"), 0.0)
-    seen = []
+    sent = []
     while sender.session is None:
         for data, _ in sender.datagrams_to_send(0.0):
-            seen.append(data)
+            sent.append(data)
             receiver.receive_datagram(data, SENDER, 0.0)
         for data, _ in receiver.datagrams_to_send(0.0):
-            seen.append(data)
+            sent.append(data)
             sender.receive_datagram(data, RECEIVER, 0.0)
     names = ("hello", "retry", "hello_with_cookie", "answer", "confirm", "done")
-    golden = dict(zip(names, seen, strict=True))
+    golden = dict(zip(names, sent, strict=True))
     bodies = [_seal(sender, b"motion") for _ in range(202)]
     sender.acknowledge(199)
     report = receiver.seal_body(sender.session, b"report")
     assert report is not None
-    attempt = seen[0][5:13]
+    attempt = sent[0][5:13]
     return golden | {
         "data_first": bodies[0],
         "data_full_counter": bodies[201],
@@ -65,7 +65,7 @@ def valid() -> dict[str, bytes]:
 
 
 def invalid() -> dict[str, bytes]:
-    """Return datagrams that must be dropped: `<reason>_<what>`."""
+    """Return datagrams that must be dropped: named `<reason>_<error>`."""
     good = valid()
     data, hello = good["data_first"], good["hello"]
     return {

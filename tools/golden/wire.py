@@ -1,8 +1,8 @@
-"""Write the golden bodies into tests/data/body_*.bin and the invalid payloads into payload_*.bin, always the same.
+"""Write the golden bodies to tests/data/body_*.bin and the invalid payloads to payload_*.bin. The output is constant.
 
     python tools/golden/wire.py
 
-Valid payloads are the codec's (tools/golden/codec.py), datagrams the session's (tools/golden/session.py).
+tools/golden/codec.py writes valid payloads, tools/golden/session.py datagrams.
 """
 
 import sys
@@ -36,27 +36,27 @@ BODIES: dict[str, Body] = {
     "goodbye": Bye(),
     "motion": MotionPayload(77, b"\x01\x02\x03"),
 }
-HEADS = {
+HEADERS = {
     "live": PayloadHeader("live", count=1, stride=1, age=2, second_reference=True),
     "narrow": PayloadHeader("narrow", count=3, stride=1, age=0, second_reference=False),
     "rich": PayloadHeader("rich", count=2, stride=2, age=7, second_reference=False),
 }
 
 
-def head(name: str) -> bytes:
-    """Return a payload that ends after its head."""
+def header_payload(name: str) -> bytes:
+    """Return a payload that ends after its header."""
     writer = SymbolWriter(rd_lambda=0.0)
-    code_header(writer, HEADS[name])
+    code_header(writer, HEADERS[name])
     return writer.finish()
 
 
 def valid() -> dict[str, bytes]:
-    """Return each body, by name."""
+    """Return the bytes of each body, by name."""
     return {name: encode_body(body) for name, body in BODIES.items()}
 
 
 def invalid() -> dict[str, bytes]:
-    """Return bodies that must be refused, by what is wrong with them."""
+    """Return bodies that must be rejected, by error."""
     good = valid()
     parameters, report = good["parameters"], good["report"]
     return {
@@ -77,11 +77,11 @@ def invalid() -> dict[str, bytes]:
 
 
 def payloads() -> dict[str, bytes]:
-    """Return payloads that must be refused by a decoder that knows no frame, by reason."""
+    """Return payloads that a decoder without stored frames must reject, by error."""
     return {
-        "padded": head("narrow") + b"\x00",
+        "padded": header_payload("narrow") + b"\x00",
         "too_long": b"\x01" * (MAX_PAYLOAD + 1),
-        "missing_reference": head("live"),
+        "missing_reference": header_payload("live"),
     }
 
 

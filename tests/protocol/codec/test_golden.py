@@ -7,9 +7,9 @@ import pytest
 
 from conf.errors import ProtocolError
 from conf.protocol.codec import Decoder
-from tools.golden.codec import FOLDER, MEANING, meanings, payloads
+from tools.golden.codec import DECODED, FOLDER, decoded_values, payloads
 
-GOLDEN = json.loads(MEANING.read_text())
+GOLDEN = json.loads(DECODED.read_text())
 PAYLOADS = {name: (FOLDER / f"codec_{name}.bin").read_bytes() for name in GOLDEN}
 
 
@@ -18,7 +18,7 @@ def test_the_encoder_still_writes_these_bytes() -> None:
 
 
 def test_the_bytes_still_mean_the_same() -> None:
-    found = meanings({name: (GOLDEN[name]["number"], payload) for name, payload in PAYLOADS.items()})
+    found = decoded_values({name: (GOLDEN[name]["number"], payload) for name, payload in PAYLOADS.items()})
     for name, meaning in GOLDEN.items():
         assert np.allclose(found[name]["pose"], meaning["pose"], atol=2e-6)
         assert np.allclose(found[name]["mean_displacement"], meaning["mean_displacement"], atol=2e-3)
