@@ -54,4 +54,4 @@ def canonical() -> CanonicalFace:
     known = contours.PORTRAIT_LANDMARKS < 468
     vertices[contours.PORTRAIT_LANDMARKS[known]] = face_points()[known]
     rigid = contours.PORTRAIT_LANDMARKS[known][::4]
-    return CanonicalFace(vertices, np.zeros((898, 3), np.int32), np.zeros((468, 2)), rigid, np.ones(len(rigid)))
+    return CanonicalFace(vertices, np.zeros((898, 3), np.int32), rigid, np.ones(len(rigid)))

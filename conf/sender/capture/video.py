@@ -1,4 +1,4 @@
-"""Where frames come from: a camera, or a clip that plays at its own speed. Timestamps only; the loop waits."""
+"""Frames of a camera, or of a clip. They have timestamps; waiting until they are due is the caller's part."""
 
 import math
 import os
@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Any, Self
 
 import cv2
 import numpy as np
@@ -15,24 +15,18 @@ from numpy.typing import NDArray
 
 from conf.errors import CameraError
 
-DEFAULT_FPS = 25.0  # for files that do not say, as folders of pictures
+DEFAULT_FPS = 25.0  # of files without a frame rate, such as image sequences
 MAX_FPS = 240.0
-MAX_PAUSE_S = 5.0  # a longer step between two frames of a clip is a fault of the file
-CAMERA_SIZE = (640, 480)
-"""Larger pictures cost bandwidth on the camera's cable and time, and the tracker looks at 256 pixels of them."""
+MAX_PAUSE_S = 5.0  # a longer step between two frames of a clip is an error of the file
+CAMERA_SIZE = (640, 480)  # px: larger frames cost USB bandwidth and time, and the tracker uses 256 px of them
 
 VideoCapture = cv2.VideoCapture
-Opener = Callable[[str | int], VideoCapture]
-
-
-def open_capture(what: str | int) -> VideoCapture:
-    """Open a camera by index or device, or a file, with OpenCV."""
-    return cv2.VideoCapture(what)
+Opener = Callable[[Any], VideoCapture]  # of an index or a path
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A picture and when it was taken.
+    """An image and its time.
 
     pixels : (H, W, 3) uint8 BGR
     timestamp : seconds: of a camera on the machine's clock, of a clip from its start; never falls
@@ -42,40 +36,22 @@ class Frame:
     timestamp: float
 
 
-class FrameSource(Protocol):
-    """Something that gives frames."""
-
-    @property
-    def fps(self) -> float:
-        """Frames a second, as far as the source knows."""
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """Width and height in pixels."""
-
-    @property
-    def frame_count(self) -> int | None:
-        """How many frames there are, about, or None when that is not known."""
-
-    def read(self) -> Frame | None:
-        """Return the next frame, or None when there are no more. Raises CameraError when a camera has stopped."""
-
-    def close(self) -> None:
-        """Give the device or file back."""
-
-
 class _CaptureSource:
-    """What a camera and a clip share: a capture whose first frame has been read, to know that there is one."""
+    """An open capture whose first frame has been read.
+
+    fps : frames per second, as far as known; size : width and height, px; frame_count : approximate, None if unknown
+    """
 
     def __init__(self, capture: VideoCapture, first: NDArray[np.uint8]) -> None:
         self._capture = capture
         self._first: NDArray[np.uint8] | None = first
-        self.fps = _sane_fps(capture.get(cv2.CAP_PROP_FPS))
-        self.frame_count = _sane_count(capture.get(cv2.CAP_PROP_FRAME_COUNT))
+        fps, count = capture.get(cv2.CAP_PROP_FPS), capture.get(cv2.CAP_PROP_FRAME_COUNT)
+        self.fps = fps if math.isfinite(fps) and 0 < fps <= MAX_FPS else DEFAULT_FPS
+        self.frame_count = int(count) if math.isfinite(count) and 0 < count < 1e9 else None
         self.size = (first.shape[1], first.shape[0])
 
     def close(self) -> None:
-        """Give the device or file back."""
+        """Release the device or file."""
         self._capture.release()
 
     def __enter__(self) -> Self:
@@ -92,7 +68,7 @@ class _CaptureSource:
 
 
 class Camera(_CaptureSource):
-    """A webcam."""
+    """A camera."""
 
     def __init__(
         self, name: str, capture: VideoCapture, first: NDArray[np.uint8], *, clock: Callable[[], float]
@@ -105,19 +81,20 @@ class Camera(_CaptureSource):
         """Wait for the next frame and return it. Raises CameraError when the camera has stopped."""
         pixels = self._next()
         if pixels is None:
-            raise CameraError(f"{self._name} has stopped giving pictures: plug it in again and start anew.")
+            raise CameraError(f"{self._name} has stopped giving images: plug it in again and start anew.")
         return Frame(pixels, self._clock())
 
 
 class VideoFile(_CaptureSource):
-    """A video file or a row of pictures."""
+    """A video file or an image sequence."""
 
     def __init__(
         self, capture: VideoCapture, first: NDArray[np.uint8], *, reopen: Callable[[], VideoCapture] | None
     ) -> None:
+        """reopen : opens the clip again at its end; None plays it once"""
         super().__init__(capture, first)
-        self._again = reopen  # opens the clip anew for a loop; None plays it once
-        self._start = 0.0  # what the file's own time is added to; grows with each round
+        self._reopen = reopen
+        self._start = 0.0  # added to the file's own time; grows with each loop
         self._last: float | None = None
 
     def read(self) -> Frame | None:
@@ -131,66 +108,67 @@ class VideoFile(_CaptureSource):
         return Frame(pixels, self._last)
 
     def _timestamp(self) -> float:
-        """Return the time of the frame just read: the file's word when plausible, else the last plus 1/fps."""
-        said = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
+        """Return the time of the frame just read: the file's if plausible, else the last plus 1/fps."""
+        file_time = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
         if self._last is None:
-            self._start = -said if math.isfinite(said) else 0.0
+            self._start = -file_time if math.isfinite(file_time) else 0.0
             return 0.0
-        at = self._start + said
-        if math.isfinite(at) and 0 < at - self._last <= MAX_PAUSE_S:
-            return at
+        timestamp = self._start + file_time
+        if math.isfinite(timestamp) and 0 < timestamp - self._last <= MAX_PAUSE_S:
+            return timestamp
         return self._last + 1 / self.fps
 
     def _rewind(self) -> NDArray[np.uint8] | None:
-        """Begin again, by opening anew: seeking to the start is not exact in every container."""
-        if self._again is None or self._last is None:
+        """Open the clip again: seeking to the start is not exact in every container."""
+        if self._reopen is None or self._last is None:
             return None
         self._capture.release()
-        self._capture = self._again()
+        self._capture = self._reopen()
         pixels = _read(self._capture)
-        said = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
-        self._start = self._last + 1 / self.fps - (said if math.isfinite(said) else 0.0)
+        file_time = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
+        self._start = self._last + 1 / self.fps - (file_time if math.isfinite(file_time) else 0.0)
         return pixels
 
 
-def open_camera(
-    which: int | str,
-    /,
-    *,
-    size: tuple[int, int] = CAMERA_SIZE,
-    clock: Callable[[], float] = time.monotonic,
-    opener: Opener = open_capture,
-) -> Camera:
-    """Open a camera by index or by device path. Raises CameraError if it is missing or busy.
+FrameSource = Camera | VideoFile
 
-    size : width and height to ask for; the camera gives the nearest that it can
-    """
+
+def open_camera(
+    which: int | str, /, *, clock: Callable[[], float] = time.monotonic, opener: Opener = cv2.VideoCapture
+) -> Camera:
+    """Open a camera by index or by device path. Raises CameraError if it is missing or busy."""
     _silence_opencv()
     index = int(which) if isinstance(which, int) or which.isdigit() else None
     name = f"camera {which}"
     device = Path(f"/dev/video{index}" if index is not None else str(which))
     capture = opener(str(which) if index is None else index)
     if capture.isOpened():
-        capture.set(cv2.CAP_PROP_FRAME_WIDTH, size[0])
-        capture.set(cv2.CAP_PROP_FRAME_HEIGHT, size[1])
+        capture.set(cv2.CAP_PROP_FRAME_WIDTH, CAMERA_SIZE[0])  # the camera uses the nearest that it supports
+        capture.set(cv2.CAP_PROP_FRAME_HEIGHT, CAMERA_SIZE[1])
         capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)  # the newest frame, not one that has waited
         first = _read(capture)
         if first is not None:
             return Camera(name, capture, first, clock=clock)
     capture.release()
-    raise CameraError(_camera_error(name, device))
+    if os.name == "posix" and not device.exists():
+        raise CameraError(f"there is no {name}: plug one in, name another, or give a clip instead.")
+    if os.name == "posix" and not os.access(device, os.R_OK | os.W_OK):
+        raise CameraError(
+            f"{name} may not be used by this account: add it to the group that owns {device} (often `video`)."
+        )
+    raise CameraError(f"{name} gives no image: close the program that is using it, or name another.")
 
 
-def open_clip(path: Path | str, /, *, loop: bool = False, opener: Opener = open_capture) -> VideoFile:
-    """Open a video file, or pictures named by a pattern as in `frames/%04d.png`. Raises CameraError.
+def open_clip(path: Path | str, /, *, loop: bool = False, opener: Opener = cv2.VideoCapture) -> VideoFile:
+    """Open a video file, or images named by a pattern such as `frames/%04d.png`. Raises CameraError.
 
-    loop : begin again at the end, timestamps going on
+    loop : start again at the end; timestamps continue
     """
     _silence_opencv()
     name = str(path)
     if "%" not in name and not Path(name).is_file():
         raise CameraError(
-            f"there is no file {name}: check the path, or name pictures by a pattern such as frames/%04d.png."
+            f"there is no file {name}: check the path, or name images by a pattern such as frames/%04d.png."
         )
     capture = opener(name)
     first = _read(capture) if capture.isOpened() else None
@@ -200,32 +178,15 @@ def open_clip(path: Path | str, /, *, loop: bool = False, opener: Opener = open_
     return VideoFile(capture, first, reopen=(lambda: opener(name)) if loop else None)
 
 
-def _camera_error(name: str, device: Path) -> str:
-    if os.name == "posix" and not device.exists():
-        return f"there is no {name}: plug one in, name another, or give a clip instead."
-    if os.name == "posix" and not os.access(device, os.R_OK | os.W_OK):
-        return f"{name} may not be used by this account: add it to the group that owns {device} (often `video`)."
-    return f"{name} gives no picture: close the program that is using it, or name another."
-
-
 def _read(capture: VideoCapture) -> NDArray[np.uint8] | None:
-    """Return the next picture of a capture, or None."""
     try:
-        there, pixels = capture.read()
+        success, pixels = capture.read()
     except cv2.error:
         return None
-    return np.asarray(pixels, dtype=np.uint8) if there and pixels is not None else None
-
-
-def _sane_fps(fps: float) -> float:
-    return fps if math.isfinite(fps) and 0 < fps <= MAX_FPS else DEFAULT_FPS
-
-
-def _sane_count(count: float) -> int | None:
-    return int(count) if math.isfinite(count) and 0 < count < 1e9 else None
+    return np.asarray(pixels, dtype=np.uint8) if success and pixels is not None else None
 
 
 def _silence_opencv() -> None:
-    """Keep OpenCV and FFmpeg, who write past Python, off the terminal: what matters reaches the user as an error."""
+    """Keep what OpenCV and FFmpeg write past Python off the terminal: errors reach the user as CameraError."""
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)

@@ -1,4 +1,4 @@
-"""Fifty-two shapes that say what a face does: how far the jaw is open, each eye shut. For calibration only.
+"""Predict 52 blendshape weights, such as how far the jaw is open or an eye shut. Used for calibration only.
 
 Source: MediaPipe's face_blendshapes_graph.cc; the names are ARKit's. Left and right are the subject's.
 """
@@ -24,7 +24,7 @@ BLENDSHAPE_NAMES = tuple(
 )
 INDEX = {name: i for i, name in enumerate(BLENDSHAPE_NAMES)}
 
-# The 146 landmarks that the network reads.
+# The 146 landmarks that are the network's input.
 _INPUTS = np.fromstring(
     """
     0 1 4 5 6 7 8 10 13 14 17 21 33 37 39 40 46 52 53 54 55 58 61 63 65 66 67 70 78 80 81 82 84 87 88 91 93 95 103 105
@@ -42,10 +42,10 @@ class BlendshapeNetwork:
     """The blendshape network."""
 
     def __init__(self, models: Path, /, *, backend: Backend = "auto") -> None:
-        """Open the network in a folder of the tracker's files. Raises ModelError."""
+        """Load the network from a folder of the tracker's files. Raises ModelError."""
         self._network = load_network(models / BLENDSHAPES, ("StatefulPartitionedCall:0",), backend=backend)
 
     def predict(self, landmarks: NDArray[np.float32], /) -> NDArray[np.float32]:
-        """Return the (52,) float32 shapes, 0 to 1, of landmarks (478, 3) px."""
-        [shapes] = self._network(np.ascontiguousarray(landmarks[None, _INPUTS, :2]))
-        return shapes.reshape(len(BLENDSHAPE_NAMES))
+        """Return the weights (52,) float32, 0 to 1, of landmarks (478, 3) px."""
+        [weights] = self._network(np.ascontiguousarray(landmarks[None, _INPUTS, :2]))
+        return weights.reshape(len(BLENDSHAPE_NAMES))

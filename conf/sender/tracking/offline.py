@@ -1,4 +1,4 @@
-"""A clip as motion, as fast as the machine can: what `extract` and `measure` share."""
+"""Track a clip as fast as the machine can: for `extract` and `measure`."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -7,7 +7,7 @@ from conf.sender.capture.video import Frame, open_clip
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 
-Progress = Callable[[int], None]  # told how many frames are done
+Progress = Callable[[int], None]  # called with the number of frames done
 
 
 def track_clip(clip: Path, on_progress: Progress | None = None) -> Iterator[tuple[Frame, TrackedFace | None]]:

@@ -1,4 +1,4 @@
-"""Take the head's pose out of the landmarks: what is left is the expression."""
+"""Remove the head pose from landmarks: the expression is left."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,15 +14,16 @@ FLIP = np.array([1.0, -1.0, -1.0])  # from the tracker's axes (y down, z away) t
 def remove_head_pose(
     landmarks: NDArray[np.floating], canonical: CanonicalFace, size: tuple[int, int], /
 ) -> tuple[NDArray[np.float64], HeadPose]:
-    """Turn landmarks to face the viewer at the canonical face's place and size.
+    """Align landmarks with the canonical face.
 
     landmarks : (478, 3) px, x right, y down, z away from the camera
-    size : width and height of the picture, px
-    Returns the landmarks (478, 3) in cm in face axes, and where the head is.
+    size : width and height of the image, px
+    Returns the landmarks (478, 3), cm in face axes, and the head pose.
     """
     points = np.asarray(landmarks, dtype=np.float64) * FLIP
     fit = fit_similarity(canonical.vertices[canonical.rigid], points[canonical.rigid], canonical.weights)
     aligned = (points - fit.translation) @ fit.rotation / fit.scale
     width, height = size
-    place = (fit.translation[:2] - np.array([width, -height]) / 2) / height
-    return aligned, HeadPose(Rotation.from_matrix(fit.rotation).as_rotvec(), place, float(np.log(fit.scale / height)))
+    position = (fit.translation[:2] - np.array([width, -height]) / 2) / height
+    rotation = Rotation.from_matrix(fit.rotation).as_rotvec()
+    return aligned, HeadPose(rotation, position, float(np.log(fit.scale / height)))

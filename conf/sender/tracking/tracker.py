@@ -1,4 +1,4 @@
-"""Follow one face from frame to frame: detector, then landmarks, which give the next frame's crop."""
+"""Follow one face from frame to frame: the detector finds it, its landmarks give the next frame's crop."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,17 +7,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.sender.tracking.blendshape_network import BlendshapeNetwork
-from conf.sender.tracking.detector import DetectedFace, FaceDetector
+from conf.sender.tracking.detector import FaceDetector
 from conf.sender.tracking.inference import Backend, choose_backend
 from conf.sender.tracking.landmarks import Crop, LandmarkNetwork
 
-# In how many frames once: what LiteRT does in 0.4 ms takes OpenCV 1.6 ms, and calibration can wait two frames.
-BLENDSHAPES_EVERY = {"litert": 1, "opencv": 3}
+# Frames between two predictions: they take LiteRT 0.4 ms and OpenCV 1.6 ms, and calibration can wait two frames.
+BLENDSHAPE_INTERVAL = {"litert": 1, "opencv": 3}
 MIN_PRESENCE = 0.5
-MAX_CANDIDATES = 3  # how many of the detector's finds are looked at in one frame
-MAX_LANDMARK_SHIFT = (
-    0.03  # between two looks at one face, of its size: on faces at most 0.015, on lettering 0.05 and up
-)
+MAX_CANDIDATES = 3  # detections examined in one frame
+# Mean shift of the landmarks between two predictions, of the face's size: at most 0.015 on faces, from 0.05 on letters.
+MAX_LANDMARK_SHIFT = 0.03
+
+Landmarks = tuple[NDArray[np.float32], float]  # (478, 3) px, presence
 
 
 @dataclass(frozen=True)
@@ -26,8 +27,8 @@ class TrackedFace:
 
     landmarks : (478, 3) float32 px, x right, y down, z away from the camera
     blendshapes : (52,) float32, 0 to 1, named in conf.sender.tracking.blendshape_network
-    presence : 0 to 1, how sure the network is that this is a face
-    blendshapes_age : how many frames ago the blendshapes were found
+    presence : 0 to 1, the network's confidence that this is a face
+    blendshapes_age : frames since the blendshapes were predicted
     """
 
     landmarks: NDArray[np.float32]
@@ -37,10 +38,10 @@ class TrackedFace:
 
 
 class FaceTracker:
-    """Finds a face and keeps to it; when it is lost, finds one again."""
+    """Detects a face and follows it; detects again when it is lost."""
 
     def __init__(self, models: Path, /, *, backend: Backend = "auto") -> None:
-        """Open the networks in a folder of the tracker's files. Raises ModelError."""
+        """Load the networks from a folder of the tracker's files. Raises ModelError."""
         self.backend = choose_backend(backend)
         self._detector = FaceDetector(models, backend=backend)
         self._landmarks = LandmarkNetwork(models, backend=backend)
@@ -51,47 +52,32 @@ class FaceTracker:
 
     def track(self, pixels: NDArray[np.uint8], /) -> TrackedFace | None:
         """Return the face in the next frame (H, W, 3) uint8 BGR, or None if it shows none."""
-        found = self._follow(pixels) or self._search(pixels)
+        found = (self._crop and self._predict_landmarks(pixels, self._crop)) or self._detect(pixels)
         if found is None:
             self._crop = self._last_shapes = None
             return None
         landmarks, presence = found
         self._crop = Crop.around_landmarks(landmarks)
-        shapes = self._find_blendshapes(landmarks)
-        return TrackedFace(landmarks, shapes, presence, self._shapes_age)
-
-    def _find_blendshapes(self, landmarks: NDArray[np.float32]) -> NDArray[np.float32]:
         self._shapes_age += 1
-        if self._last_shapes is None or self._shapes_age >= BLENDSHAPES_EVERY[self.backend]:
+        if self._last_shapes is None or self._shapes_age >= BLENDSHAPE_INTERVAL[self.backend]:
             self._last_shapes, self._shapes_age = self._blendshapes.predict(landmarks), 0
-        return self._last_shapes
+        return TrackedFace(landmarks, self._last_shapes, presence, self._shapes_age)
 
-    def _follow(self, pixels: NDArray[np.uint8]) -> tuple[NDArray[np.float32], float] | None:
-        """Look where the face was."""
-        return None if self._crop is None else self._predict_landmarks(pixels, self._crop)
+    def _detect(self, pixels: NDArray[np.uint8]) -> Landmarks | None:
+        """Search the whole frame, the most likely caller first.
 
-    def _search(self, pixels: NDArray[np.uint8]) -> tuple[NDArray[np.float32], float] | None:
-        """Look everywhere, the most prominent face first.
-
-        Each find gets a second look, from the crop that its landmarks ask for: on a face it gives the same landmarks,
-        on a cloud or a word, which the networks now and then take for a face, it gives others.
+        Landmarks are predicted twice, the second time in the crop that the first ones give: on a face they agree; on a
+        cloud or letters, which the networks sometimes take for a face, they do not.
         """
         for face in self._detector.detect(pixels)[:MAX_CANDIDATES]:
-            rough = self._predict_landmarks(pixels, _crop_around_face(face))
-            fine = rough and self._predict_landmarks(pixels, Crop.around_landmarks(rough[0]))
-            if rough and fine and _disagreement(rough[0], fine[0]) <= MAX_LANDMARK_SHIFT * face.side:
-                return fine
+            first = self._predict_landmarks(pixels, Crop.around_points(face.box.reshape(2, 2), face.eyes))
+            second = first and self._predict_landmarks(pixels, Crop.around_landmarks(first[0]))
+            if first and second:
+                shift = float(np.linalg.norm((first[0] - second[0])[:, :2], axis=1).mean())
+                if shift <= MAX_LANDMARK_SHIFT * face.side:
+                    return second
         return None
 
-    def _predict_landmarks(self, pixels: NDArray[np.uint8], crop: Crop) -> tuple[NDArray[np.float32], float] | None:
+    def _predict_landmarks(self, pixels: NDArray[np.uint8], crop: Crop) -> Landmarks | None:
         landmarks, presence = self._landmarks.predict(pixels, crop)
         return (landmarks, presence) if presence >= MIN_PRESENCE else None
-
-
-def _crop_around_face(face: DetectedFace) -> Crop:
-    return Crop.around_points(face.box.reshape(2, 2), face.eyes)
-
-
-def _disagreement(a: NDArray[np.float32], b: NDArray[np.float32]) -> float:
-    """Return the mean distance in the picture, px, between two sets of landmarks (478, 3)."""
-    return float(np.linalg.norm((a - b)[:, :2], axis=1).mean())

@@ -12,13 +12,13 @@ def test_there_are_52_shapes_and_146_inputs() -> None:
     assert _INPUTS.max() == 477
 
 
-def test_blinks_and_mouths_are_told_apart_and_size_does_not_matter(models: Path, shared: Path) -> None:
+def test_blinks_and_the_jaw_follow_the_landmarks_at_any_size(models: Path, shared: Path) -> None:
     track = np.load(shared / "motion" / "grid_bbaf2n.npz")
     landmarks = (track["landmarks"] / track["scale"]).astype(np.float32)
-    finder = BlendshapeNetwork(models)
-    shapes = np.array([finder.predict(frame) for frame in landmarks])
+    network = BlendshapeNetwork(models)
+    shapes = np.array([network.predict(frame) for frame in landmarks])
     lid_gap = landmarks[:, 374, 1] - landmarks[:, 386, 1]
     assert np.corrcoef(lid_gap, shapes[:, INDEX["eyeBlinkLeft"]])[0, 1] < -0.9
     mouth_gap = landmarks[:, 14, 1] - landmarks[:, 13, 1]
     assert np.corrcoef(mouth_gap, shapes[:, INDEX["jawOpen"]])[0, 1] > 0.9
-    assert np.allclose(finder.predict(landmarks[0] * 3), shapes[0], atol=1e-3)
+    assert np.allclose(network.predict(landmarks[0] * 3), shapes[0], atol=1e-3)

@@ -9,7 +9,7 @@ from conf.errors import ModelError
 from conf.sender.tracking.canonical_face import FILE_NAME, CanonicalFace, parse_canonical_face, read_canonical_face
 
 
-def test_the_canonical_face_is_symmetric_and_has_centimetres(canonical: CanonicalFace) -> None:
+def test_the_canonical_face_is_symmetric_and_in_centimetres(canonical: CanonicalFace) -> None:
     assert canonical.vertices.shape == (468, 3)
     assert canonical.triangles.shape == (898, 3)
     assert canonical.triangles.min() == 0
@@ -24,19 +24,19 @@ def test_the_canonical_face_is_symmetric_and_has_centimetres(canonical: Canonica
 
 
 @given(st.binary(max_size=200))
-def test_any_bytes_give_a_value_error_and_nothing_else(data: bytes) -> None:
+def test_any_other_bytes_raise_a_value_error(data: bytes) -> None:
     with pytest.raises(ValueError):
         parse_canonical_face(data)
 
 
-def test_every_cut_of_the_file_is_refused(models: Path) -> None:
+def test_a_truncated_file_is_refused(models: Path) -> None:
     data = (models / FILE_NAME).read_bytes()
-    for size in range(0, len(data) - 2, 997):  # the last two bytes say only which part of the landmarks to use
+    for size in range(0, len(data) - 2, 997):  # the last two bytes only select the source of the landmarks
         with pytest.raises(ValueError, match=r"cut off|not the face geometry|unknown wire type|longer than ten bytes"):
             parse_canonical_face(data[:size])
 
 
-def test_a_missing_file_says_what_to_do(tmp_path: Path) -> None:
+def test_the_message_for_a_missing_file_names_the_remedy(tmp_path: Path) -> None:
     with pytest.raises(ModelError) as caught:
         read_canonical_face(tmp_path)
     assert str(caught.value).startswith(f"{tmp_path / FILE_NAME} cannot be read (")

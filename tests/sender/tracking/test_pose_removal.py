@@ -7,25 +7,25 @@ from conf.sender.tracking.pose_removal import FLIP, remove_head_pose
 
 
 def _posed(canonical: CanonicalFace, pose: HeadPose, size: tuple[int, int]) -> np.ndarray:
-    """Draw the canonical face as the tracker would see it: the inverse of what is tested, from head_pose's words."""
+    """Return the landmarks of the canonical face in a pose, by the definition in head_pose."""
     width, height = size
-    picture = np.exp(pose.log_scale) * canonical.vertices @ pose.matrix().T
-    picture[:, :2] += pose.position
+    image = np.exp(pose.log_scale) * canonical.vertices @ pose.matrix().T
+    image[:, :2] += pose.position
     landmarks = np.zeros((478, 3))
-    landmarks[:468] = picture * height * FLIP
+    landmarks[:468] = image * height * FLIP
     landmarks[:, :2] += [width / 2, height / 2]
     return landmarks
 
 
 @pytest.mark.parametrize("size", [(320, 240), (176, 144), (480, 640)])
-def test_pose_and_face_come_apart_again(canonical: CanonicalFace, size: tuple[int, int]) -> None:
+def test_pose_and_face_are_separated(canonical: CanonicalFace, size: tuple[int, int]) -> None:
     pose = HeadPose(np.array([0.1, -0.4, 0.2]), np.array([0.15, -0.1]), float(np.log(0.04)))
     aligned, found = remove_head_pose(_posed(canonical, pose, size), canonical, size)
     assert np.allclose(aligned[:468], canonical.vertices, atol=1e-9)
     assert np.allclose(found.to_vector(), pose.to_vector(), atol=1e-12)
 
 
-def test_directions_are_those_of_head_pose(canonical: CanonicalFace) -> None:
+def test_the_axes_are_those_of_head_pose(canonical: CanonicalFace) -> None:
     straight = np.zeros((478, 3))
     straight[:468] = canonical.vertices * FLIP * 10 + [100, 50, 0]
     aligned, pose = remove_head_pose(straight, canonical, (200, 200))
