@@ -1,7 +1,7 @@
-"""The fifty control points: MPEG-4 feature points and the landmark that gives each.
+"""The fifty control points: MPEG-4 feature points and the tracker landmark that gives each.
 
-Left and right are the subject's. Head pose (feature point 7.1) travels apart from them.
-Source: ISO/IEC 14496-2, Annex C (feature points); the landmark numbers are MediaPipe's face mesh with irises.
+Left and right are the subject's. The head pose (feature point 7.1) is transmitted separately.
+Source: ISO/IEC 14496-2, Annex C (feature points); MediaPipe's face mesh with irises (landmark numbers).
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class ControlPoint:
-    """One of the points that carry the motion: its place in every array, its MPEG-4 number and its landmark."""
+    """A control point: its row in every array, its MPEG-4 number, its name and its landmark."""
 
     index: int
     feature_point: str
@@ -80,7 +80,7 @@ def _parse_table(table: str) -> tuple[ControlPoint, ...]:
 
 CONTROL_POINTS = _parse_table(_TABLE)
 CONTROL_POINT_COUNT = len(CONTROL_POINTS)
-CONTROL_POINT_LANDMARKS = np.array([point.landmark for point in CONTROL_POINTS])  # (n,) rows of the tracker's landmarks
+CONTROL_POINT_LANDMARKS = np.array([point.landmark for point in CONTROL_POINTS])  # (n,) rows of the tracker's output
 CONTROL_POINT_INDEX = {point.name: point.index for point in CONTROL_POINTS}
 
 
@@ -89,8 +89,13 @@ def control_point_indices(*prefixes: str) -> list[int]:
     return [point.index for point in CONTROL_POINTS if point.name.startswith(prefixes)]
 
 
-UPPER_LIP = [*control_point_indices("inner_lip_upper", "outer_lip_upper", "cupids_bow")]
-LOWER_LIP = [*control_point_indices("inner_lip_lower", "outer_lip_lower")]
-UPPER_LID = [*control_point_indices("eyelid_upper", "eye_upper_outer_lid")]
-LOWER_LID = [*control_point_indices("eyelid_lower", "eye_lower_outer_lid")]
-PUPILS = [*control_point_indices("pupil")]
+UPPER_LIP = control_point_indices("inner_lip_upper", "outer_lip_upper", "cupids_bow")
+LOWER_LIP = control_point_indices("inner_lip_lower", "outer_lip_lower")
+UPPER_LID = control_point_indices("eyelid_upper", "eye_upper_outer_lid")
+LOWER_LID = control_point_indices("eyelid_lower", "eye_lower_outer_lid")
+PUPILS = control_point_indices("pupil")
+# The inner edge of either lip, from the right corner of the mouth to the left one.
+UPPER_LIP_EDGE, LOWER_LIP_EDGE = (
+    [CONTROL_POINT_INDEX[f"inner_lip_{at}"] for at in ("corner_r", f"{lip}_r", f"{lip}_mid", f"{lip}_l", "corner_l")]
+    for lip in ("upper", "lower")
+)

@@ -15,7 +15,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
-from numpy.typing import NDArray
 
 from conf.face.default_head import DEFAULT_HEAD
 from conf.face.fitting.face_prior import (
@@ -24,15 +23,13 @@ from conf.face.fitting.face_prior import (
     OBSERVED_LANDMARKS,
     PRIOR_FILE,
     FacePrior,
-    TrainingHead,
-    train_prior,
 )
 from conf.face.formats.ppc import read_ppc
 from conf.face.mesh.mesh import load_mesh
-from conf.face.mesh.winding import triangle_normals
 from conf.mesh_fitting.face_search import find_face
 from tools.assets.head.source import Source, fetch_wheel
 from tools.bench.fit_heads import Recipe, random_recipe, write_head
+from tools.train.face_prior_fit import TrainingHead, nearest_normals, train_prior
 
 HEADS = 400
 RIDGE = 0.3  # cm^2
@@ -66,17 +63,6 @@ def look(recipe: Recipe, source: Source) -> TrainingHead:
     normals = nearest_normals(truth, sitting.mesh.vertices, sitting.mesh.triangles)
     print(recipe.name, flush=True)
     return TrainingHead(sitting.observed, truth, normals, sitting.mesh.vertices, sitting.mesh.triangles)
-
-
-def nearest_normals(
-    points: NDArray[np.float64], vertices: NDArray[np.float64], triangles: NDArray[np.int32]
-) -> NDArray[np.float64]:
-    """Return the (n, 3) unit normal of the surface at the vertex nearest to each point (n, 3)."""
-    normals = triangle_normals(vertices, triangles)
-    used = np.unique(triangles)
-    nearest = used[[np.linalg.norm(vertices[used] - point, axis=1).argmin() for point in points]]
-    sums = np.array([normals[(triangles == vertex).any(axis=1)].sum(axis=0) for vertex in nearest])
-    return np.asarray(sums / np.linalg.norm(sums, axis=1, keepdims=True))
 
 
 def starting_prior() -> FacePrior:

@@ -20,7 +20,7 @@ def head() -> Mesh:
 
 
 @pytest.fixture(scope="module")
-def painted(head: Mesh) -> Mesh:
+def textured(head: Mesh) -> Mesh:
     return apply_default_texture(head, default_points(), default_joints().eyes)
 
 
@@ -28,35 +28,35 @@ def uvs_of(mesh: Mesh, group: str) -> np.ndarray:
     return mesh.uvs[np.unique(mesh.render_triangles[mesh.groups[group]])]
 
 
-def test_the_surface_stays_as_it_is(head: Mesh, painted: Mesh) -> None:
-    assert painted.vertices is head.vertices
-    assert painted.render_vertices[painted.render_triangles].tolist() == head.triangles.tolist()
+def test_the_surface_is_unchanged(head: Mesh, textured: Mesh) -> None:
+    assert textured.vertices is head.vertices
+    assert textured.render_vertices[textured.render_triangles].tolist() == head.triangles.tolist()
 
 
 @pytest.mark.parametrize(
     ("group", "colour"),
     [("skin", "skin"), ("hair", "skin"), ("teeth_upper", "teeth"), ("tongue", "tongue"), ("mouth", "mouth")],
 )
-def test_each_part_has_its_colour(painted: Mesh, group: str, colour: str) -> None:
-    assert np.unique(uvs_of(painted, group), axis=0).tolist() == [list(COLOUR_UVS[colour])]
+def test_each_part_has_its_colour(textured: Mesh, group: str, colour: str) -> None:
+    assert np.unique(uvs_of(textured, group), axis=0).tolist() == [list(COLOUR_UVS[colour])]
 
 
-def test_the_iris_is_where_the_pupil_is_and_as_large_as_on_a_head(head: Mesh, painted: Mesh) -> None:
-    rows = np.unique(painted.render_triangles[painted.groups["eye_l"]])
-    places = painted.vertices[painted.render_vertices[rows]]
+def test_the_iris_is_centred_on_the_pupil_at_its_true_size(head: Mesh, textured: Mesh) -> None:
+    rows = np.unique(textured.render_triangles[textured.groups["eye_l"]])
+    vertices = textured.vertices[textured.render_vertices[rows]]
     pupil = default_points()[16]
-    off = (painted.uvs[rows] - EYE_UV) / EYE_UV_RADII
-    nearest = np.linalg.norm(places - pupil, axis=1).argmin()
+    off = (textured.uvs[rows] - EYE_UV) / EYE_UV_RADII
+    nearest = np.linalg.norm(vertices - pupil, axis=1).argmin()
     assert off[nearest] == pytest.approx([0, 0], abs=0.03)
-    around = np.linalg.norm((places - pupil)[:, :2], axis=1) < 0.6
-    assert np.hypot(*off[around].T) * EYE_ARC == pytest.approx(np.hypot(*(places - pupil)[around, :2].T), abs=0.06)
-    right = places[:, 0] > pupil[0] + 0.2
-    assert (off[right, 0] > 0).all()  # what lies to the left of the subject lies to the right of the picture
+    near = np.linalg.norm((vertices - pupil)[:, :2], axis=1) < 0.6
+    assert np.hypot(*off[near].T) * EYE_ARC == pytest.approx(np.hypot(*(vertices - pupil)[near, :2].T), abs=0.06)
+    right = vertices[:, 0] > pupil[0] + 0.2
+    assert (off[right, 0] > 0).all()  # the subject's left is the image's right
 
 
-def test_the_picture_has_a_dark_pupil_and_a_light_white() -> None:
-    with Image.open(TEXTURE_FILE) as picture:
-        colours = np.asarray(picture.convert("RGB"), dtype=float)
+def test_the_texture_has_a_dark_pupil_and_a_light_sclera() -> None:
+    with Image.open(TEXTURE_FILE) as image:
+        colours = np.asarray(image.convert("RGB"), dtype=float)
     height, width, _ = colours.shape
 
     def at(u: float, v: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""A sheet whose lips are one surface is opened: the rims part, nothing tears, the bag closes behind."""
+"""A sheet whose lips are one surface is cut open without tears, with a closed cavity behind."""
 
 from dataclasses import replace
 
@@ -10,6 +10,7 @@ from conf.face.fitting.lip_cut import cut_lips, has_open_lips
 from conf.face.loading import build_face
 from conf.face.mesh.mesh import Mesh
 from conf.face.mesh.surface_graph import SurfaceGraph
+from conf.face.mesh.winding import triangle_normals
 from tests.support.sheet_face import SheetFace
 
 INNER = [CONTROL_POINT_INDEX[f"inner_lip_{lip}_mid"] for lip in ("upper", "lower")]
@@ -42,57 +43,56 @@ def boundary(mesh: Mesh) -> set[tuple[int, int]]:
     return {(int(a), int(b)) for a, b in once[count == 1]}
 
 
-def test_lips_are_known_to_be_cut_or_not(face: SheetFace, touching: SheetFace, opened: Mesh) -> None:
+def test_open_and_closed_lips_are_distinguished(face: SheetFace, touching: SheetFace, opened: Mesh) -> None:
     assert has_open_lips(face.points, surface_of(face.mesh))
     assert not has_open_lips(touching.points, surface_of(touching.mesh))
     assert has_open_lips(touching.points, surface_of(opened))
 
 
-def test_the_meshs_own_vertices_stay_first_and_its_rim_stays_its_only_one(touching: SheetFace, opened: Mesh) -> None:
+def test_original_vertices_come_first_and_the_boundary_is_unchanged(touching: SheetFace, opened: Mesh) -> None:
     count = len(touching.mesh.vertices)
     assert opened.vertices[:count].tolist() == touching.mesh.vertices.tolist()
-    assert boundary(opened) == boundary(touching.mesh)  # neither a tear nor a gap between lips and bag
+    assert boundary(opened) == boundary(touching.mesh)  # neither a tear nor a gap between lips and cavity
 
 
-def test_no_area_is_lost_and_every_triangle_faces_as_before(touching: SheetFace, opened: Mesh) -> None:
-    def area(mesh: Mesh, triangles: np.ndarray) -> np.ndarray:
-        a, b, c = (mesh.vertices[triangles[:, i]] for i in range(3))
-        return np.cross(b - a, c - a)
-
+def test_the_cut_keeps_the_area_and_the_winding(touching: SheetFace, opened: Mesh) -> None:
     skin = np.setdiff1d(np.arange(len(opened.triangles)), opened.groups["mouth"])
-    before, after = area(touching.mesh, touching.mesh.triangles), area(opened, opened.triangles[skin])
+    before, after = (
+        triangle_normals(touching.mesh.vertices, touching.mesh.triangles),
+        triangle_normals(opened.vertices, opened.triangles[skin]),
+    )
     assert np.linalg.norm(after, axis=1).sum() == pytest.approx(np.linalg.norm(before, axis=1).sum())
     assert (after[:, 2] > 0).all() == (before[:, 2] > 0).all()
     assert sorted(opened.groups["skin"].tolist()) == skin.tolist()
 
 
 @pytest.mark.parametrize("inside_out", [False, True])
-def test_the_bag_lies_behind_the_lips_and_shows_its_inside(touching: SheetFace, inside_out: bool) -> None:
+def test_the_cavity_lies_behind_the_lips_and_faces_inwards(touching: SheetFace, inside_out: bool) -> None:
     mesh = touching.mesh
     if inside_out:
         mesh = replace(mesh, triangles=mesh.triangles[:, ::-1], render_triangles=mesh.render_triangles[:, ::-1])
     opened = cut_lips(mesh, touching.points, surface_of(mesh))
     corners = opened.vertices[opened.triangles[opened.groups["mouth"]]]
     assert corners[..., 2].max() <= touching.points[:, 2].max()
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    middle = corners.reshape(-1, 3).mean(axis=0)
-    inwards = np.einsum("fi,fi->f", normals, middle - corners.mean(axis=1)) * (-1 if inside_out else 1)
+    normals = triangle_normals(opened.vertices, opened.triangles[opened.groups["mouth"]])
+    centre = corners.reshape(-1, 3).mean(axis=0)
+    inwards = np.einsum("fi,fi->f", normals, centre - corners.mean(axis=1)) * (-1 if inside_out else 1)
     assert inwards.sum() > 0.95 * np.abs(inwards).sum()
 
 
-def test_the_mouth_opens(touching: SheetFace, opened: Mesh) -> None:
-    shut, open_ = (build_face(mesh, touching.points) for mesh in (touching.mesh, opened))
+def test_the_lower_lip_moves_without_the_upper(touching: SheetFace, opened: Mesh) -> None:
+    closed_face, open_face = (build_face(mesh, touching.points) for mesh in (touching.mesh, opened))
     displacements = np.zeros((50, 3))
-    displacements[LOWER_LIP, 1] = -1.0 / shut.fapu.lengths()[INNER[1], 1]
+    displacements[LOWER_LIP, 1] = -1.0 / closed_face.fapu.lengths()[INNER[1], 1]
     count = len(touching.mesh.vertices)
     new = opened.vertices[count:]
     on_rim = count + np.flatnonzero((np.abs(new[:, 0]) < 0.3) & (new[:, 2] > touching.points[INNER[0], 2] - 0.05))
-    heights = open_.deform(displacements)[on_rim, 1] - open_.neutral[on_rim, 1]
-    assert heights.max() > -0.1  # the upper lip stays
-    assert heights.min() < -0.8  # the lower one goes down
-    assert not ((heights > -0.7) & (heights < -0.2)).any()  # and nothing hangs between
+    offsets = open_face.deform(displacements)[on_rim, 1] - open_face.neutral[on_rim, 1]
+    assert offsets.max() > -0.1  # the upper lip stays
+    assert offsets.min() < -0.8  # the lower one moves down
+    assert not ((offsets > -0.7) & (offsets < -0.2)).any()  # and no vertex lies between them
 
 
-def test_a_mesh_with_nothing_to_cut_is_left_alone(face: SheetFace) -> None:
+def test_a_mesh_with_nothing_to_cut_is_returned_unchanged(face: SheetFace) -> None:
     far = replace(face.mesh, vertices=face.mesh.vertices + np.array([0.0, 100.0, 0.0]))
     assert cut_lips(far, face.points, surface_of(far)) is far
