@@ -1,47 +1,88 @@
-"""The shipped tables: small, complete, in whole numbers, with a row for every age."""
+"""The trained file: small, complete, in integers, with a row of weights for every age."""
 
+from dataclasses import replace
 from importlib import resources
 
 import numpy as np
 import pytest
 
-from conf.protocol.codec.model import FILE, CodecModel, load_models
+from conf.protocol.codec.model import FILE, CodecModel, build_models, load_models
 from conf.protocol.codec.profiles import PROFILES
 from conf.protocol.codec.range_coder import TOTAL
 from conf.protocol.codec.reference_frames import MAX_AGE
 from conf.protocol.codec.syntax import FEATURE_COUNT, LOG_ONE
+from tests.protocol.independent_decoder import Frame, PayloadReader
 
 MODELS = load_models()
+READER = PayloadReader()
+EACH_MODEL = pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
 
 
 def test_the_file_is_small() -> None:
     assert len(resources.files("conf.assets").joinpath(FILE).read_bytes()) < 200_000
 
 
-@pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
-def test_every_age_has_rows_of_weights_and_every_value_a_weight_for_each_feature(model: CodecModel) -> None:
-    assert len(model.rows) == len(model.second_reference_rows) == MAX_AGE + 1
-    assert model.rows[0] == model.second_reference_rows[0] == 0
-    assert max(model.second_reference_rows) == len(model.weights) - 1
-    weights = np.array(model.weights)
-    assert weights.shape[1:] == (len(model.default_reference.values), FEATURE_COUNT)
+@EACH_MODEL
+def test_each_age_has_the_row_of_wire_md(model: CodecModel) -> None:
+    second = Frame([], staggered=False)
+    assert model.rows == tuple(READER.row(age, None) for age in range(64))
+    assert model.second_reference_rows == tuple(READER.row(age, second) for age in range(64))
+    assert MAX_AGE == 63
+    assert np.shape(model.weights) == (21, len(model.default_reference.values), FEATURE_COUNT)
 
 
-@pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
-def test_what_steers_the_coder_is_whole_numbers(model: CodecModel) -> None:
+@EACH_MODEL
+def test_the_model_holds_the_arrays_of_its_profile(model: CodecModel) -> None:
+    name, arrays = model.profile.name, READER.arrays
+    assert model.default_reference.values == tuple(arrays[f"{name}_standing"].tolist())
+    assert model.weights == arrays[f"{name}_weights"].tolist()
+    assert model.scale_coupling == int(arrays[f"{name}_growth"])
+    assert model.points == 50
+    assert np.diff(model.tables.cumulative, axis=1).tolist() == arrays[f"{name}_frequencies"].tolist()
+
+
+@EACH_MODEL
+def test_the_transform_is_scaled_by_the_step(model: CodecModel) -> None:
+    arrays, step, transform = READER.arrays, model.profile.step, model.transform
+    basis, weight = arrays["basis"].astype(float), arrays["weight"].astype(float).reshape(-1)
+    components = np.arange(24.0) - 9
+    np.testing.assert_allclose(components @ transform.inverse_matrix, step * (basis @ components) / weight)
+    displacements = np.linspace(-80, 90, 150)
+    np.testing.assert_allclose(displacements @ transform.forward_matrix, (displacements * weight) @ basis / step)
+    np.testing.assert_allclose(transform.pose_steps, arrays["pose_unit"].astype(float) * step)
+
+
+@EACH_MODEL
+def test_all_that_steers_the_coder_is_integers(model: CodecModel) -> None:
     steering = [*model.default_reference.values, model.scale_coupling, *np.array(model.weights, dtype=object).ravel()]
     assert all(type(number) is int for number in steering)
     assert all(table[-1] == TOTAL for table in model.tables.cumulative)
 
 
-def test_an_older_reference_makes_wider_scales() -> None:
+@pytest.mark.parametrize(
+    ("weights", "features", "scale"),
+    [
+        ((256, 0), (16, 5), 16),
+        ((128, 64), (17, 3), 9),
+        ((-256, 0), (4, 0), 0),
+        ((256, 0), (52, 0), 52),
+        ((256, 9), (53, 0), 52),
+    ],
+)
+def test_the_scale_is_a_clamped_weighted_sum(weights: tuple[int, ...], features: tuple[int, ...], scale: int) -> None:
+    model = replace(MODELS["live"], weights=[[], [[0, 0], list(weights)]])
+    assert model.scale(1, 1, features) == scale
+
+
+def test_an_older_reference_gives_larger_scales() -> None:
     model = MODELS["live"]
     features = (LOG_ONE, *[0] * (FEATURE_COUNT - 1))
-    widths = [
+    scales = [
         np.mean([model.scale(model.rows[age], value, features) for value in range(6, 12)]) for age in (1, 2, 4, 8)
     ]
-    assert widths == sorted(widths)
+    assert scales == sorted(scales)
 
 
 def test_every_profile_has_a_model() -> None:
     assert {name: model.profile for name, model in MODELS.items()} == PROFILES
+    assert build_models(READER.arrays).keys() == MODELS.keys()

@@ -1,4 +1,4 @@
-"""The profiles keep their promises about delay and headers."""
+"""The profiles: their values, and what they cost in delay and headers."""
 
 import pytest
 
@@ -7,9 +7,19 @@ from conf.protocol.codec.profiles import LIVE, NARROWBAND, PROFILES, RICH, Profi
 HEADERS = 28 + 14  # UDP/IP, framing and seal
 
 
-def test_live_adds_no_delay() -> None:
+def test_the_profiles_are_those_of_the_wire_format() -> None:
+    assert list(PROFILES.values()) == [
+        Profile("live", fps=15, frames_per_datagram=1, step=0.0074, rd_lambda=0.05, target_bits=64),
+        Profile("rich", fps=30, frames_per_datagram=2, step=0.0044, rd_lambda=0.05, target_bits=64),
+        Profile("narrow", fps=15, frames_per_datagram=3, step=0.0082, rd_lambda=0.05, target_bits=40),
+    ]
+    assert [profile.name for profile in PROFILES.values()] == list(PROFILES)
+
+
+def test_grouping_frames_adds_delay() -> None:
     assert LIVE.delay == 0
-    assert (LIVE.fps, LIVE.frames_per_datagram) == (15, 1)
+    assert pytest.approx(1 / 30) == RICH.delay
+    assert pytest.approx(2 / 15) == NARROWBAND.delay
 
 
 @pytest.mark.parametrize(
@@ -18,7 +28,3 @@ def test_live_adds_no_delay() -> None:
 def test_headers_leave_room_for_the_motion(profile: Profile, bits_a_second: int, payload_bytes_a_frame: int) -> None:
     bytes_a_second = profile.fps * (HEADERS / profile.frames_per_datagram + payload_bytes_a_frame)
     assert bytes_a_second * 8 <= bits_a_second
-
-
-def test_names_are_the_keys() -> None:
-    assert [profile.name for profile in PROFILES.values()] == list(PROFILES)
