@@ -1,30 +1,53 @@
-# make demo   everything that is needed, then a call on this machine
-# make test   the same, then the tests
-# make check  the tests and everything else that CI runs
-# make api    pages from the docstrings, in build/api
-# make doctor what works on this machine and what does not
+# make demo    everything that is needed, then a call on this machine
+# make test    the same, then the tests
+# make quick   the tests without the slow ones: half a minute on two cores
+# make check   the tests with their coverage, and everything else that CI runs
+# make mutate  mutation testing of modules, each with its own test: make mutate ARGS="protocol/sequence face/deformation/rbf"
+# make api     pages from the docstrings, in build/api
+# make doctor  what works on this machine and what does not
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+PYTEST := $(BIN)/python -m pytest -n auto
+PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: demo test check lint doctor api system system-test models clean
+.PHONY: demo test quick check lint mutate doctor api system system-test models clean
 
 demo: system $(STAMP) models
 	$(BIN)/conf demo $(ARGS)
 
 test: system-test $(STAMP) models
-	$(BIN)/python -m pytest $(ARGS)
+	$(PYTEST) $(ARGS)
 
+quick: $(STAMP)
+	$(PYTEST) -m "not slow" $(ARGS)
+
+check: ARGS += --cov
 check: test lint
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+# Each module is mutated in a copy of the tree. To see what a surviving mutant changes:
+# cd build/mutate/protocol/sequence && ../../../../.venv/bin/mutmut show NAME
+mutate: $(STAMP)
+	@test -n "$(ARGS)" || { echo 'name modules: make mutate ARGS="protocol/sequence face/deformation/rbf"'; exit 1; }
+	$(PIP) --editable '.[mutation]'
+	@for module in $(ARGS); do \
+	  copy=build/mutate/$$module; rm -rf $$copy; mkdir -p $$copy; \
+	  cp -R conf docs tests tools README.md pyproject.toml $$copy; \
+	  printf '[mutmut]\nsource_paths = conf\nonly_mutate = conf/%s.py\nalso_copy =\n  docs\n  tools\n  README.md\n' \
+	    $$module > $$copy/setup.cfg; \
+	  printf 'pytest_add_cli_args_test_selection = tests/%s/test_%s.py\n' \
+	    $$(dirname $$module) $$(basename $$module) >> $$copy/setup.cfg; \
+	  (cd $$copy && $(abspath $(BIN))/mutmut run && $(abspath $(BIN))/mutmut results) || exit 1; \
+	done
 
 doctor: $(STAMP)
 	$(BIN)/conf doctor
@@ -41,14 +64,14 @@ system:
 system-test:
 	@sh tools/system_packages.sh --test
 
-$(STAMP): pyproject.toml
+$(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
 	  || { echo "conf needs Python 3.11 or newer: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV) \
 	  || { echo "no venv module: type  apt-get install python3-venv"; exit 1; }
-	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	$(PIP) --upgrade pip
+	$(PIP) --editable '.[dev]'
 	@touch $(STAMP)
 
 clean:
-	rm -rf $(VENV) build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) build *.egg-info .coverage .mypy_cache .ruff_cache .pytest_cache .hypothesis
