@@ -94,6 +94,7 @@ def measure(clip: Path, profile: str = "live", on_progress: Callable[[int], None
 
 def plot(stages: list[StageCost], path: Path) -> None:
     """Write a bar chart of the stages, with a logarithmic scale. Raises RecordingError, GraphicsError."""
+    from conf.output.media_writer import save_image
     from conf.render.ui.charts import Bar, bar_chart
 
     bars = [

@@ -54,7 +54,7 @@ def test_motion_files_are_read_back(tmp_path: Path, head: FaceModel, motion: Mot
 def test_a_moved_mesh_and_its_points_are_read_back(
     tmp_path: Path, head: FaceModel, subject: FaceDocument, motion: MotionClip
 ) -> None:
-    small = replace(head, placement=SimilarityTransform(np.eye(3), 0.1, np.zeros(3)))
+    small = replace(head, file_to_model=SimilarityTransform(np.eye(3), 0.1, np.zeros(3)))
     write(small, motion, ExportOptions(tmp_path / "a.obj", at=0.6))
     mesh = load_mesh(tmp_path / "a.obj")
     moved = head.deform(load_emotions()["surprise"])

@@ -6,9 +6,18 @@ from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.head_pose import HeadPose
-from conf.protocol.portrait import NeutralPoseUpdate, ObjectReceiver, ObjectSender, Patch, Photo, decode_object, objects
+from conf.protocol.portrait import (
+    NeutralPoseUpdate,
+    ObjectReceiver,
+    ObjectSender,
+    Patch,
+    Photo,
+    decode_object,
+    encode_object,
+)
 from conf.protocol.portrait.photo import MIN_LOG_SCALE
 from conf.sender.motion.eye_openness import UPPER
+from conf.sender.portrait import scheduler
 from conf.sender.portrait.photo_builder import DRAFT
 from conf.sender.portrait.photo_selection import FIRST_SEARCH_S, MAX_DRAFT_S, SCENE_INTERVAL_S
 from conf.sender.portrait.scheduler import PortraitScheduler
@@ -67,11 +76,15 @@ def test_a_draft_is_followed_by_one_photo_in_full_quality() -> None:
 
 def test_each_photo_is_encoded_once(monkeypatch: pytest.MonkeyPatch) -> None:
     encoded = []
-    encode = objects.encode_photo
-    monkeypatch.setattr(objects, "encode_photo", lambda photo: encoded.append(photo.number) or encode(photo))
+
+    def encode(sent: Photo | NeutralPoseUpdate | Patch) -> bytes:
+        encoded.append(type(sent))
+        return encode_object(sent)
+
+    monkeypatch.setattr(scheduler, "encode_object", encode)
     call = Call()
     call.run(5.0)
-    assert encoded == [0, 1] and call.count(Photo) == 2
+    assert encoded.count(Photo) == call.count(Photo) == 2
 
 
 def test_a_draft_with_shut_eyes_is_replaced_after_some_time() -> None:
