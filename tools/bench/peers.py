@@ -27,7 +27,6 @@ from numpy.typing import NDArray
 from conf.output.media_writer import save_image
 from conf.protocol.codec import LIVE, NARROWBAND, RICH, Profile
 from conf.protocol.statistics import HEADER_BYTES, raw_frame_bytes
-from conf.render.ui.charts import ScatterPoint, scatter_chart
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.tracking.canonical_face import read_canonical_face
 from conf.sender.tracking.model_files import fetch_models
@@ -35,6 +34,7 @@ from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 from tools.bench.codec_link import Link, measure
 from tools.bench.portrait_clip import FPS, SIZE, Pixels, load_frames
 from tools.bench.portrait_peers import CODECS, HEADERS, transmit
+from tools.bench.scatter_chart import ScatterPoint, scatter_chart
 from tools.bench.tracks import LEFT_EYE, RIGHT_EYE, Track
 
 VIDEO_KBPS = (12.0, 16.0, 24.0, 48.0)  # with headers; the encoders stay above some of them whatever they are told

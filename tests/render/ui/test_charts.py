@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from conf.render.ui.charts import SIZE, Bar, ScatterPoint, bar_chart, scatter_chart
+from conf.render.ui.charts import SIZE, Bar, bar_chart
 
 pytestmark = pytest.mark.usefixtures("gl")
 
@@ -22,21 +22,7 @@ def test_the_length_of_a_bar_is_logarithmic() -> None:
     assert lengths[0] - lengths[1] == pytest.approx(lengths[1] - lengths[2], rel=0.03)
 
 
-def test_points_are_drawn_at_their_coordinates() -> None:
-    points = [ScatterPoint("left and low", 1.0, 1.0), ScatterPoint("right and high", 100.0, 9.0)]
-    mask = blue(scatter_chart("loss", ("kbit/s", "error"), points))
-    ys, xs = np.nonzero(mask)
-    left, right = xs < SIZE[0] / 2, xs >= SIZE[0] / 2
-    assert left.any() and right.any()
-    assert ys[left].mean() > ys[right].mean() + 100
-
-
 @pytest.mark.parametrize("bars", [[], [Bar("a", 0.0, "0")]])
 def test_empty_or_non_positive_bars_are_refused(bars: list[Bar]) -> None:
     with pytest.raises(ValueError, match="bars must not be empty, and their values must be positive"):
         bar_chart("t", bars)
-
-
-def test_empty_points_are_refused() -> None:
-    with pytest.raises(ValueError, match="points must not be empty, and their x must be positive"):
-        scatter_chart("t", ("x", "y"), [])
