@@ -8,6 +8,7 @@ from scipy.spatial import KDTree
 
 from conf.face.mesh.mesh import Mesh
 from conf.face.mesh.raycast import cast_clip_rays
+from conf.render.camera import project
 from conf.render.materials import material_of
 
 SNAP_CM = 1.5  # a mirrored place farther from the mesh's front than this goes to the nearest vertex instead
@@ -32,9 +33,8 @@ class Rect:
 
     def to_pixels(self, places: NDArray[np.floating], clip: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (n, 2) pixels of the window for (n, 3) places of the face under a (4, 4) clip matrix."""
-        homogeneous = places @ clip[:, :3].T + clip[:, 3]
-        ndc = homogeneous[:, :2] / homogeneous[:, 3:]
-        return np.stack([self.x + (ndc[:, 0] + 1) / 2 * self.width, self.y + (1 - ndc[:, 1]) / 2 * self.height], axis=1)
+        pixels: NDArray[np.float64] = project(places, clip, (self.width, self.height)) + np.array([self.x, self.y])
+        return pixels
 
 
 class Picker:

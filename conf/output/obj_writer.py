@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from conf.errors import ConfError
 from conf.face.mesh.mesh import Mesh
-from conf.render.materials import material_of
+from conf.render.materials import group_triangles, material_of
 
 PORTABLE_FORMATS = (".png", ".jpg", ".jpeg", ".bmp", ".tga")  # textures that every program with OBJ import reads
 OPAQUE_MATERIAL, BLENDED_MATERIAL = "face", "hair"
@@ -61,15 +61,11 @@ def _lines(mesh: Mesh, vertices: NDArray[np.floating], *, has_texture: bool) -> 
     has_uvs = _has_uvs(mesh)
     if has_uvs:
         yield from (f"vt {u:.6f} {v:.6f}" for u, v in mesh.uvs.tolist())
-    is_ungrouped = np.ones(len(mesh.triangles), np.bool_)
-    for members in mesh.groups.values():
-        is_ungrouped[members] = False
-    for name, triangles in (*mesh.groups.items(), ("rest", np.flatnonzero(is_ungrouped))):
-        if len(triangles):
-            yield f"g {name}"
-            if has_texture:
-                yield f"usemtl {BLENDED_MATERIAL if material_of(name).blended else OPAQUE_MATERIAL}"
-            yield from _faces(mesh, triangles, has_uvs=has_uvs)
+    for name, triangles in group_triangles(mesh):
+        yield f"g {name}"
+        if has_texture:
+            yield f"usemtl {BLENDED_MATERIAL if material_of(name).blended else OPAQUE_MATERIAL}"
+        yield from _faces(mesh, triangles, has_uvs=has_uvs)
 
 
 def _faces(mesh: Mesh, triangles: NDArray[np.integer], *, has_uvs: bool) -> Iterator[str]:

@@ -98,13 +98,13 @@ def clip_matrix(pose: HeadPose, view: ViewState, *, aspect: float) -> NDArray[np
     return matrix
 
 
-def project(points: NDArray[np.floating], matrix: NDArray[np.float64], size: tuple[int, int]) -> NDArray[np.float64]:
+def project(points: NDArray[np.floating], clip: NDArray[np.float64], size: tuple[float, float]) -> NDArray[np.float64]:
     """Return the projected points: (n, 2) pixels from the upper left corner, x right, y down.
 
     points : (n, 3) face coordinates, cm
-    matrix : (4, 4) from `clip_matrix`
+    clip : (4, 4) from `clip_matrix`
     size : width and height in pixels
     """
-    clip = points @ matrix[:, :3].T + matrix[:, 3]
-    ndc = clip[:, :2] / clip[:, 3:]
+    homogeneous = points @ clip[:, :3].T + clip[:, 3]
+    ndc = homogeneous[:, :2] / homogeneous[:, 3:]
     return np.stack([(ndc[:, 0] + 1) / 2 * size[0], (1 - ndc[:, 1]) / 2 * size[1]], axis=1)

@@ -21,7 +21,7 @@ from conf.render.control_point_markers import ControlPointMarkers
 from conf.render.draw_call import DrawCall
 from conf.render.gpu_object import GpuObject
 from conf.render.lighting import STUDIO, Lighting
-from conf.render.materials import EYE, MOUTH, SKIN, material_of
+from conf.render.materials import EYE, MOUTH, SKIN, group_triangles, material_of
 from conf.render.render_target import RenderTarget
 from conf.render.shader_programs import to_column_major
 from conf.render.shadow_map import ShadowMap, light_matrix
@@ -169,13 +169,10 @@ class MeshPart(DrawCall):
 
 
 def ordered_groups(mesh: Mesh) -> list[tuple[str, NDArray[np.int64]]]:
-    """Return the non-empty groups with their triangles in drawing order: skin first, as it hides most, blended last."""
-    is_ungrouped = np.ones(len(mesh.triangles), dtype=bool)
-    for triangles in mesh.groups.values():
-        is_ungrouped[triangles] = False
-    groups = [*mesh.groups.items(), ("in no group", np.flatnonzero(is_ungrouped))]
-    filled = [(name, triangles) for name, triangles in groups if len(triangles)]
-    return sorted(filled, key=lambda group: (material_of(group[0]).blended, material_of(group[0]) is not SKIN))
+    """Return the groups with their triangles in drawing order: skin first, as it hides most, blended groups last."""
+    return sorted(
+        group_triangles(mesh), key=lambda group: (material_of(group[0]).blended, material_of(group[0]) is not SKIN)
+    )
 
 
 def texture_coordinates(mesh: Mesh) -> NDArray[np.float32]:

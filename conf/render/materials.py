@@ -2,6 +2,11 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.face.mesh.mesh import Mesh
+
 
 @dataclass(frozen=True)
 class Material:
@@ -45,3 +50,12 @@ MATERIALS = {
 def material_of(group: str) -> Material:
     """Return the material of a group by its name."""
     return MATERIALS.get(group, SKIN)
+
+
+def group_triangles(mesh: Mesh) -> list[tuple[str, NDArray[np.int64]]]:
+    """Return the name and the triangles of each non-empty group; "rest" holds those in no group."""
+    is_ungrouped = np.ones(len(mesh.triangles), np.bool_)
+    for triangles in mesh.groups.values():
+        is_ungrouped[triangles] = False
+    groups = [*mesh.groups.items(), ("rest", np.flatnonzero(is_ungrouped))]
+    return [(name, triangles) for name, triangles in groups if len(triangles)]

@@ -139,7 +139,7 @@ def test_the_groups_partition_the_triangles_with_skin_first_and_hair_last(face: 
     groups = {name: triangles for name, triangles in face.mesh.groups.items() if name != "eye_l"}
     parts = ordered_groups(replace(face.mesh, groups=groups))
     assert parts[0][0] == "skin" and parts[-1][0] == "hair"
-    assert "in no group" in dict(parts)
+    assert "rest" in dict(parts)
     every = np.sort(np.concatenate([triangles for _, triangles in parts]))
     np.testing.assert_array_equal(every, np.arange(len(face.mesh.triangles)))
 

@@ -4,6 +4,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.render.gpu_object import GpuObject
+
 
 def load_texture(
     ctx: moderngl.Context, pixels: NDArray[np.uint8], alpha: NDArray[np.uint8] | None = None
@@ -19,7 +21,7 @@ def load_texture(
     return texture
 
 
-class TexturedLayer:
+class TexturedLayer(GpuObject):
     """A texture with its coordinates on the mesh."""
 
     def __init__(
@@ -35,17 +37,13 @@ class TexturedLayer:
     ) -> None:
         """Take over the texture. positions : (V, 2) float32, shared; uvs : (V, 2); alphas : (V,); triangles : (F, 3)"""
         self._texture = texture
-        self._attributes = ctx.buffer(np.column_stack([uvs, alphas]).astype("f4").tobytes())
-        self._indices = ctx.buffer(np.ascontiguousarray(triangles, dtype=np.int32).tobytes())
-        content = [(positions, "2f4", "in_position"), (self._attributes, "2f4 1f4", "in_uv", "in_alpha")]
-        self._array = ctx.vertex_array(program, content, self._indices, skip_errors=True)
+        attributes = ctx.buffer(np.column_stack([uvs, alphas]).astype("f4").tobytes())
+        indices = ctx.buffer(np.ascontiguousarray(triangles, dtype=np.int32).tobytes())
+        content = [(positions, "2f4", "in_position"), (attributes, "2f4 1f4", "in_uv", "in_alpha")]
+        self._array = ctx.vertex_array(program, content, indices, skip_errors=True)
+        self._owned = (self._array, indices, attributes, texture)
 
     def draw(self) -> None:
         """Draw with the program's current uniforms."""
         self._texture.use(0)
         self._array.render(moderngl.TRIANGLES)
-
-    def release(self) -> None:
-        """Release the GPU objects, the texture included."""
-        for resource in (self._array, self._indices, self._attributes, self._texture):
-            resource.release()
