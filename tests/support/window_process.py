@@ -41,7 +41,7 @@ def main() -> None:
         FaceRenderer(window.ctx, face) as renderer,
         ImGuiOverlay(window.ctx) as overlay,
     ):
-        started = False
+        size = (0, 0)
         while not window.should_close:
             events = window.poll()
             for event in events:
@@ -59,11 +59,11 @@ def main() -> None:
                 report(saved=window.size)
                 save_requested = False
             window.end()
-            if not started:
-                report(ready=window.size)
-                started = True
             for event in events:
                 report(event=type(event).__name__, **asdict(event), view=asdict(view))
+            if window.size != size:
+                size = window.size
+                report(size=size)
     report(closed=True)
 
 

@@ -21,7 +21,6 @@ from conf.render.window.input_events import (
     KeyStateChanged,
     MouseButton,
     MouseMoved,
-    Resized,
     Scrolled,
     TextInput,
 )
@@ -65,20 +64,11 @@ def _editing_key_code(name: str) -> int:
 EDITING_KEY_CODES = {_editing_key_code(name): name for name in EDITING_KEYS}
 
 
-class _GlfwContextLoader:
+class _GlfwContextLoader(GpuObject):
     """Load OpenGL's functions through GLFW, which knows the window system: X11, Wayland, Windows or macOS."""
 
     def load_opengl_function(self, name: str) -> int:
         return int(glfw.get_proc_address(name) or 0)
-
-    def __enter__(self) -> "_GlfwContextLoader":
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        pass
-
-    def release(self) -> None:
-        """Do nothing: the window owns the context."""
 
 
 class GlfwWindow(GpuObject):
@@ -115,9 +105,6 @@ class GlfwWindow(GpuObject):
         glfw.set_scroll_callback(self._window, lambda _, _dx, dy: self._events.append(Scrolled(dy)))
         set_drop_callback: Callable[..., Any] = glfw.set_drop_callback  # its type stub has other arguments
         set_drop_callback(self._window, lambda _, paths: self._events.append(FilesDropped(tuple(paths))))
-        glfw.set_framebuffer_size_callback(
-            self._window, lambda _, width, height: self._events.append(Resized(max(1, width), max(1, height)))
-        )
 
     @property
     def pixel_ratio(self) -> float:

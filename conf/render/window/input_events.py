@@ -32,14 +32,6 @@ class Scrolled:
 
 
 @dataclass(frozen=True)
-class Resized:
-    """The framebuffer has a new size in pixels."""
-
-    width: int
-    height: int
-
-
-@dataclass(frozen=True)
 class MouseMoved:
     """Position of the mouse: framebuffer pixels from the upper left corner, x right, y down."""
 
@@ -79,9 +71,7 @@ class FilesDropped:
     paths: tuple[str, ...]
 
 
-Event = (
-    KeyPressed | Dragged | Scrolled | Resized | MouseMoved | MouseButton | KeyStateChanged | TextInput | FilesDropped
-)
+Event = KeyPressed | Dragged | Scrolled | MouseMoved | MouseButton | KeyStateChanged | TextInput | FilesDropped
 
 # Names as in Dear ImGui.
 EDITING_KEYS = (

@@ -32,7 +32,7 @@ class Session:
         self.process = subprocess.Popen(command, cwd=REPOSITORY, env=self._env, stdout=subprocess.PIPE, text=True)
         self._watchdog = threading.Timer(LIMIT_S, self.process.kill)
         self._watchdog.start()
-        self.size = self.read_line()["ready"]
+        self.wait_for_width(320)
         self.xdotool("search", "--sync", "--name", "conf test", "windowfocus", "--sync", "windowmove", "0", "0")
 
     def xdotool(self, *command: str) -> None:
@@ -49,6 +49,10 @@ class Session:
         while (answer := self.read_line()).get("event") != kind:
             pass
         return answer
+
+    def wait_for_width(self, width: int) -> None:
+        while self.read_line().get("size", [0])[0] != width:
+            pass
 
     def key(self, name: str) -> dict[str, Any]:
         self.xdotool("key", name)
@@ -86,8 +90,8 @@ def session(display: str, tmp_path: Path) -> Iterator[Session]:
 
 
 def test_keys_and_mouse_change_the_image(session: Session) -> None:
-    assert session.size == [320, 240]
     before = session.save_and_read_image()
+    assert before.shape == (240, 320, 3)
     assert 0.05 < drawn(before).mean() < 0.5
 
     assert session.key("w")["view"]["wireframe"]
@@ -118,18 +122,15 @@ def test_keys_and_mouse_change_the_image(session: Session) -> None:
 
 def test_the_image_follows_the_window_size_and_full_screen(session: Session) -> None:
     session.xdotool("search", "--name", "conf test", "windowsize", "400", "300")
-    while session.read_event("Resized")["width"] != 400:
-        pass
+    session.wait_for_width(400)
     assert session.save_and_read_image().shape == (300, 400, 3)
     session.key("f")
-    while session.read_event("Resized")["width"] != 1280:
-        pass
+    session.wait_for_width(1280)
     full = session.save_and_read_image()
     assert full.shape == (800, 1280, 3)
     assert 0.05 < drawn(full).mean() < 0.5
     session.xdotool("key", "f")
-    while session.read_event("Resized")["width"] != 400:
-        pass
+    session.wait_for_width(400)
     session.xdotool("key", "Escape")
     assert session.process.wait(LIMIT_S) == 0
 

@@ -1,7 +1,7 @@
 import pytest
 
 from conf.render.camera import ViewState
-from conf.render.window.input_events import Dragged, Event, KeyPressed, Resized, Scrolled, apply_camera_event
+from conf.render.window.input_events import Dragged, Event, KeyPressed, Scrolled, apply_camera_event
 
 
 @pytest.mark.parametrize(
@@ -10,7 +10,6 @@ from conf.render.window.input_events import Dragged, Event, KeyPressed, Resized,
         (Dragged("orbit", 0.5, 0.0), ViewState().orbited(0.5, 0.0)),
         (Dragged("pan", 0.1, -0.2), ViewState(pan=(0.1, -0.2))),
         (Scrolled(2.0), ViewState().zoomed(2.0)),
-        (Resized(10, 10), ViewState()),
         (KeyPressed("home"), ViewState()),
     ],
 )
