@@ -1,4 +1,4 @@
-"""The receiving half: whatever is lost, late or forged, a frame is right or it is an error."""
+"""The decoder: after losses, delays and forged payloads a frame is correct or an error."""
 
 import numpy as np
 import pytest
@@ -8,11 +8,14 @@ from hypothesis import strategies as st
 from conf.errors import ProtocolError
 from conf.protocol.codec import LIVE, NARROWBAND, PROFILES, RICH, Decoder, Encoder, MissingReferenceError, Profile
 from conf.protocol.codec.decoder import MAX_PAYLOAD
-from tests.support.synthetic_motion import talking
+from tests.protocol.independent_decoder import PayloadReader
+from tests.support.synthetic_motion import grimace, talking
+
+PAYLOADS = 24
 
 
 def call(profile: Profile, frames: int, *, ack_delay: int) -> list[tuple[int, bytes]]:
-    """Return the numbered payloads of a call in which everything arrives."""
+    """Return the numbered payloads of a call without losses."""
     encoder, payloads = Encoder(profile), []
     for number in range(0, frames, profile.frames_per_datagram):
         if ack_delay:
@@ -22,30 +25,52 @@ def call(profile: Profile, frames: int, *, ack_delay: int) -> list[tuple[int, by
 
 
 @pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES)
-@given(lost=st.sets(st.integers(0, 39)), acks_lost=st.sets(st.integers(0, 39)), delay=st.integers(1, 12))
+@given(
+    lost=st.sets(st.integers(0, PAYLOADS - 1)),
+    acks_lost=st.sets(st.integers(0, PAYLOADS - 1)),
+    delay=st.integers(1, 12),
+)
 def test_no_loss_makes_a_frame_wrong(profile: Profile, lost: set[int], acks_lost: set[int], delay: int) -> None:
-    """Every datagram that arrives is decoded at once, to the last bit what the encoder knows it to be."""
+    """Every payload that arrives is decoded at once, bit for bit as the encoder expects."""
     encoder, decoder = Encoder(profile), Decoder()
     acknowledged: list[tuple[int, int]] = []
-    for position in range(40):
+    for position in range(PAYLOADS):
         number = position * profile.frames_per_datagram
-        encoder.acknowledge([n for heard, n in acknowledged if heard <= number])
+        encoder.acknowledge([n for received, n in acknowledged if received <= number])
         payload = encoder.encode(talking(profile.frames_per_datagram, first=number), number)
         if position in lost:
             continue
-        shown = decoder.decode(payload, number)
-        assert [frame.frame_number for frame in shown] == list(range(number, number + profile.frames_per_datagram))
+        decoded = decoder.decode(payload, number)
+        assert [frame.frame_number for frame in decoded] == list(range(number, number + profile.frames_per_datagram))
         if position - 1 not in lost:
-            for frame in shown:
-                mine = encoder.decode_own(frame.frame_number)
-                assert mine is not None
-                assert np.array_equal(frame.pose, mine.pose)
-                assert np.array_equal(frame.displacements, mine.displacements)
+            for frame in decoded:
+                own = encoder.decode_own(frame.frame_number)
+                assert own is not None
+                assert np.array_equal(frame.pose, own.pose)
+                assert np.array_equal(frame.displacements, own.displacements)
         if position not in acks_lost:
-            acknowledged += [(number + delay, frame.frame_number) for frame in shown]
+            acknowledged += [(number + delay, frame.frame_number) for frame in decoded]
 
 
-def test_a_receiver_that_joins_late_says_what_it_misses_and_recovers() -> None:
+@pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES)
+@pytest.mark.parametrize("stride", [1, 3])
+def test_frames_are_those_of_the_independent_decoder(profile: Profile, stride: int) -> None:
+    encoder, decoder, reader = Encoder(profile), Decoder(), PayloadReader()
+    count = profile.frames_per_datagram
+    frames = talking(8 * count) + grimace(4 * count)
+    for position in range(12):
+        number = 5 + position * count * stride
+        encoder.acknowledge(range(number - count * stride))
+        payload = encoder.encode(frames[position * count : (position + 1) * count], number, stride=stride)
+        decoded = decoder.decode(payload, number)
+        assert reader.read(payload, number) == (profile.name, stride, [frame.frame_number for frame in decoded])
+        for frame in decoded:
+            displacements, pose = reader.motion(profile.name, frame.frame_number, stride)
+            np.testing.assert_allclose(frame.displacements, displacements, rtol=1e-6, atol=1e-3)
+            np.testing.assert_allclose(frame.pose, pose, rtol=1e-9, atol=1e-12)
+
+
+def test_a_receiver_that_joins_late_reports_the_missing_reference_and_recovers() -> None:
     encoder, decoder = Encoder(), Decoder()
     for number in range(20):
         encoder.encode(talking(1, first=number), number)
@@ -57,21 +82,24 @@ def test_a_receiver_that_joins_late_says_what_it_misses_and_recovers() -> None:
     assert decoder.decode(encoder.encode(talking(1, first=21), 21), 21)
 
 
-def test_datagrams_may_overtake_each_other() -> None:
+def test_payloads_may_arrive_out_of_order() -> None:
     payloads = call(LIVE, 30, ack_delay=6)
     in_order, shuffled = Decoder(), Decoder()
     poses = {number: in_order.decode(payload, number)[0].pose for number, payload in payloads}
-    for at in range(0, 30, 2):
-        for number, payload in (payloads[at + 1], payloads[at]):
+    for start in range(0, 30, 2):
+        for number, payload in (payloads[start + 1], payloads[start]):
             [frame] = shuffled.decode(payload, number)
-            steps = (frame.pose - poses[number])[:3]
-            assert np.abs(steps).max() < 0.1  # they may lean less
+            difference = (frame.pose - poses[number])[:3]
+            assert np.abs(difference).max() < 0.1  # the reconstruction shift may be missing
 
 
-def test_strides_space_the_numbers() -> None:
-    encoder, decoder = Encoder(), Decoder()
-    payload = encoder.encode(talking(4), 8, stride=3)
-    assert [frame.frame_number for frame in decoder.decode(payload, 8)] == [8, 11, 14, 17]
+def test_profiles_have_separate_references() -> None:
+    decoder = Decoder()
+    for number, payload in call(LIVE, 3, ack_delay=1):
+        decoder.decode(payload, number)
+    [*_, (number, payload)] = call(RICH, 6, ack_delay=1)
+    with pytest.raises(MissingReferenceError):
+        decoder.decode(payload, number)
 
 
 @given(st.binary(max_size=64), st.integers(0, 1 << 40))
@@ -84,15 +112,19 @@ def test_any_bytes_give_frames_or_protocol_error(data: bytes, number: int) -> No
         pass
 
 
-@given(st.sampled_from([LIVE, NARROWBAND, RICH]), st.integers(0, 9), st.data())
+CALLS = {
+    profile.name: call(profile, 10 * profile.frames_per_datagram, ack_delay=4) for profile in (LIVE, NARROWBAND, RICH)
+}
+
+
+@given(st.sampled_from(sorted(CALLS)), st.integers(0, 9), st.data())
 def test_mutations_and_truncations_give_frames_or_protocol_error(
-    profile: Profile, at: int, data: st.DataObject
+    profile: str, position: int, data: st.DataObject
 ) -> None:
-    payloads = call(profile, 10 * profile.frames_per_datagram, ack_delay=4)
     decoder = Decoder()
-    for number, payload in payloads[:at]:
+    for number, payload in CALLS[profile][:position]:
         decoder.decode(payload, number)
-    number, payload = payloads[at]
+    number, payload = CALLS[profile][position]
     mutated = bytearray(payload[: data.draw(st.integers(0, len(payload)))] + data.draw(st.binary(max_size=3)))
     if mutated:
         mutated[data.draw(st.integers(0, len(mutated) - 1))] ^= data.draw(st.integers(0, 255))
@@ -102,7 +134,7 @@ def test_mutations_and_truncations_give_frames_or_protocol_error(
         pass
 
 
-def test_a_bad_payload_is_not_remembered() -> None:
+def test_an_invalid_payload_is_not_stored() -> None:
     decoder = Decoder()
     payloads = call(LIVE, 8, ack_delay=1)
     decoder.decode(payloads[0][1], 0)
@@ -112,6 +144,14 @@ def test_a_bad_payload_is_not_remembered() -> None:
         decoder.decode(payloads[2][1], 2)
 
 
-def test_long_payloads_are_refused_at_once() -> None:
+def test_long_payloads_are_rejected_at_once() -> None:
+    assert MAX_PAYLOAD == 1100
     with pytest.raises(ProtocolError, match="payload too long"):
         Decoder().decode(b"\7" * (MAX_PAYLOAD + 1), 0)
+    with pytest.raises(ProtocolError, match="cut short or padded"):
+        Decoder().decode(b"\7" * MAX_PAYLOAD, 0)
+
+
+def test_other_models_can_be_given() -> None:
+    with pytest.raises(KeyError):
+        Decoder(models={}).decode(call(LIVE, 1, ack_delay=0)[0][1], 0)
