@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import ConfError
-from conf.face.default_head import DEFAULT_HEAD
+from conf.face.default_head import DEFAULT_HEAD, default_joints
 from conf.face.deformation.blendshapes import Blendshapes, load_blendshapes
 from conf.face.deformation.operator_builder import OperatorBuilder
 from conf.face.deformation.rig import Rig
-from conf.face.deformation.rig_json import load_rig
+from conf.face.deformation.rig_builder import build_rig
 from conf.face.fapu import Fapu
 from conf.face.fitting.custom_face import prepare_face
 from conf.face.formats.ppc import read_ppc, write_ppc
@@ -88,7 +88,7 @@ def with_points(subject: FaceDocument, in_file: NDArray[np.float64], /) -> FaceD
     try:
         if subject.is_default:
             Fapu.measure(in_file)
-            rig = load_rig(subject.path.with_name("rig.json"), subject.source, in_file, subject.shapes)
+            rig = build_rig(subject.source, in_file, default_joints(), subject.shapes)
             return replace(subject, points=in_file, rig=rig)
         own = prepare_face(subject.source, in_file)
     except ValueError as error:

@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import FileFormatError
-from conf.face.default_head import DEFAULT_HEAD
+from conf.face.default_head import DEFAULT_HEAD, default_joints
 from conf.face.deformation.blendshapes import Blendshapes, load_blendshapes
 from conf.face.deformation.face_model import DeformerOptions, FaceModel
 from conf.face.deformation.operator_builder import OperatorBuilder
 from conf.face.deformation.operator_cache import cache_key, cached_operator
 from conf.face.deformation.rig import Rig
-from conf.face.deformation.rig_json import load_rig
+from conf.face.deformation.rig_builder import build_rig
 from conf.face.fitting.custom_face import prepare_face
 from conf.face.formats.ppc import read_ppc
 from conf.face.mesh.mesh import Mesh, load_mesh
@@ -34,7 +34,7 @@ def load_face(path: Path | str | None = None, /, *, kernel: str = "multiquadric"
     points, options = read_ppc(ppc), DeformerOptions(kernel)
     if path.resolve() == DEFAULT_HEAD.resolve():
         blendshapes = load_blendshapes(path.with_name("shapes.npz"), len(mesh.vertices))
-        rig = load_rig(path.with_name("rig.json"), mesh, points, blendshapes)
+        rig = build_rig(mesh, points, default_joints(), blendshapes)
         return build_face(mesh, points, options, rig=rig, blendshapes=blendshapes)
     try:
         face = prepare_face(mesh, points)

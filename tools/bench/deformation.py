@@ -20,7 +20,6 @@ import statistics
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -30,7 +29,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import RBFInterpolator
 
 from conf.face.control_points import LOWER_LIP, PUPILS, UPPER_LIP, control_point_indices
-from conf.face.default_head import DEFAULT_HEAD
+from conf.face.default_head import DEFAULT_HEAD, default_joints
 from conf.face.deformation.anchors import choose_anchors
 from conf.face.deformation.blendshapes import Blendshapes, load_blendshapes
 from conf.face.deformation.eyelid_helpers import append_helpers, fold_helpers
@@ -40,7 +39,7 @@ from conf.face.deformation.rbf import build_operator
 from conf.face.deformation.regions import Regions, split_regions
 from conf.face.deformation.ridge_refinement import refine_with_blendshapes, subtract_jaw_motion
 from conf.face.deformation.rig import jaw_offsets
-from conf.face.deformation.rig_json import load_rig
+from conf.face.deformation.rig_builder import RigJoints, build_rig
 from conf.face.formats.ppc import read_ppc
 from conf.face.head_pose import ES0_CM
 from conf.face.loading import load_face
@@ -147,19 +146,19 @@ class Truth:
     leak: float
 
 
-def measure_truth(mesh: Mesh, points: NDArray[np.float64], rig_path: Path, shapes: Blendshapes) -> Truth:
+def measure_truth(mesh: Mesh, points: NDArray[np.float64], joints: RigJoints, shapes: Blendshapes) -> Truth:
     """Leave each of the sculpted shapes out in turn and rebuild it from its control points."""
     surface = SurfaceGraph(mesh.vertices, mesh.triangles)
-    known = load_rig(rig_path, mesh, points).anchors
-    anchors = choose_anchors(mesh.vertices, points, eye_distance=ES0_CM, initial=known)
+    anchors = choose_anchors(mesh.vertices, points, eye_distance=ES0_CM, initial=joints.anchors)
     regions = split_regions(surface, points, anchors=anchors).excluding(PUPILS)
     matrix = rbf_matrix(mesh.vertices, points, regions)
-    moved = shapes.offsets_at(surface.nearest_vertices(points, tolerance=0.0))
+    moved = shapes.offsets[:, surface.nearest_vertices(points, tolerance=0.0)]
     skin = mesh.group_vertices("skin")
     truth = Truth({}, {}, {}, lip_leak(load_face().operator, surface, points))
     for i, name in enumerate(shapes.names):
         others = [j for j in range(len(shapes.names)) if j != i]
-        jaw = load_rig(rig_path, mesh, points, shapes.subset(others)).jaw
+        subset = Blendshapes(tuple(shapes.names[j] for j in others), shapes.offsets[others])
+        jaw = build_rig(mesh, points, joints, subset).jaw
         assert jaw is not None, "the default head has a jaw"
         left, offsets = subtract_jaw_motion(jaw, points, moved, shapes.offsets)
         rebuilt = refine_with_blendshapes(matrix, left[others], offsets[others], regions=regions) @ left[i]
@@ -194,10 +193,10 @@ def main() -> None:
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     options = parser.parse_args()
     mesh, points = load_mesh(DEFAULT_HEAD), read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
-    rig, sculpted = DEFAULT_HEAD.with_name("rig.json"), DEFAULT_HEAD.with_name("shapes.npz")
+    sculpted = DEFAULT_HEAD.with_name("shapes.npz")
     costs = [measure_cost(mesh, points, size) for size in SIZES]
     shapes = load_blendshapes(sculpted, len(mesh.vertices)) if sculpted.is_file() else None
-    truth = None if shapes is None else measure_truth(mesh, points, rig, shapes)
+    truth = None if shapes is None else measure_truth(mesh, points, default_joints(), shapes)
     print_json(costs, truth) if options.json else print_tables(costs, truth)
 
 

@@ -1,1 +1,1 @@
-"""From control-point displacements to vertices: RBF operators, rigs, blendshapes, Waters muscles."""
+"""Deform a mesh by control points or muscles: kernels, regions, operator B, rig."""

@@ -1,10 +1,10 @@
-"""Anchors: places of a face that stay still whatever the control points do, skull, ears and neck."""
+"""Anchors: positions on skull, ears and neck that stay still whatever the control points do."""
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-_MIN_DISTANCE = 0.55  # eye distances that a chosen anchor keeps from every control point
+_MIN_DISTANCE = 0.55  # of a chosen anchor from every control point and anchor, in eye distances
 _COUNT = 32
 
 
@@ -18,16 +18,16 @@ def choose_anchors(
 ) -> NDArray[np.float64]:
     """Pick vertices far from the control points and from each other, farthest first.
 
-    vertices : (V, 3), points : (n, 3), known : (k, 3) anchors to begin with, all in one length unit
-    Returns at most 32 anchors, those known first; none on a mask that ends where the control points end.
+    vertices : (V, 3), points : (n, 3), initial : (k, 3) given anchors, all in one length unit
+    Returns at most 32 anchors, the initial ones first; none on a mask that ends where the control points end.
     """
     chosen = [] if initial is None else list(initial)
     distance = np.asarray(KDTree(points).query(vertices)[0])
     outside = distance > _MIN_DISTANCE * eye_distance
-    places, distance = vertices[outside], distance[outside]
+    candidates, distance = vertices[outside], distance[outside]
     for anchor in chosen:
-        distance = np.minimum(distance, np.linalg.norm(places - anchor, axis=1))
-    while len(chosen) < _COUNT and len(places) and distance.max() > _MIN_DISTANCE * eye_distance:
-        chosen.append(places[distance.argmax()])
-        distance = np.minimum(distance, np.linalg.norm(places - chosen[-1], axis=1))
+        distance = np.minimum(distance, np.linalg.norm(candidates - anchor, axis=1))
+    while len(chosen) < _COUNT and len(candidates) and distance.max() > _MIN_DISTANCE * eye_distance:
+        chosen.append(candidates[distance.argmax()])
+        distance = np.minimum(distance, np.linalg.norm(candidates - chosen[-1], axis=1))
     return np.array(chosen).reshape(-1, 3)

@@ -1,10 +1,9 @@
-"""Sculpted shapes of a head: what its vertices do in each of a set of expressions."""
+"""Blendshapes of a head: vertex offsets for each of a set of expressions."""
 
 import struct
 import warnings
 import zipfile
 import zlib
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -14,6 +13,12 @@ from numpy.typing import NDArray
 
 from conf.errors import FileFormatError
 from conf.face.formats.text import check_file
+
+# What zipfile and numpy raise for a damaged archive.
+_READ_ERRORS = (
+    *(EOFError, KeyError, MemoryError, NotImplementedError, OSError, OverflowError, RuntimeError, TypeError),
+    *(ValueError, struct.error, zipfile.BadZipFile, zlib.error),
+)
 
 
 @dataclass(frozen=True)
@@ -27,49 +32,24 @@ class Blendshapes:
     names: tuple[str, ...]
     offsets: NDArray[np.float32]
 
-    def subset(self, rows: Sequence[int], /) -> "Blendshapes":
-        """Return some of the shapes."""
-        return Blendshapes(tuple(self.names[i] for i in rows), self.offsets[list(rows)])
-
-    def offsets_at(self, vertices: NDArray[np.integer], /) -> NDArray[np.float32]:
-        """Return the (S, len(vertices), 3) offsets of some vertices."""
-        return self.offsets[:, vertices]
-
 
 def load_blendshapes(path: Path, vertex_count: int, /) -> Blendshapes:
-    """Read the shapes of a mesh of so many vertices from an .npz with `names` and `offsets`.
+    """Read the blendshapes of a mesh with vertex_count vertices from an .npz with `names` and `offsets`.
 
-    Raises FileFormatError if the file is not that.
+    Raises FileFormatError if the file does not hold them.
     """
     check_file(path)
     try:
         with path.open("rb") as file, warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of headers that only look old
+            warnings.simplefilter("ignore")  # numpy warns of damaged headers as old ones
             names, offsets = _read_arrays(file)
             offsets = offsets.astype(np.float32)
     except _READ_ERRORS as error:
-        raise FileFormatError(path, None, "expected sculpted shapes (`names`, `offsets`)") from error
+        raise FileFormatError(path, None, "expected blendshapes (`names`, `offsets`)") from error
     if names.ndim != 1 or offsets.shape != (len(names), vertex_count, 3) or not np.isfinite(offsets).all():
-        expected = f"expected finite offsets of so many shapes and {vertex_count} vertices, found {offsets.shape}"
+        expected = f"expected finite offsets of {vertex_count} vertices for each name, found shape {offsets.shape}"
         raise FileFormatError(path, None, expected)
     return Blendshapes(tuple(str(name) for name in names), offsets)
-
-
-# Whatever zipfile and numpy say of a damaged archive.
-_READ_ERRORS = (
-    EOFError,
-    KeyError,
-    MemoryError,
-    NotImplementedError,
-    OSError,
-    OverflowError,
-    RuntimeError,
-    TypeError,
-    ValueError,
-    struct.error,
-    zipfile.BadZipFile,
-    zlib.error,
-)
 
 
 def _read_arrays(file: BinaryIO) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -1,10 +1,10 @@
-"""The edges of the lids, between the control points.
+"""Helper points on the edges of the eyelids, between the control points.
 
-An upper lid has one control point on its edge, at the middle; its ends are the corners of the eye. Interpolated
-between these alone an eye shuts like a V. Helper points on the edge shut it over its whole width: each moves with the
-lid's control point as far as the gap between the lids is wide where it lies, as a share of the gap at the control
-point. Without a look at the mesh the edge is taken for a parabola through the three, and so is the gap. Displacements
-of helper points are fixed mixtures of three control points', so they fold into the operator.
+An eyelid has one control point on its edge, in the middle; the ends are the corners of the eye. Interpolated between
+these alone an eye closes in a V shape. Helper points close it over its whole width: each moves with the lid's control
+point in proportion to the width of the gap between the lids there, relative to the gap at the control point. Without a
+measurement on the mesh the edge is assumed to be a parabola through the three points, and so is the gap. Displacements
+of helper points are fixed weighted sums of three control points', so they fold into the operator.
 """
 
 from dataclasses import dataclass
@@ -16,21 +16,19 @@ from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
 from conf.face.deformation.regions import InfluenceField, Regions
 from conf.face.mesh.depth_profiles import LabelledMesh, find_lid_edge
 
-_ARC_POSITIONS = (-0.75, -0.4, 0.4, 0.75)  # where on the edge, from -1 at the outer corner to 1 at the inner
+_ARC_POSITIONS = (-0.75, -0.4, 0.4, 0.75)  # on the edge, from -1 at the outer corner to 1 at the inner
 _LIDS = ("eyelid_upper_l", "eyelid_upper_r", "eyelid_lower_l", "eyelid_lower_r")
-_SEARCH_MARGIN = 1.0  # cm beyond the lids that is looked at
-_GAP_RANGE = (0.1, 1.2)  # of the gap at the control points: what is measured beyond is no gap between lids
-HELPER_LIDS = [
-    CONTROL_POINT_INDEX[lid] for lid in _LIDS for _ in _ARC_POSITIONS
-]  # (h,) the control point each helper point belongs to
+_SEARCH_MARGIN = 1.0  # cm around the lids
+_GAP_RANGE = (0.1, 1.2)  # of the gap at the control points; outside it a measurement is not a gap between lids
+HELPER_LIDS = [CONTROL_POINT_INDEX[lid] for lid in _LIDS for _ in _ARC_POSITIONS]  # (h,) control point of each helper
 
 
 @dataclass(frozen=True)
 class EyelidHelpers:
     """The helper points of one face.
 
-    places : (h, 3), the unit of the control points
-    mixtures : (h, n) of control points' displacements in that of each helper point
+    positions : (h, 3), in the unit of the control points
+    weights : (h, n) of the control points' displacements in each helper point's
     """
 
     positions: NDArray[np.float64]
@@ -42,65 +40,62 @@ def helpers_on_parabola(points: NDArray[np.float64], /) -> EyelidHelpers:
     return EyelidHelpers(PARABOLA_WEIGHTS @ points, PARABOLA_WEIGHTS)
 
 
-def helpers_on_edges(points: NDArray[np.float64], shells: LabelledMesh, /) -> EyelidHelpers:
-    """Return helper points on the edges of the lids of a mesh, on the parabola where no edges are seen.
+def helpers_on_edges(points: NDArray[np.float64], mesh: LabelledMesh, /) -> EyelidHelpers:
+    """Return helper points on the edges of a mesh's eyelids, on the parabola where no edges are found.
 
     points : (n, 3) control points on the mesh; all upright, in model centimetres
     """
-    places, mixtures = PARABOLA_WEIGHTS @ points, PARABOLA_WEIGHTS.copy()
-    shells = _nearby(shells, places)
+    positions, weights = PARABOLA_WEIGHTS @ points, PARABOLA_WEIGHTS.copy()
+    mesh = _nearby(mesh, positions)
     for side in range(2):
         for i, s in enumerate(_ARC_POSITIONS):
             pair = [side * len(_ARC_POSITIONS) + i, (side + 2) * len(_ARC_POSITIONS) + i]
-            inside = float(places[pair, 1].mean())
-            edges = [find_lid_edge(shells, places[row], inside) for row in pair]
-            owners = [HELPER_LIDS[row] for row in pair]
-            share = 0.0 if edges[0] is None or edges[1] is None else _gap(np.array(edges)) / _gap(points[owners])
-            if _GAP_RANGE[0] < share < _GAP_RANGE[1]:
-                places[pair] = edges
-                mixtures[pair] = [_blend_weights(lid, s, share) for lid in (_LIDS[side], _LIDS[side + 2])]
-    return EyelidHelpers(places, mixtures)
+            inside = float(positions[pair, 1].mean())
+            upper, lower = (find_lid_edge(mesh, positions[row], inside) for row in pair)
+            if upper is None or lower is None:
+                continue
+            lids = points[[HELPER_LIDS[row] for row in pair], 1]
+            ratio = float(upper[1] - lower[1]) / float(lids[0] - lids[1])
+            if _GAP_RANGE[0] < ratio < _GAP_RANGE[1]:
+                positions[pair] = [upper, lower]
+                weights[pair] = [_blend_weights(lid, s, ratio) for lid in (_LIDS[side], _LIDS[side + 2])]
+    return EyelidHelpers(positions, weights)
 
 
 def append_helpers(
-    points: NDArray[np.float64], regions: Regions, margins: EyelidHelpers | None = None, /
+    points: NDArray[np.float64], regions: Regions, helpers: EyelidHelpers | None = None, /
 ) -> tuple[NDArray[np.float64], Regions]:
     """Return the control points (n, 3) followed by the helper points, and the regions for all of them."""
-    margins = margins or helpers_on_parabola(points)
+    helpers = helpers or helpers_on_parabola(points)
     fields = []
     for field in regions.fields:
-        absent = [len(points) + i for i, owner in enumerate(HELPER_LIDS) if owner in field.excluded]
-        fields.append(InfluenceField(field.weights, (*field.excluded, *absent)))
-    return np.concatenate([points, margins.positions]), Regions(tuple(fields), regions.anchors)
+        excluded = [len(points) + i for i, lid in enumerate(HELPER_LIDS) if lid in field.excluded]
+        fields.append(InfluenceField(field.weights, (*field.excluded, *excluded)))
+    return np.concatenate([points, helpers.positions]), Regions(tuple(fields), regions.anchors)
 
 
-def fold_helpers(matrix: NDArray[np.float32], margins: EyelidHelpers | None = None, /) -> NDArray[np.float32]:
+def fold_helpers(matrix: NDArray[np.float32], helpers: EyelidHelpers | None = None, /) -> NDArray[np.float32]:
     """Return the (V, n) operator of the control points from that of control and helper points, (V, n + h)."""
-    own, helpers = np.split(matrix, [CONTROL_POINT_COUNT], axis=1)
-    mixtures = PARABOLA_WEIGHTS if margins is None else margins.weights
-    folded: NDArray[np.float32] = own + helpers @ mixtures.astype(np.float32)
+    own, added = np.split(matrix, [CONTROL_POINT_COUNT], axis=1)
+    weights = PARABOLA_WEIGHTS if helpers is None else helpers.weights
+    folded: NDArray[np.float32] = own + added @ weights.astype(np.float32)
     return folded
 
 
-def _nearby(shells: LabelledMesh, places: NDArray[np.float64]) -> LabelledMesh:
-    """Return the part of the shells that a column of rays near any of the places (h, 3) may meet."""
-    corners = shells.vertices[shells.triangles][..., :2]
-    low, high = places.min(axis=0)[:2] - _SEARCH_MARGIN, places.max(axis=0)[:2] + _SEARCH_MARGIN
+def _nearby(mesh: LabelledMesh, positions: NDArray[np.float64]) -> LabelledMesh:
+    """Return the part of the mesh that a column of rays near any of the positions (h, 3) may hit."""
+    corners = mesh.vertices[mesh.triangles][..., :2]
+    low, high = positions.min(axis=0)[:2] - _SEARCH_MARGIN, positions.max(axis=0)[:2] + _SEARCH_MARGIN
     near = (corners.max(axis=1) > low).all(axis=1) & (corners.min(axis=1) < high).all(axis=1)
-    return LabelledMesh(shells.vertices, shells.triangles[near], shells.triangle_labels[near])
+    return LabelledMesh(mesh.vertices, mesh.triangles[near], mesh.triangle_labels[near])
 
 
-def _gap(lids: NDArray[np.float64]) -> float:
-    """Return how far an upper lid (2, 3) is above the lower."""
-    return float(lids[0, 1] - lids[1, 1])
-
-
-def _blend_weights(lid: str, s: float, share: float) -> NDArray[np.float64]:
-    """Return the (n,) mixture of a helper point that goes with its lid by a share, with the corners for the rest."""
+def _blend_weights(lid: str, s: float, weight: float) -> NDArray[np.float64]:
+    """Return the (n,) weights of a helper point: `weight` for its lid, the rest for the corners, linear in s."""
     row = np.zeros(CONTROL_POINT_COUNT)
-    row[CONTROL_POINT_INDEX[lid]] = share
-    row[CONTROL_POINT_INDEX[f"eye_outer_corner_{lid[-1]}"]] = (1 - share) * (1 - s) / 2
-    row[CONTROL_POINT_INDEX[f"eye_inner_corner_{lid[-1]}"]] = (1 - share) * (1 + s) / 2
+    row[CONTROL_POINT_INDEX[lid]] = weight
+    row[CONTROL_POINT_INDEX[f"eye_outer_corner_{lid[-1]}"]] = (1 - weight) * (1 - s) / 2
+    row[CONTROL_POINT_INDEX[f"eye_inner_corner_{lid[-1]}"]] = (1 - weight) * (1 + s) / 2
     return row
 
 
@@ -111,6 +106,4 @@ def _parabola_weights(lid: str, s: float) -> NDArray[np.float64]:
     return row
 
 
-PARABOLA_WEIGHTS = np.array(
-    [_parabola_weights(lid, s) for lid in _LIDS for s in _ARC_POSITIONS]
-)  # (h, n) on the parabola
+PARABOLA_WEIGHTS = np.array([_parabola_weights(lid, s) for lid in _LIDS for s in _ARC_POSITIONS])  # (h, n)

@@ -1,7 +1,7 @@
-"""The muscles of a face, placed by its control points: nine pairs and the ring around the mouth.
+"""The muscles of a face, defined by its control points: nine pairs and the ring around the mouth.
 
-A muscle's ends are given as sums of control points, whose shares add to one, so that they fit any face. Names and
-courses are those of anatomy, as in figure 4.9 of the thesis.
+The ends of a muscle are weighted sums of control points with weights that add up to one, so that they fit any face.
+Names and courses are those of anatomy, as in figure 4.9 of the thesis.
 Source: Waters 1987; Noh, Neumann 1998.
 """
 
@@ -14,20 +14,20 @@ from numpy.typing import NDArray
 from conf.face.control_points import CONTROL_POINT_INDEX, LOWER_LIP
 from conf.face.deformation.face_model import FaceModel
 from conf.face.deformation.regions import split_regions
-from conf.face.deformation.rig import cross_matrix, jaw_offsets
+from conf.face.deformation.rig import jaw_offsets
 from conf.face.deformation.waters_muscles import LinearMuscle, MuscleSet, Sphincter
 from conf.face.mesh.surface_graph import SurfaceGraph
 
 SPHINCTER = "orbicularis_oris"
-PointWeights = Mapping[str, float]  # control point, without its side -> share
+PointWeights = Mapping[str, float]  # control point without its side -> weight
 
 
 @dataclass(frozen=True)
 class MuscleCourse:
-    """Where one muscle of a pair runs: its ends as sums of control points of its own side.
+    """The course of one muscle of a pair, by control points of its own side.
 
-    angle : degrees
-    lip : "upper" or "lower" if it moves that lip alone
+    angle, start, end : as of LinearMuscle, but the angle in degrees
+    lip : "upper" or "lower" if the muscle moves that lip only
     """
 
     root: PointWeights
@@ -64,12 +64,12 @@ MUSCLE_COURSES = {
     ),
 }  # fmt: skip
 MUSCLE_NAMES = (*(f"{name}_{side}" for name in MUSCLE_COURSES for side in "lr"), SPHINCTER)
-# The ring's half axes and depth in half mouth widths, its protrusion as a share of the mouth's width.
-RING_AXES, RING_DEPTH, RING_PROTRUSION = (1.9, 1.2), 2.0, 0.5
+# The ring's half axes, depth and protrusion, in half mouth widths.
+RING_AXES, RING_DEPTH, RING_PROTRUSION = (1.9, 1.2), 2.0, 1.0
 
 
 def build_muscles(points: NDArray[np.float64], /) -> dict[str, LinearMuscle | Sphincter]:
-    """Return the muscles of a face by name. points : (n, 3) its control points, model units."""
+    """Return the muscles of a face by name. points : (n, 3) control points, model units."""
     muscles: dict[str, LinearMuscle | Sphincter] = {}
     for name, course in MUSCLE_COURSES.items():
         for side in "lr":
@@ -81,9 +81,8 @@ def build_muscles(points: NDArray[np.float64], /) -> dict[str, LinearMuscle | Sp
     up = upper - lower
     up = (up - half * (up @ half) / (half @ half)) / np.linalg.norm(up) * np.linalg.norm(half)
     axes = np.array([half * RING_AXES[0], up * RING_AXES[1]])
-    width = float(np.linalg.norm(half))
-    middle = (upper + lower) / 2
-    muscles[SPHINCTER] = Sphincter(middle, axes, RING_DEPTH * width, RING_PROTRUSION * 2 * width)
+    half_width = float(np.linalg.norm(half))
+    muscles[SPHINCTER] = Sphincter((upper + lower) / 2, axes, RING_DEPTH * half_width, RING_PROTRUSION * half_width)
     return muscles
 
 
@@ -94,32 +93,29 @@ class MuscleDeformer:
         """Attach the muscles to a face: some tens of milliseconds."""
         self._face = face
         muscles = build_muscles(face.control_points)
-        self.muscles = MuscleSet.attach(muscles, face.mesh.vertices, shares=_vertex_weights(face))
+        self.muscles = MuscleSet.attach(muscles, face.mesh.vertices, weights=_vertex_weights(face))
 
     def deform(self, contractions: Mapping[str, float], /, *, jaw: float = 0.0) -> NDArray[np.float32]:
-        """Return the (V, 3) float32 vertices, model centimetres.
+        """Return the deformed vertices, (V, 3) float32, model centimetres.
 
         contractions : muscle -> 0 relaxed to 1
-        jaw : radians the jaw turns about its hinge before the muscles pull, if the face has one
+        jaw : rotation of the jaw, if the face has one, before the muscles pull, radians
         """
         offsets = self.muscles.contract(contractions)
         rig = self._face.rig
         if rig is not None and rig.jaw is not None and jaw:
-            across = cross_matrix(rig.jaw.axis)
-            turn = (np.sin(jaw) * across + (1 - np.cos(jaw)) * across @ across).astype(np.float32)
-            offsets[rig.jaw.vertices] += jaw_offsets(
-                rig.jaw.weighted_offsets, rig.jaw.weights, (turn, np.zeros(3, np.float32))
-            )
+            motion = rig.jaw.rotation(jaw).astype(np.float32), np.zeros(3, np.float32)
+            offsets[rig.jaw.vertices] += jaw_offsets(rig.jaw.weighted_offsets, rig.jaw.weights, motion)
         return np.asarray(self._face.neutral + offsets, np.float32)
 
 
-def _weighted_point(points: NDArray[np.float64], place: PointWeights, side: str) -> NDArray[np.float64]:
-    rows = [CONTROL_POINT_INDEX[f"{name}_{side}"] for name in place]
-    return np.asarray(np.array(list(place.values())) @ points[rows])
+def _weighted_point(points: NDArray[np.float64], weights: PointWeights, side: str) -> NDArray[np.float64]:
+    rows = [CONTROL_POINT_INDEX[f"{name}_{side}"] for name in weights]
+    return np.asarray(np.array(list(weights.values())) @ points[rows])
 
 
 def _vertex_weights(face: FaceModel) -> dict[str, NDArray[np.float64]]:
-    """Return how far each vertex is each muscle's own: nothing rigid, and one lip where the muscle has one."""
+    """Return the (V,) weight of each muscle at each vertex: 0 on rigid parts, and on the other lip if it moves one."""
     mesh = face.mesh
     skin = np.ones(len(mesh.vertices))
     if face.rig is not None:
@@ -128,5 +124,5 @@ def _vertex_weights(face: FaceModel) -> dict[str, NDArray[np.float64]]:
     regions = split_regions(surface, face.control_points, anchors=np.empty((0, 3)))
     upper = sum(field.weights for field in regions.fields if set(LOWER_LIP) <= set(field.excluded))
     of_lip = {None: skin, "upper": skin * upper, "lower": skin * (1 - upper)}
-    shares = {f"{name}_{side}": of_lip[course.lip] for name, course in MUSCLE_COURSES.items() for side in "lr"}
-    return {**shares, SPHINCTER: skin}
+    weights = {f"{name}_{side}": of_lip[course.lip] for name, course in MUSCLE_COURSES.items() for side in "lr"}
+    return {**weights, SPHINCTER: skin}

@@ -1,8 +1,8 @@
-"""The radial basis functions, as a table.
+"""The table of radial basis functions.
 
-Signs are SciPy's: a conditionally positive definite kernel is positive on the data it interpolates, so multiquadric
-and linear are negative, and adding lambda to the diagonal makes every system better posed, never worse.
-Source: Fasshauer, Meshfree Approximation Methods with MATLAB, chapter 8 (least degrees);
+Signs are those of SciPy: a conditionally positive definite kernel is positive on the data it interpolates, so
+multiquadric and linear are negative, and adding lambda to the diagonal always improves the condition of the system.
+Source: Fasshauer, Meshfree Approximation Methods with MATLAB, chapter 8 (minimum degrees);
 scipy.interpolate.RBFInterpolator.
 """
 
@@ -17,12 +17,12 @@ Squares = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Kernel:
-    """One radial basis function of r = epsilon * distance, and the polynomial beside it.
+    """A radial basis function of r = epsilon * distance, with the degree of the polynomial added to it.
 
-    function : turns an array of r squared into the function's values, in place
-    degree : of the polynomial: -1 none, 0 constant, 1 linear; the table holds the least that is sound
-    scipy_name : what scipy.interpolate.RBFInterpolator calls the function
-    epsilon : the locality that suits a face with 6.4 cm between the pupils, 1/cm
+    function : replaces an array of r squared by the function's values, in place
+    degree : -1 none, 0 constant, 1 linear; the table holds the minimum for a well-posed system
+    scipy_name : name in scipy.interpolate.RBFInterpolator
+    epsilon : default locality for a face with 6.4 cm between the pupils, 1/cm
     """
 
     name: str
@@ -33,7 +33,7 @@ class Kernel:
 
 
 def _gaussian(squared: Squares) -> Squares:
-    np.minimum(squared, 80.0, out=squared)  # beyond it nothing is left in float32
+    np.minimum(squared, 80.0, out=squared)  # exp(-80) is 0 in float32
     np.negative(squared, out=squared)
     return np.exp(squared, out=squared)
 

@@ -1,7 +1,7 @@
-"""The neck: the head turns, the shoulders hardly follow.
+"""Bend the neck: the shoulders follow only a part of the head's rotation.
 
-Strategy. The whole face is drawn with the head's pose. Before that, what lies below the chin is turned back about the
-neck, the more the lower it lies: all of the head stays where the pose puts it, and points can be projected as before.
+Strategy. The whole face is drawn with the head's pose. Before that, what lies below the chin is rotated back about the
+neck, the more the lower it lies. The head itself stays where the pose puts it, and points are projected unchanged.
 """
 
 import math
@@ -13,31 +13,32 @@ from conf.face.head_pose import HeadPose
 from conf.face.interpolation import smoothstep
 from conf.face.mesh.mesh import Mesh
 
-TORSO = "shirt"  # faces without this group have no shoulders, and are drawn as one piece
-PIVOT = np.array([0.0, -13.0, -8.0], dtype=np.float32)  # in the middle of the neck; model centimetres, as the next
-TOP, BOTTOM = -10.0, -19.0  # the neck bends between these heights
-NECK_RADIUS = 6.0  # farther out the shoulders begin, and go with the head less than the neck at the same height
-SHOULDER_WEIGHT = 0.22  # how much of the head's turn
+TORSO = "shirt"  # faces without this group have no shoulders and are drawn in one piece
+# Model centimetres.
+PIVOT = np.array([0.0, -13.0, -8.0], dtype=np.float32)  # in the middle of the neck
+TOP, BOTTOM = -10.0, -19.0  # y between which the neck bends
+NECK_RADIUS = 6.0  # beyond it are the shoulders, which follow the head less than the neck at the same height
+SHOULDER_WEIGHT = 0.22  # of the head's rotation
 
 
 def head_weights(vertices: NDArray[np.floating], /) -> NDArray[np.float64]:
-    """Return (V,) how far each vertex (V, 3) goes with the head: 1 head, 0 shoulders."""
+    """Return the (V,) weight by which each vertex (V, 3) follows the head: 1 head, 0 shoulders."""
     beside = np.maximum(np.hypot(vertices[:, 0] - PIVOT[0], vertices[:, 2] - PIVOT[2]) - NECK_RADIUS, 0.0)
     depth = (TOP - vertices[:, 1]) / (TOP - BOTTOM) * (1.0 + 0.5 * beside)
     return np.asarray(1.0 - smoothstep(depth))
 
 
 class NeckBend:
-    """Bends one face below its chin."""
+    """Rotates neck and shoulders of one mesh back."""
 
     def __init__(self, mesh: Mesh) -> None:
-        share = head_weights(mesh.vertices) if TORSO in mesh.groups else np.ones(len(mesh.vertices))
-        self._below = np.flatnonzero(share < 1.0)
-        self._back = ((1.0 - SHOULDER_WEIGHT) * (1.0 - share[self._below])).astype(np.float32)[:, None]
+        weights = head_weights(mesh.vertices) if TORSO in mesh.groups else np.ones(len(mesh.vertices))
+        self._below = np.flatnonzero(weights < 1.0)
+        self._fraction = ((1.0 - SHOULDER_WEIGHT) * (1.0 - weights[self._below])).astype(np.float32)[:, None]
         self._bent = mesh.vertices.astype(np.float32)
 
     def apply(self, vertices: NDArray[np.float32], pose: HeadPose, /) -> NDArray[np.float32]:
-        """Return the (V, 3) vertices with neck and shoulders turned back. The array is used again by the next call.
+        """Return the (V, 3) vertices with neck and shoulders rotated back. The next call overwrites the array.
 
         vertices : (V, 3) float32, face axes, cm
         """
@@ -47,7 +48,9 @@ class NeckBend:
         axis = (pose.rotation / angle).astype(np.float32)
         np.copyto(self._bent, vertices)
         arms = vertices[self._below] - PIVOT
-        turn = -np.float32(angle) * self._back
+        angles = -np.float32(angle) * self._fraction
         along = arms @ axis[:, None] * axis
-        self._bent[self._below] = PIVOT + along + (arms - along) * np.cos(turn) + np.cross(axis, arms) * np.sin(turn)
+        # Rodrigues' rotation formula.
+        rotated = PIVOT + along + (arms - along) * np.cos(angles) + np.cross(axis, arms) * np.sin(angles)
+        self._bent[self._below] = rotated
         return self._bent

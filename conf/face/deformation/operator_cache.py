@@ -1,7 +1,6 @@
-"""Operators kept on disk, so that a face that has been seen before opens at once.
+"""Cache of operators on disk, so that a known face opens at once.
 
-The cache is a convenience: a folder that cannot be written, or a file in it that is not what it should be, costs the
-time of building the operator again and nothing else.
+If the folder cannot be written, or a file in it is damaged, the operator is built again.
 """
 
 import contextlib
@@ -16,17 +15,17 @@ import platformdirs
 
 from conf.face.deformation.rbf import Operator
 
-_PREFIX = 2  # lambda, a float64, takes the place of two float32
-_MAX_FILES = 16  # files; one of 20,000 vertices is 4 MB
+_PREFIX = 2  # float32 values in front of the matrix that hold lambda, a float64
+_MAX_FILES = 16  # one of 20,000 vertices has 4 MB
 
 
 def cache_folder() -> Path:
-    """Return the folder of the user's cache that holds operators; it may not exist."""
+    """Return the folder of cached operators; it may not exist."""
     return Path(platformdirs.user_cache_dir("conf", appauthor=False)) / "operators"
 
 
 def cache_key(*parts: object) -> str:
-    """Return a name that changes with every part: arrays, bytes, or anything with a faithful repr."""
+    """Return the SHA-256 of the parts, in hex: arrays, bytes, or objects by their repr."""
     digest = hashlib.sha256()
     for part in parts:
         if isinstance(part, np.ndarray):
@@ -38,24 +37,23 @@ def cache_key(*parts: object) -> str:
 
 
 def cached_operator(key: str, shape: tuple[int, int], build: Callable[[], Operator], /) -> Operator:
-    """Return the operator kept under the key, or build it and keep it."""
+    """Return the operator cached under the key, or build and cache it. shape : (V, n)."""
     path = cache_folder() / f"{key}.npy"
-    kept = _read(path, shape)
-    if kept is not None:
-        return kept
-    operator = build()
-    _write(path, operator)
+    operator = _read(path, shape)
+    if operator is None:
+        operator = build()
+        _write(path, operator)
     return operator
 
 
 def _read(path: Path, shape: tuple[int, int]) -> Operator | None:
-    """Return what the file holds if it is one finite matrix of the shape, with its lambda in front."""
+    """Return the operator in a file, or None if it is not a finite matrix of the shape with lambda in front."""
     numbers = shape[0] * shape[1] + _PREFIX
     try:
         if path.stat().st_size > 4 * numbers + 4096:
             return None
         with path.open("rb") as file, warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of headers that only look old
+            warnings.simplefilter("ignore")  # numpy warns of damaged headers as old ones
             values = np.lib.format.read_array(file, allow_pickle=False)
     except (OSError, ValueError, MemoryError):
         return None
@@ -71,8 +69,8 @@ def _write(path: Path, operator: Operator) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         with temporary.open("wb") as file:
             np.save(file, np.concatenate([np.array([operator.smoothing]).view(np.float32), operator.matrix.ravel()]))
-        temporary.replace(path)  # never half a file under the name
-        for old in sorted(path.parent.glob("*.npy"), key=lambda kept: kept.stat().st_mtime)[:-_MAX_FILES]:
+        temporary.replace(path)  # the file appears complete or not at all
+        for old in sorted(path.parent.glob("*.npy"), key=lambda file: file.stat().st_mtime)[:-_MAX_FILES]:
             old.unlink()
     except OSError:
         with contextlib.suppress(OSError):

@@ -1,9 +1,9 @@
-"""Radial basis functions, solved once: operator B.
+"""Operator B: radial basis function interpolation, solved once for a face.
 
-f(x) = P(x) + sum A_i g(|x - x_i|) carries the displacements of the control points to any place x. The coefficients A
-and the polynomial P are linear in the displacements, so the solve, the evaluation at the vertices, the regions of
-influence and the anchors (points whose displacement is always zero) fold into one matrix B: offsets = B @
-displacements.
+f(x) = P(x) + sum A_i g(|x - x_i|) interpolates the displacements of the control points at any position x. The
+coefficients A and the polynomial P are linear in the displacements, so the solve, the evaluation at the vertices, the
+regions of influence and the anchors (points whose displacement is always zero) fold into one matrix B:
+offsets = B @ displacements.
 Source: Noh, Fidaleo, Neumann 2000; Edge, Maddock 2003; the thesis, equations 4.1 to 4.7.
 """
 
@@ -16,17 +16,17 @@ from scipy.spatial.distance import cdist
 from conf.face.deformation.kernels import Kernel
 from conf.face.deformation.regions import InfluenceField, Regions
 
-_MAX_CONDITION = 1e13  # above it a solution in float64 says nothing
+_MAX_CONDITION = 1e13  # above it a float64 solution is meaningless
 _REGULARISATION = (1e-9, 1e-7, 1e-5, 1e-3)  # lambda, relative to the largest entry of the system
 _CHUNK = 2048  # vertices at a time: their kernel values stay in the cache
 
 
 @dataclass(frozen=True)
 class Operator:
-    """The matrix B and what it took to get it.
+    """The matrix B and its regularisation.
 
-    matrix : (V, n) float32, vertex offsets for displacements of the control points
-    smoothing : the lambda that was used, larger than the one asked for when the system was singular without it
+    matrix : (V, n) float32, from displacements of the control points to vertex offsets
+    smoothing : the lambda used; larger than requested if the system was singular with it
     """
 
     matrix: NDArray[np.float32]
@@ -47,17 +47,18 @@ def build_operator(
 
     vertices : (V, 3) model units, neutral pose
     control_points : (n, 3) model units, neutral pose
-    epsilon : locality, 1/length: large keeps the influence near
-    regions : which points act where, and the anchors; None lets every point act everywhere
-    smoothing : lambda, 0 interpolates exactly; a singular system is met with the least lambda that solves it
-    Raises ValueError if an argument has the wrong shape or is not finite.
+    epsilon : locality, 1/length; the larger, the more local the influence
+    regions : where each point acts, and the anchors; None lets every point act everywhere
+    smoothing : lambda, 0 interpolates exactly; a singular system is solved with a larger lambda
+    Returns a (V, n) matrix.
+    Raises ValueError if an argument has the wrong shape or is not finite, or all control points coincide.
     """
     _check(vertices, control_points, epsilon, smoothing)
     n = len(control_points)
     regions = regions or Regions.unrestricted(len(vertices))
     centres = np.concatenate([control_points, regions.anchors])
     basis = _Basis(centres, kernel, epsilon)
-    solved = [basis.solve(_field_centres(field, n, len(centres)), n, smoothing) for field in regions.fields]
+    solved = [basis.solve(_field_centres(field, len(centres)), n, smoothing) for field in regions.fields]
     matrix = np.empty((len(vertices), n), dtype=np.float32)
     with np.errstate(under="ignore"):
         for start in range(0, len(vertices), _CHUNK):
@@ -66,8 +67,8 @@ def build_operator(
             blended = np.zeros((len(values), n))
             for field, (coefficients, _) in zip(regions.fields, solved, strict=True):
                 weights = field.weights[rows]
-                here = np.flatnonzero(weights)  # most vertices know one field only
-                blended[here] += weights[here, None] * (values[here] @ coefficients)
+                inside = np.flatnonzero(weights)  # most vertices lie in one field only
+                blended[inside] += weights[inside, None] * (values[inside] @ coefficients)
             matrix[rows] = blended
     return Operator(matrix, max(used for _, used in solved))
 
@@ -82,40 +83,39 @@ def _check(vertices: NDArray[np.float64], points: NDArray[np.float64], epsilon: 
         raise ValueError(f"smoothing must not be negative, got {smoothing}")
 
 
-def _field_centres(field: InfluenceField, n: int, count: int) -> NDArray[np.intp]:
-    """Return the centres a field is built on: its control points and every anchor."""
+def _field_centres(field: InfluenceField, count: int) -> NDArray[np.intp]:
+    """Return the indices of a field's centres: its control points and every anchor."""
     used = np.ones(count, dtype=bool)
     used[list(field.excluded)] = False
     return np.flatnonzero(used)
 
 
 class _Basis:
-    """The functions g(|x - x_i|) of every centre and the monomials of P, at any places."""
+    """The functions g(|x - x_i|) of every centre and the monomials of P."""
 
     def __init__(self, centres: NDArray[np.float64], kernel: Kernel, epsilon: float) -> None:
         self._kernel, self._epsilon = kernel, epsilon
         self._centres = centres * epsilon
-        # Monomials on [-1, 1], as SciPy has them, or they would dwarf the kernel in the system.
-        self._middle = (centres.max(axis=0) + centres.min(axis=0)) / 2
+        # Monomials are scaled to [-1, 1], as in SciPy; otherwise they would dominate the system.
+        self._centre = (centres.max(axis=0) + centres.min(axis=0)) / 2
         half_range = (centres.max(axis=0) - centres.min(axis=0)) / 2
         self._half_range = np.where(half_range > 0, half_range, 1.0)
         self._system = self.evaluate(centres)
 
-    def evaluate(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the (len(places), centres + monomials) values of the functions."""
-        values = self._kernel.function(cdist(places * self._epsilon, self._centres, "sqeuclidean"))
+    def evaluate(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the (len(positions), centres + monomials) values of the functions."""
+        values = self._kernel.function(cdist(positions * self._epsilon, self._centres, "sqeuclidean"))
         monomials = []
         if self._kernel.degree >= 0:
-            monomials.append(np.ones((len(places), 1)))
+            monomials.append(np.ones((len(positions), 1)))
         if self._kernel.degree >= 1:
-            monomials.append((places - self._middle) / self._half_range)
+            monomials.append((positions - self._centre) / self._half_range)
         return np.concatenate([values, *monomials], axis=1) if monomials else values
 
     def solve(self, used: NDArray[np.intp], n: int, smoothing: float) -> tuple[NDArray[np.float64], float]:
-        """Return the coefficients that unit displacements of the n control points need, and the lambda it took.
+        """Return the coefficients (centres + monomials, n) for unit displacements of n control points, and lambda.
 
-        used : the centres of this field; the others get coefficients of zero
-        Returns (centres + monomials, n), lambda.
+        used : the centres of this field; the coefficients of the others are zero
         """
         centres, columns = self._system.shape
         rows = np.concatenate([used, np.arange(centres, columns)])
@@ -132,14 +132,14 @@ class _Basis:
 def _solve_regularised(
     system: NDArray[np.float64], kernels: int, smoothing: float
 ) -> tuple[float, NDArray[np.float64]]:
-    """Invert the system, its first `kernels` diagonal entries raised by lambda; raise lambda until that makes sense."""
+    """Invert the system with lambda on its first `kernels` diagonal entries; raise lambda until it is well-posed."""
     largest = float(np.abs(system).max())
-    for rescue in (0.0, *_REGULARISATION):
-        used = max(smoothing, rescue * largest)
+    for factor in (0.0, *_REGULARISATION):
+        used = max(smoothing, factor * largest)
         diagonal = np.full(len(system), used)
-        # The monomials' block gets it only in need: points in one plane leave a linear polynomial undetermined.
-        diagonal[kernels:] = -rescue * largest
-        raised = system + np.diag(diagonal)
-        if np.linalg.cond(raised) < _MAX_CONDITION:
-            return used, np.asarray(np.linalg.inv(raised), dtype=np.float64)
-    raise ValueError("control_points must not all lie in one place")
+        # The block of the monomials too, if needed: points in one plane leave a linear polynomial undetermined.
+        diagonal[kernels:] = -factor * largest
+        regularised = system + np.diag(diagonal)
+        if np.linalg.cond(regularised) < _MAX_CONDITION:
+            return used, np.asarray(np.linalg.inv(regularised), dtype=np.float64)
+    raise ValueError("control_points must not all coincide")

@@ -1,9 +1,9 @@
-"""The parts that do not stretch: eyeballs, jaw, lower teeth and tongue; and the lids that slide over the eyeballs.
+"""Rigid parts of a face: eyeballs, jaw, lower teeth and tongue; and the lids that slide over the eyeballs.
 
-Strategy. What turns must not be moved by interpolation: an eyeball would shear, lower teeth would poke through the
-chin, and the skin below the ears, near the hinge, moves back where the chin moves down. So the jaw's turn is taken
-out of the control points' displacements, the operator carries what is left, and the turn is put back on the
-vertices, each by its share in the jaw.
+Strategy. Rigid parts cannot be interpolated: an eyeball would shear, lower teeth would penetrate the chin, and the skin
+near the jaw's hinge, below the ears, moves back where the chin moves down. So the jaw's rotation is subtracted from the
+control points' displacements, the operator applies the remainder, and the rotation is added to the vertices, each with
+its jaw weight.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.eyelid_helpers import EyelidHelpers
 
 MAX_GAZE = np.radians(40.0)
-JAW_RANGE = (np.radians(-1.0), np.radians(35.0))  # the teeth meet; as wide as a jaw opens
+JAW_RANGE = (np.radians(-1.0), np.radians(35.0))  # the teeth meet; the jaw is open as far as it goes
 CHIN = [CONTROL_POINT_INDEX[name] for name in ("chin_bottom", "chin_boss", "chin_corner_l", "chin_corner_r")]
 
 
@@ -23,11 +23,11 @@ CHIN = [CONTROL_POINT_INDEX[name] for name in ("chin_bottom", "chin_boss", "chin
 class Eye:
     """One eyeball.
 
-    centre : (3,) what it turns about, model units
-    pupil : index of the control point that leads it
-    vertices : its vertices
-    lids : the vertices of skin that rest on it
-    clearance : (lids,) float32, the distance from the centre below which each of them never comes
+    centre : (3,) of rotation, model units
+    pupil : index of the control point that it follows
+    vertices : of the eyeball
+    lids : vertices of skin that rest on it
+    clearance : (lids,) float32, minimum distance of each of them from the centre
     """
 
     centre: NDArray[np.float64]
@@ -39,10 +39,10 @@ class Eye:
     def apply(
         self, neutral: NDArray[np.float32], vertices: NDArray[np.float32], pupil: NDArray[np.floating], /
     ) -> None:
-        """Turn the eyeball to its pupil and bring the lids out of it.
+        """Rotate the eyeball to its pupil and push the lids out of it.
 
-        neutral, vertices : (V, 3) the face at rest, and moved: changed in place
-        pupil : (2, 3) the pupil at rest, and how far it has moved
+        neutral, vertices : (V, 3) neutral, and deformed: changed in place
+        pupil : (2, 3) neutral position and offset of the pupil
         """
         rest, offset = pupil
         rotation = gaze_rotation(rest - self.centre, offset).astype(np.float32)
@@ -57,22 +57,22 @@ class Eye:
 
 
 def gaze_rotation(pupil: NDArray[np.floating], offset: NDArray[np.floating], /) -> NDArray[np.float64]:
-    """Return the (3, 3) rotation that brings a pupil to where it is seen from the front.
+    """Return the (3, 3) rotation that moves a pupil by an offset as seen from the front, at most MAX_GAZE.
 
-    pupil : (3,) at rest, from the eye's centre
-    offset : (3,) how far it has moved; the depth is not used, the eyeball gives it
+    pupil : (3,) neutral, from the eye's centre
+    offset : (3,); its depth is ignored, the pupil stays on the eyeball
     """
     radius = float(np.linalg.norm(pupil))
     sideways = pupil[:2] + offset[:2]
     sideways *= min(1.0, radius * np.sin(MAX_GAZE) / max(float(np.linalg.norm(sideways)), 1e-9))
-    seen = np.array([*sideways, np.sqrt(radius**2 - sideways @ sideways)])
-    across = cross_matrix(cross_matrix(pupil) @ seen / radius**2)
-    turn: NDArray[np.float64] = np.eye(3) + across + across @ across / (1 + pupil @ seen / radius**2)
-    return turn
+    target = np.array([*sideways, np.sqrt(radius**2 - sideways @ sideways)])
+    cross = cross_matrix(cross_matrix(pupil) @ target / radius**2)
+    rotation: NDArray[np.float64] = np.eye(3) + cross + cross @ cross / (1 + pupil @ target / radius**2)
+    return rotation
 
 
 def cross_matrix(vector: NDArray[np.floating], /) -> NDArray[np.float64]:
-    """Return the (3, 3) matrix that multiplies a vector as the cross product with this one does."""
+    """Return the (3, 3) matrix of the cross product with a vector: cross_matrix(a) @ b = a x b."""
     x, y, z = vector.tolist()
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
@@ -82,11 +82,11 @@ class Jaw:
     """The hinge of the lower jaw and what follows it.
 
     centre : (3,) a point of the hinge, model units
-    axis : (3,) its unit direction: a positive angle opens the mouth
-    vertices : what follows it: lower teeth and tongue, and skin where it is known how far
-    shares : (k,) float32, how far each of the vertices follows, 0 to 1
-    arms : (k, 3) float32, from the centre to each vertex at rest, times its share
-    point_shares, point_arms : the same of the n control points
+    axis : (3,) unit vector: a positive angle opens the mouth
+    vertices : (k,) that follow it: lower teeth and tongue, and skin if blendshapes give its weights
+    weights : (k,) float32, of the jaw's motion in each of the vertices, 0 to 1
+    weighted_offsets : (k, 3) float32, from the centre to each neutral vertex, times its weight
+    point_weights, weighted_point_offsets : the same of the n control points
     """
 
     centre: NDArray[np.float64]
@@ -100,19 +100,23 @@ class Jaw:
     def estimate_motion(
         self, points: NDArray[np.float64], offsets: NDArray[np.floating], /
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return how the chin has turned about the hinge, (3, 3) rotation less identity, and slid along it, (3,).
+        """Return the jaw's motion from the chin's: (3, 3) rotation minus identity, (3,) translation along the hinge.
 
-        points, offsets : (n, 3) control points at rest and how far they have moved, model units
+        points, offsets : (n, 3) neutral control points and their offsets, model units
         """
         chin = points[CHIN].mean(axis=0) - self.centre
-        shift = offsets[CHIN].mean(axis=0)
-        across = cross_matrix(self.axis)
-        sideways = across @ chin  # where the chin goes when the jaw opens
-        angle = np.arctan2(shift @ sideways, sideways @ sideways + shift @ (chin - self.axis * (self.axis @ chin)))
+        offset = offsets[CHIN].mean(axis=0)
+        opening = cross_matrix(self.axis) @ chin  # direction of the chin when the jaw opens
+        radial = chin - self.axis * (self.axis @ chin)
+        angle = np.arctan2(offset @ opening, opening @ opening + offset @ radial)
         angle = min(max(float(angle), JAW_RANGE[0]), JAW_RANGE[1])
-        turn = np.sin(angle) * across + (1 - np.cos(angle)) * across @ across
-        slide = self.axis * (self.axis @ shift)
-        return turn.astype(np.float32), slide.astype(np.float32)
+        translation = self.axis * (self.axis @ offset)
+        return self.rotation(angle).astype(np.float32), translation.astype(np.float32)
+
+    def rotation(self, angle: float, /) -> NDArray[np.float64]:
+        """Return the (3, 3) rotation by an angle, radians, about the hinge, minus the identity."""
+        cross = cross_matrix(self.axis)  # Rodrigues' rotation formula
+        return np.asarray(np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross)
 
 
 def jaw_offsets(
@@ -121,19 +125,19 @@ def jaw_offsets(
     motion: tuple[NDArray[np.float32], NDArray[np.float32]],
     /,
 ) -> NDArray[np.float32]:
-    """Return the (k, 3) offsets that a motion of the jaw gives to what follows it by such shares."""
-    turn, slide = motion
-    offsets: NDArray[np.float32] = weighted_offsets @ turn.T + weights[:, None] * slide
+    """Return the (k, 3) offsets of vertices, or of control points, for a motion of the jaw."""
+    rotation, translation = motion
+    offsets: NDArray[np.float32] = weighted_offsets @ rotation.T + weights[:, None] * translation
     return offsets
 
 
 @dataclass(frozen=True)
 class Rig:
-    """The rigid parts of a face, and the places that never move.
+    """The rigid parts of a face, and its anchors.
 
-    anchors : (k, 3) model units
-    rigid : the vertices that skin does not carry: eyeballs, teeth, tongue
-    margins : where the edges of the lids are, if they were measured
+    anchors : (k, 3) positions that never move, model units
+    rigid : vertices that the skin does not move: eyeballs, teeth, tongue
+    eyelid_helpers : on the edges of the lids, if these were measured
     """
 
     eyes: tuple[Eye, ...]

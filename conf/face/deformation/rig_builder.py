@@ -1,33 +1,43 @@
-"""Put a rig together: eyeballs about their centres, the jaw about its hinge, on a mesh with groups that name them."""
+"""Build the rig of a mesh with the groups eye_l, eye_r, teeth_upper, teeth_lower and tongue, from its joints.
 
+The joints of the default head are read from rig.json.
+"""
+
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from conf.errors import FileFormatError
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.blendshapes import Blendshapes
 from conf.face.deformation.ridge_refinement import jaw_weights
 from conf.face.deformation.rig import Eye, Jaw, Rig
+from conf.face.formats.text import check_file
 from conf.face.mesh.mesh import Mesh
 
-EYES = {"eye_l": "pupil_l", "eye_r": "pupil_r"}  # group of the eyeball -> control point that leads it
+EYES = {"eye_l": "pupil_l", "eye_r": "pupil_r"}  # group of the eyeball -> control point that it follows
 JAW_GROUPS = ("teeth_lower", "tongue")
 RIGID_GROUPS = ("teeth_upper", *JAW_GROUPS, *EYES)
-_LID_RADII = 1.35  # skin this many eyeball radii from the centre may come to rest on the eyeball
-_LID_CLEARANCE_CM = 0.03  # a closed lid stays this far off the eyeball
-_MIN_JAW_WEIGHT = 0.02  # skin that follows the jaw less does not follow it
+_LID_RADII = 1.35  # eyeball radii from the centre within which skin may come to rest on the eyeball
+_LID_CLEARANCE_CM = 0.03  # from the eyeball to a closed lid
+_MIN_JAW_WEIGHT = 0.02  # skin with less does not follow the jaw
+_MAX_FILE_BYTES = 1 << 20
+_MAX_COORDINATE = 1e6
 
 
 @dataclass(frozen=True)
 class RigJoints:
-    """What the rigid parts turn about, model units.
+    """The joints of the rigid parts, model units.
 
     eyes : group of an eyeball -> (3,) its centre
     hinge : (3,) a point of the jaw's hinge and (3,) its direction, or None
-    anchors : (k, 3) places that never move
+    anchors : (k, 3) positions that never move
     """
 
     eyes: Mapping[str, NDArray[np.float64]]
@@ -35,33 +45,56 @@ class RigJoints:
     anchors: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
 
 
-def build_rig(mesh: Mesh, points: NDArray[np.float64], joints: RigJoints, shapes: Blendshapes | None = None, /) -> Rig:
-    """Return the rig of a mesh with any of the groups eye_l, eye_r, teeth_upper, teeth_lower and tongue.
+def read_joints(path: Path, /) -> RigJoints:
+    """Read the joints of a head. Raises FileFormatError if the file does not hold them."""
+    check_file(path, max_bytes=_MAX_FILE_BYTES)
+    try:
+        rig = json.loads(path.read_bytes())
+        return RigJoints(
+            eyes={name: _coordinates(rig[name]["centre"]) for name in EYES if name in rig},
+            hinge=(_coordinates(rig["jaw"]["centre"]), _coordinates(rig["jaw"]["axis"])) if "jaw" in rig else None,
+            anchors=_coordinates(rig.get("anchors", []), (-1, 3)),
+        )
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise FileFormatError(path, None, "expected a rig: eyes, jaw and anchors with their coordinates") from error
+
+
+def _coordinates(value: Any, shape: tuple[int, ...] = (3,)) -> NDArray[np.float64]:
+    array = np.array(value, dtype=np.float64).reshape(shape)
+    if not np.isfinite(array).all() or np.abs(array).max(initial=0.0) > _MAX_COORDINATE:
+        raise ValueError("a coordinate out of range")
+    return array
+
+
+def build_rig(
+    mesh: Mesh, points: NDArray[np.float64], joints: RigJoints, blendshapes: Blendshapes | None = None, /
+) -> Rig:
+    """Return the rig of a mesh that has any of the groups.
 
     points : (n, 3) control points, model units
-    shapes : sculpted shapes of the mesh: they tell how far the skin follows the jaw
+    blendshapes : of the mesh; they give the weights by which skin follows the jaw
     """
     rigid = mesh.group_vertices(*RIGID_GROUPS)
     skin = np.setdiff1d(np.arange(len(mesh.vertices)), rigid)
     return Rig(
         eyes=tuple(_build_eye(mesh, name, centre, skin) for name, centre in joints.eyes.items()),
-        jaw=_build_jaw(joints.hinge, mesh, points, shapes) if joints.hinge else None,
+        jaw=_build_jaw(joints.hinge, mesh, points, blendshapes) if joints.hinge else None,
         anchors=joints.anchors,
         rigid=rigid,
     )
 
 
 def _build_eye(mesh: Mesh, name: str, centre: NDArray[np.float64], skin: NDArray[np.int64]) -> Eye:
-    ball = mesh.group_vertices(name)
-    radius = np.linalg.norm(mesh.vertices[ball] - centre, axis=1).max(initial=0.0)
+    eyeball = mesh.group_vertices(name)
+    radius = np.linalg.norm(mesh.vertices[eyeball] - centre, axis=1).max(initial=0.0)
     distance = np.linalg.norm(mesh.vertices[skin] - centre, axis=1)
     near = distance < _LID_RADII * radius
     return Eye(
         centre=centre,
         pupil=CONTROL_POINT_INDEX[EYES[name]],
-        vertices=ball,
+        vertices=eyeball,
         lids=skin[near],
-        # What is inside the eyeball at rest may stay as deep, no deeper.
+        # Skin that is inside the eyeball in the neutral pose may stay as deep, but not deeper.
         clearance=np.minimum(distance[near], radius + _LID_CLEARANCE_CM).astype(np.float32),
     )
 
@@ -70,26 +103,24 @@ def _build_jaw(
     hinge: tuple[NDArray[np.float64], NDArray[np.float64]],
     mesh: Mesh,
     points: NDArray[np.float64],
-    shapes: Blendshapes | None,
+    blendshapes: Blendshapes | None,
 ) -> Jaw:
     centre, axis = hinge
     axis = axis / max(float(np.linalg.norm(axis)), 1e-12)
-    # Whichever way the axis points: opening moves the chin down.
+    # Orient the axis so that a positive angle moves the chin down.
     opens = np.cross(axis, points[CONTROL_POINT_INDEX["chin_bottom"]] - centre)[1] < 0
     nearest = np.asarray(KDTree(mesh.vertices).query(points)[1])
-    shares = np.zeros(len(mesh.vertices)) if shapes is None else jaw_weights(shapes, nearest)
-    shares[shares < _MIN_JAW_WEIGHT] = 0.0
-    shares[mesh.group_vertices(*RIGID_GROUPS)] = 0.0
-    shares[mesh.group_vertices(*JAW_GROUPS)] = 1.0
-    vertices = np.flatnonzero(shares)
-    arms = (mesh.vertices - centre) * shares[:, None]
-    point_arms = (points - centre) * shares[nearest][:, None]
+    weights = np.zeros(len(mesh.vertices)) if blendshapes is None else jaw_weights(blendshapes, nearest)
+    weights[weights < _MIN_JAW_WEIGHT] = 0.0
+    weights[mesh.group_vertices(*RIGID_GROUPS)] = 0.0
+    weights[mesh.group_vertices(*JAW_GROUPS)] = 1.0
+    vertices = np.flatnonzero(weights)
     return Jaw(
         centre=centre,
         axis=axis if opens else -axis,
         vertices=vertices,
-        weights=shares[vertices].astype(np.float32),
-        weighted_offsets=arms[vertices].astype(np.float32),
-        point_weights=shares[nearest].astype(np.float32),
-        weighted_point_offsets=point_arms.astype(np.float32),
+        weights=weights[vertices].astype(np.float32),
+        weighted_offsets=((mesh.vertices[vertices] - centre) * weights[vertices, None]).astype(np.float32),
+        point_weights=weights[nearest].astype(np.float32),
+        weighted_point_offsets=((points - centre) * weights[nearest, None]).astype(np.float32),
     )

@@ -1,10 +1,10 @@
-"""Waters' muscles: the second deformer, to compare with radial basis functions.
+"""Waters' muscles: the second deformer, for comparison with radial basis functions.
 
-Strategy. A linear muscle is fixed to the bone at A and ends in the skin at I. Contracted by C, it pulls the skin
-inside a cone about AI towards A: each vertex V by -C d AV, where d falls to nothing towards the cone's angle and from
-a radius S to a radius E. All of it is linear in C, so each muscle's offsets are computed once. A sphincter draws an
-ellipse together. Several muscles must not tear one vertex past its limits (Waters' "degree of freedom"): what they do
-together never exceeds the root of the sum of their squares.
+Strategy. A linear muscle is attached to the bone at A and ends in the skin at I. Contracted by C, it pulls the skin in
+a cone around AI towards A: each vertex V by -C d AV, where d falls to zero towards the cone's angle and from radius S
+to radius E. The offset is linear in C, so each muscle's offsets are computed once. A sphincter contracts an ellipse.
+Several muscles must not move a vertex past its limits (Waters' "degree of freedom"): the length of their sum is limited
+to the root of the sum of their squared lengths.
 Source: Waters 1987; equations 4.16 to 4.19 of the thesis; Parke, Waters 1996 for the sphincter.
 """
 
@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class LinearMuscle:
-    """A muscle that pulls towards its root.
+    """A muscle that pulls skin towards its root.
 
     root : (3,) A, on the bone, model units
     insertion : (3,) I, in the skin
-    angle : alpha, radians from the axis to where the pull has gone, at most half a turn
-    start, end : S and E as shares of |AI|: the pull is full up to S and has gone at E
+    angle : alpha, radians from the axis to zero pull, at most pi
+    start, end : S and E relative to |AI|: full pull up to S, none from E
     """
 
     root: NDArray[np.float64]
@@ -37,7 +37,7 @@ class LinearMuscle:
         if not 0 <= self.start < self.end:
             raise ValueError(f"start and end must be 0 <= start < end, got {self.start} and {self.end}")
         if not np.linalg.norm(self.insertion - self.root) > 0:
-            raise ValueError("root and insertion must be different places")
+            raise ValueError("root and insertion must differ")
 
     def falloff(self, vertices: NDArray[np.float64], /) -> NDArray[np.float64]:
         """Return d, (V,) from 0 to 1, of (V, 3) vertices: equations 4.17 to 4.19."""
@@ -59,12 +59,12 @@ class LinearMuscle:
 
 @dataclass(frozen=True)
 class Sphincter:
-    """A muscle that draws an ellipse together and pushes it out, as lips do in a kiss.
+    """A muscle that contracts an ellipse and protrudes it, as lips do in a kiss.
 
     centre : (3,) model units
-    axes : (2, 3) half axes of the ellipse, from the centre to its rim
-    depth : how far from the plane of the axes it reaches, model units
-    protrusion : how far out the centre goes for a contraction of 1, model units
+    axes : (2, 3) half axes of the ellipse
+    depth : half axis along the normal, model units
+    protrusion : offset of the centre along the normal for a contraction of 1, model units
     """
 
     centre: NDArray[np.float64]
@@ -76,10 +76,9 @@ class Sphincter:
         """Return (V,): 1 at the centre, falling smoothly to 0 at the rim and beyond."""
         arms = vertices - self.centre
         lengths = np.linalg.norm(self.axes, axis=1)
-        across = arms @ (self.axes / lengths[:, None] ** 2).T
-        ahead = arms @ self._normal() / self.depth
-        inside = np.clip(1 - (across**2).sum(axis=1) - ahead**2, 0.0, 1.0)
-        return np.asarray(inside**2)
+        in_plane = arms @ (self.axes / lengths[:, None] ** 2).T
+        along_normal = arms @ self._normal() / self.depth
+        return np.asarray(np.clip(1 - (in_plane**2).sum(axis=1) - along_normal**2, 0.0, 1.0) ** 2)
 
     def offsets(self, vertices: NDArray[np.float64], /) -> NDArray[np.float64]:
         """Return the (V, 3) offsets of (V, 3) vertices for a contraction of 1."""
@@ -95,10 +94,10 @@ class Sphincter:
 
 @dataclass(frozen=True)
 class MuscleSet:
-    """Muscles on one face, ready to contract.
+    """The muscles of one face.
 
     names : M muscles
-    offsets : (M, V, 3) float32, what each does to the vertices for a contraction of 1
+    offsets : (M, V, 3) float32, vertex offsets for a contraction of 1
     """
 
     names: tuple[str, ...]
@@ -111,35 +110,35 @@ class MuscleSet:
         vertices: NDArray[np.float64],
         /,
         *,
-        shares: Mapping[str, NDArray[np.float64]] | None = None,
+        weights: Mapping[str, NDArray[np.float64]] | None = None,
     ) -> "MuscleSet":
-        """Compute what muscles do to the (V, 3) vertices.
+        """Compute the offsets of the (V, 3) vertices.
 
-        shares : muscle -> (V,) how far each vertex is its own; without an entry wholly
+        weights : muscle -> (V,) factor at each vertex; 1 without an entry
         """
-        shares = shares or {}
-        whole = np.ones(len(vertices))
-        offsets = [m.offsets(vertices) * shares.get(name, whole)[:, None] for name, m in muscles.items()]
+        weights = weights or {}
+        ones = np.ones(len(vertices))
+        offsets = [m.offsets(vertices) * weights.get(name, ones)[:, None] for name, m in muscles.items()]
         return cls(tuple(muscles), np.array(offsets, np.float32).reshape(len(muscles), len(vertices), 3))
 
     def contract(self, contractions: Mapping[str, float], /) -> NDArray[np.float32]:
         """Return the (V, 3) float32 offsets of muscles that contract together.
 
-        contractions : muscle -> 0 relaxed to 1 pulled all the way to its root
-        Raises ValueError for a muscle that is not there.
+        contractions : muscle -> 0 relaxed to 1 fully contracted
+        Raises ValueError for an unknown muscle.
         """
         unknown = sorted(set(contractions) - set(self.names))
         if unknown:
             raise ValueError(f"contractions must be of {', '.join(self.names)}, got {', '.join(unknown)}")
         used = [self.names.index(name) for name in contractions]
-        strengths = np.array(list(contractions.values()), np.float32)
-        return combine_limited(strengths[:, None, None] * self.offsets[used])
+        values = np.array(list(contractions.values()), np.float32)
+        return combine_limited(values[:, None, None] * self.offsets[used])
 
 
 def combine_limited(offsets: NDArray[np.float32] | Sequence[NDArray[np.float32]], /) -> NDArray[np.float32]:
-    """Return the (V, 3) sum of (M, V, 3) offsets, each vertex's no longer than the root of the sum of their squares.
+    """Return the (V, 3) sum of (M, V, 3) offsets, limited to the root of the sum of their squared lengths.
 
-    One muscle alone, and muscles that pull at right angles, add up; two that pull the same way do so by less.
+    Offsets of one muscle, and of muscles that pull at right angles, are not reduced; those in one direction are.
     """
     each = np.asarray(offsets, np.float32)
     total = each.sum(axis=0)

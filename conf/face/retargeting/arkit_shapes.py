@@ -28,7 +28,7 @@ def load_arkit_shapes() -> dict[str, NDArray[np.float32]]:
     face = load_face()
     shapes = load_blendshapes(DEFAULT_HEAD.with_name("shapes.npz"), len(face.mesh.vertices))
     nearest = np.asarray(KDTree(face.mesh.vertices).query(face.control_points)[1])
-    displacements = (shapes.offsets_at(nearest) / face.fapu.lengths()).astype(np.float32)
+    displacements = (shapes.offsets[:, nearest] / face.fapu.lengths()).astype(np.float32)
     for name, displacement in zip(shapes.names, displacements, strict=True):
         _turn_pupil(name, displacement)
     return dict(zip(shapes.names, displacements, strict=True))

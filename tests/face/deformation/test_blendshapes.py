@@ -16,9 +16,7 @@ def test_names_and_offsets_are_read(tmp_path: Path) -> None:
     shapes = load_blendshapes(tmp_path / "shapes.npz", 4)
     assert shapes.names == ("smile", "blink")
     assert shapes.offsets.dtype == np.float32
-    assert shapes.offsets_at(np.array([3, 0])).tolist() == OFFSETS[:, [3, 0]].tolist()
-    assert shapes.subset([1]).names == ("blink",)
-    assert shapes.subset([1]).offsets.tolist() == OFFSETS[1:].tolist()
+    assert shapes.offsets.tolist() == OFFSETS.tolist()
 
 
 @pytest.mark.parametrize(
@@ -32,22 +30,22 @@ def test_names_and_offsets_are_read(tmp_path: Path) -> None:
         {"names": np.array(["a", "b"])},
     ],
 )
-def test_anything_else_is_the_one_error(tmp_path: Path, arrays: dict[str, np.ndarray]) -> None:
+def test_other_arrays_raise_file_format_error(tmp_path: Path, arrays: dict[str, np.ndarray]) -> None:
     np.savez(tmp_path / "shapes.npz", **arrays)
     with pytest.raises(FileFormatError, match="expected"):
         load_blendshapes(tmp_path / "shapes.npz", 4)
 
 
 @given(st.data())
-def test_damaged_files_give_shapes_or_the_one_error(
+def test_damaged_files_give_blendshapes_or_file_format_error(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
 ) -> None:
     path = tmp_path_factory.getbasetemp() / "damaged.npz"
     np.savez_compressed(path, names=np.array(["smile", "blink"]), offsets=OFFSETS)
-    whole = bytearray(path.read_bytes())
+    content = bytearray(path.read_bytes())
     for _ in range(data.draw(st.integers(0, 5))):
-        whole[data.draw(st.integers(0, len(whole) - 1))] = data.draw(st.integers(0, 255))
-    path.write_bytes(whole[: data.draw(st.integers(0, len(whole)))])
+        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
+    path.write_bytes(content[: data.draw(st.integers(0, len(content)))])
     try:
         assert isinstance(load_blendshapes(path, 4), Blendshapes)
     except FileFormatError:

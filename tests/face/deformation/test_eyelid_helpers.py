@@ -20,69 +20,69 @@ from tests.support.sheet_face import SheetFace
 
 def test_helper_points_lie_between_the_corners_of_their_eye(face: SheetFace) -> None:
     helpers = PARABOLA_WEIGHTS @ face.points
-    for helper, owner in zip(helpers, HELPER_LIDS, strict=True):
-        name = next(name for name, index in CONTROL_POINT_INDEX.items() if index == owner)
+    for helper, lid in zip(helpers, HELPER_LIDS, strict=True):
+        name = next(name for name, index in CONTROL_POINT_INDEX.items() if index == lid)
         ends = face.points[[CONTROL_POINT_INDEX[f"eye_{end}_corner_{name[-1]}"] for end in ("inner", "outer")], 0]
         assert ends.min() < helper[0] < ends.max()
 
 
-def test_helper_points_move_with_the_whole_face_and_with_its_turns(face: SheetFace) -> None:
+def test_helper_weights_add_up_to_one(face: SheetFace) -> None:
     assert PARABOLA_WEIGHTS.sum(axis=1) == pytest.approx(1)
 
 
-def test_a_field_leaves_out_the_helpers_of_what_it_leaves_out(face: SheetFace) -> None:
+def test_a_field_excludes_the_helpers_of_excluded_lids(face: SheetFace) -> None:
     surface = SurfaceGraph(face.mesh.vertices, face.mesh.triangles)
     centres, regions = append_helpers(face.points, split_regions(surface, face.points, anchors=np.empty((0, 3))))
     assert centres.shape == (CONTROL_POINT_COUNT + len(HELPER_LIDS), 3)
     for field in regions.fields:
-        for i, owner in enumerate(HELPER_LIDS):
-            assert (owner in field.excluded) == (CONTROL_POINT_COUNT + i in field.excluded)
+        for i, lid in enumerate(HELPER_LIDS):
+            assert (lid in field.excluded) == (CONTROL_POINT_COUNT + i in field.excluded)
 
 
-def test_an_eye_shuts_over_its_whole_width(face: SheetFace) -> None:
+def test_helpers_close_an_eye_over_its_whole_width(face: SheetFace) -> None:
     surface = SurfaceGraph(face.mesh.vertices, face.mesh.triangles)
     regions = split_regions(surface, face.points, anchors=np.empty((0, 3)))
     closing = np.zeros((50, 1))
     closing[CONTROL_POINT_INDEX["eyelid_upper_l"]] = -0.7
     row = HELPER_LIDS.index(UPPER_LID[0])
-    places = PARABOLA_WEIGHTS[row] @ face.points
+    positions = PARABOLA_WEIGHTS[row] @ face.points
     one_field = type(regions).unrestricted(1)
     centres, fields = append_helpers(face.points, one_field)
-    folded = build_operator(places[None], centres, kernel=KERNELS["multiquadric"], epsilon=1.0, regions=fields)
+    folded = build_operator(positions[None], centres, kernel=KERNELS["multiquadric"], epsilon=1.0, regions=fields)
     assert fold_helpers(folded.matrix) @ closing == pytest.approx(-0.7 * PARABOLA_WEIGHTS[row, UPPER_LID[0]], abs=1e-3)
 
 
 def eyes_of_height(face: SheetFace, height: float) -> LabelledMesh:
-    """Return the sheet cut open between the corners of its eyes, a wall behind: gaps as high everywhere."""
+    """Return the sheet with a rectangular hole between the corners of each eye, and a wall behind it."""
     mesh = face.mesh
-    middles = mesh.vertices[mesh.triangles].mean(axis=1)
+    centres = mesh.vertices[mesh.triangles].mean(axis=1)
     lids = face.points[[CONTROL_POINT_INDEX["eyelid_upper_l"], CONTROL_POINT_INDEX["eyelid_lower_l"]], 1]
     corners = face.points[[CONTROL_POINT_INDEX["eye_inner_corner_l"], CONTROL_POINT_INDEX["eye_outer_corner_l"]], 0]
-    inside = (np.abs(middles[:, 1] - lids.mean()) < height / 2) & (np.abs(middles[:, 0]) > corners.min())
-    inside &= np.abs(middles[:, 0]) < corners.max()
+    inside = (np.abs(centres[:, 1] - lids.mean()) < height / 2) & (np.abs(centres[:, 0]) > corners.min())
+    inside &= np.abs(centres[:, 0]) < corners.max()
     wall = np.array([[-20.0, -20, 0], [20, -20, 0], [20, 20, 0], [-20, 20, 0]])
     count = len(mesh.vertices)
     triangles = np.concatenate(
         [mesh.triangles[~inside], [[count, count + 1, count + 2], [count, count + 2, count + 3]]]
     )
-    shells = np.zeros(len(triangles), np.int32)
-    shells[-2:] = 1
-    return LabelledMesh(np.concatenate([mesh.vertices, wall]), triangles.astype(np.int32), shells)
+    labels = np.zeros(len(triangles), np.int32)
+    labels[-2:] = 1
+    return LabelledMesh(np.concatenate([mesh.vertices, wall]), triangles.astype(np.int32), labels)
 
 
-def test_edges_that_are_seen_count_more_than_the_parabola(face: SheetFace) -> None:
-    """The opening is a box: the lids are as far apart beside the middle as in it, and must travel as far."""
+def test_measured_edges_replace_the_parabola(face: SheetFace) -> None:
+    """The opening is a rectangle: the lids are as far apart at its sides as in the middle."""
     gap = face.points[CONTROL_POINT_INDEX["eyelid_upper_l"], 1] - face.points[CONTROL_POINT_INDEX["eyelid_lower_l"], 1]
-    margins = helpers_on_edges(face.points, eyes_of_height(face, gap))
-    shares = np.array([margins.weights[row, owner] for row, owner in enumerate(HELPER_LIDS)])
-    assert (shares > 0.8).all()
-    assert margins.weights.sum(axis=1) == pytest.approx(1)
-    gaps = margins.positions[:8, 1] - margins.positions[8:, 1]  # of the parabola: 0.44 of the gap near the corners
+    helpers = helpers_on_edges(face.points, eyes_of_height(face, gap))
+    weights = np.array([helpers.weights[row, lid] for row, lid in enumerate(HELPER_LIDS)])
+    assert (weights > 0.8).all()
+    assert helpers.weights.sum(axis=1) == pytest.approx(1)
+    gaps = helpers.positions[:8, 1] - helpers.positions[8:, 1]  # of the parabola: 0.44 of the gap near the corners
     assert (gaps > 0.8 * gap).all()
 
 
-def test_where_no_edges_are_seen_the_parabola_stays(face: SheetFace) -> None:
-    shells = LabelledMesh(face.mesh.vertices, face.mesh.triangles, np.zeros(len(face.mesh.triangles), np.int32))
-    measured, usual = helpers_on_edges(face.points, shells), helpers_on_parabola(face.points)
-    assert measured.positions.tolist() == usual.positions.tolist()
-    assert measured.weights.tolist() == usual.weights.tolist()
+def test_the_parabola_is_kept_without_edges(face: SheetFace) -> None:
+    mesh = LabelledMesh(face.mesh.vertices, face.mesh.triangles, np.zeros(len(face.mesh.triangles), np.int32))
+    measured, parabola = helpers_on_edges(face.points, mesh), helpers_on_parabola(face.points)
+    assert measured.positions.tolist() == parabola.positions.tolist()
+    assert measured.weights.tolist() == parabola.weights.tolist()

@@ -8,7 +8,7 @@ from conf.face.deformation.face_model import FaceModel
 from conf.face.deformation.facial_muscles import MUSCLE_COURSES, MUSCLE_NAMES, MuscleDeformer, build_muscles
 from conf.face.loading import load_face
 
-MOVES = [  # muscle, control point, direction it must take on the left side
+MOVES = [  # muscle, control point, direction of its offset on the left side
     ("zygomatic_major", "outer_lip_corner", [1, 1, 0]),
     ("risorius", "outer_lip_corner", [1, 0, 0]),
     ("depressor_anguli", "outer_lip_corner", [0, -1, 0]),
@@ -32,7 +32,7 @@ def vertex(name: str) -> int:
     return int(np.linalg.norm(face.mesh.vertices - face.control_points[CONTROL_POINT_INDEX[name]], axis=1).argmin())
 
 
-def test_there_are_nine_pairs_and_the_ring() -> None:
+def test_there_are_nine_pairs_and_the_sphincter() -> None:
     assert len(MUSCLE_NAMES) == 19
     assert set(build_muscles(head()[0].control_points)) == set(MUSCLE_NAMES)
     for course in MUSCLE_COURSES.values():
@@ -40,27 +40,27 @@ def test_there_are_nine_pairs_and_the_ring() -> None:
         assert sum(course.insertion.values()) == pytest.approx(1.0)
 
 
-def test_rest_is_the_neutral_face() -> None:
+def test_relaxed_muscles_give_the_neutral_face() -> None:
     face, muscles = head()
     np.testing.assert_array_equal(muscles.deform({}), face.neutral)
 
 
 @pytest.mark.parametrize(("muscle", "point", "direction"), MOVES)
-def test_each_muscle_pulls_where_anatomy_says(muscle: str, point: str, direction: list[int]) -> None:
+def test_each_muscle_pulls_in_its_anatomical_direction(muscle: str, point: str, direction: list[int]) -> None:
     face, muscles = head()
     offset = (muscles.deform({f"{muscle}_l": 0.2}) - face.neutral)[vertex(f"{point}_l")]
     assert (offset[np.array(direction) != 0] * np.array(direction)[np.array(direction) != 0] > 0.02).all()
 
 
 @pytest.mark.parametrize(("muscle", "still"), [("levator_labii_l", "lower"), ("depressor_labii_l", "upper")])
-def test_lips_part(muscle: str, still: str) -> None:
+def test_a_lip_muscle_leaves_the_other_lip_still(muscle: str, still: str) -> None:
     face, muscles = head()
     offsets = np.linalg.norm(muscles.deform({muscle: 0.3}) - face.neutral, axis=1)
     assert offsets[vertex(f"inner_lip_{still}_l")] < 0.02
     assert offsets.max() > 0.3
 
 
-def test_teeth_and_eyes_stay_and_the_jaw_takes_the_lower_teeth_along() -> None:
+def test_muscles_leave_rigid_parts_still_and_the_jaw_moves_the_lower_teeth() -> None:
     face, muscles = head()
     assert face.rig is not None
     pulled = muscles.deform(dict.fromkeys(MUSCLE_NAMES, 0.3))

@@ -14,7 +14,7 @@ kernels = pytest.mark.parametrize("kernel", KERNELS.values(), ids=KERNELS)
 
 
 @kernels
-def test_the_table_holds_the_formulas_with_scipys_signs(kernel: Kernel) -> None:
+def test_kernels_match_their_formulas_with_scipys_signs(kernel: Kernel) -> None:
     r = np.linspace(0, 6, 100)
     assert kernel.function(r**2) == pytest.approx(FORMULAS[kernel.name](r), abs=1e-12)
 
@@ -30,5 +30,5 @@ def test_every_kernel_is_conditionally_positive_definite(kernel: Kernel) -> None
 
 
 @kernels
-def test_far_away_and_at_the_point_itself_the_values_are_finite(kernel: Kernel) -> None:
+def test_kernels_are_finite_at_zero_and_far_away(kernel: Kernel) -> None:
     assert np.isfinite(kernel.function(np.array([0.0, 1e-30, 1e12]))).all()

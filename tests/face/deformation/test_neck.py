@@ -12,21 +12,21 @@ from conf.face.mesh.mesh import Mesh
 from tests.support.sheet_face import SheetFace
 
 angle = st.floats(-0.7, 0.7)
-turns = st.tuples(angle, angle, angle)
+rotations = st.tuples(angle, angle, angle)
 
 
-def pose(turn: tuple[float, float, float]) -> HeadPose:
-    return HeadPose(np.array(turn), np.zeros(2), -3.0)
+def pose(rotation: tuple[float, float, float]) -> HeadPose:
+    return HeadPose(np.array(rotation), np.zeros(2), -3.0)
 
 
 @pytest.fixture(scope="module")
 def torso(face: SheetFace) -> Mesh:
-    """The stand-in's skull pulled down to the chest, with a group that says so."""
+    """Return the sheet stretched down to the chest, with a torso group."""
     vertices = face.mesh.vertices * [1.0, 2.5, 1.0]
     return replace(face.mesh, vertices=vertices, groups={**face.mesh.groups, "shirt": np.arange(3)})
 
 
-def test_all_of_the_head_goes_where_the_pose_puts_it(torso: Mesh) -> None:
+def test_the_head_is_not_bent(torso: Mesh) -> None:
     vertices = torso.vertices.astype(np.float32)
     bent = NeckBend(torso).apply(vertices, pose((0.3, -0.5, 0.4)))
     head = vertices[:, 1] >= TOP
@@ -34,27 +34,27 @@ def test_all_of_the_head_goes_where_the_pose_puts_it(torso: Mesh) -> None:
     assert np.abs(bent - vertices)[~head].max() > 2.0
 
 
-@given(turns)
-def test_shoulders_turn_a_little_about_the_neck(torso: Mesh, turn: tuple[float, float, float]) -> None:
+@given(rotations)
+def test_shoulders_follow_a_part_of_the_rotation(torso: Mesh, rotation: tuple[float, float, float]) -> None:
     vertices = torso.vertices.astype(np.float32)
     shoulders = vertices[:, 1] <= BOTTOM
-    bent = NeckBend(torso).apply(vertices, pose(turn))[shoulders]
-    seen = (bent - PIVOT) @ pose(turn).matrix().T
-    little = pose(tuple(SHOULDER_WEIGHT * t for t in turn)).matrix()  # type: ignore[arg-type]
-    np.testing.assert_allclose(seen, (vertices[shoulders] - PIVOT) @ little.T, atol=1e-4)
+    bent = NeckBend(torso).apply(vertices, pose(rotation))[shoulders]
+    posed = (bent - PIVOT) @ pose(rotation).matrix().T
+    reduced = pose(tuple(SHOULDER_WEIGHT * t for t in rotation)).matrix()  # type: ignore[arg-type]
+    np.testing.assert_allclose(posed, (vertices[shoulders] - PIVOT) @ reduced.T, atol=1e-4)
 
 
-@given(turns)
-def test_nothing_is_pinched_or_torn(torso: Mesh, turn: tuple[float, float, float]) -> None:
-    """Bending keeps every vertex at its distance from the middle of the neck, and neighbours stay neighbours."""
+@given(rotations)
+def test_bending_is_smooth_and_keeps_distances(torso: Mesh, rotation: tuple[float, float, float]) -> None:
+    """Every vertex keeps its distance from the pivot, and weights change little between neighbours."""
     vertices = torso.vertices.astype(np.float32)
-    bent = NeckBend(torso).apply(vertices, pose(turn))
+    bent = NeckBend(torso).apply(vertices, pose(rotation))
     np.testing.assert_allclose(_lengths(bent - PIVOT), _lengths(vertices - PIVOT), atol=1e-4)
     line = np.stack([np.full(200, 5.0), np.linspace(-8, -21, 200), np.full(200, -4.0)], axis=1)
     assert np.abs(np.diff(head_weights(line))).max() < 0.02
 
 
-def test_a_face_without_shoulders_is_left_alone(face: SheetFace) -> None:
+def test_a_face_without_shoulders_is_returned_unchanged(face: SheetFace) -> None:
     vertices = face.mesh.vertices.astype(np.float32)
     assert NeckBend(face.mesh).apply(vertices, pose((0.3, 0.3, 0.3))) is vertices
 

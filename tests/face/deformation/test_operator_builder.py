@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from conf.face.default_head import DEFAULT_HEAD, default_points
+from conf.face.default_head import DEFAULT_HEAD, default_joints, default_points
 from conf.face.deformation.blendshapes import load_blendshapes
 from conf.face.deformation.face_model import DeformerOptions
 from conf.face.deformation.kernels import KERNELS
 from conf.face.deformation.operator_builder import OperatorBuilder
-from conf.face.deformation.rig_json import load_rig
+from conf.face.deformation.rig_builder import build_rig
 from conf.face.mesh.mesh import load_mesh
 
 
@@ -15,7 +15,7 @@ def builder() -> OperatorBuilder:
     """Return the builder of the default head."""
     mesh, points = load_mesh(DEFAULT_HEAD), default_points()
     blendshapes = load_blendshapes(DEFAULT_HEAD.with_name("shapes.npz"), len(mesh.vertices))
-    rig = load_rig(DEFAULT_HEAD.with_name("rig.json"), mesh, points, blendshapes)
+    rig = build_rig(mesh, points, default_joints(), blendshapes)
     return OperatorBuilder(mesh, points, rig, blendshapes)
 
 

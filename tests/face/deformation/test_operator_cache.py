@@ -26,12 +26,12 @@ def builder() -> tuple[Callable[[], Operator], list[int]]:
     return build, calls
 
 
-def test_what_was_built_once_is_not_built_again() -> None:
+def test_a_cached_operator_is_not_built_again() -> None:
     build, calls = builder()
     for _ in range(3):
-        kept = cached_operator("key", SHAPE, build)
-        assert kept.matrix.tolist() == OPERATOR.matrix.tolist()
-        assert kept.smoothing == 0.1
+        operator = cached_operator("key", SHAPE, build)
+        assert operator.matrix.tolist() == OPERATOR.matrix.tolist()
+        assert operator.smoothing == 0.1
     assert len(calls) == 1
 
 
@@ -51,7 +51,7 @@ def test_what_was_built_once_is_not_built_again() -> None:
     ],
     ids=["empty", "cut", "text", "large", "float64", "short", "shape", "nan", "objects", "folder"],
 )
-def test_a_damaged_file_costs_building_again(damage: bytes | np.ndarray | None) -> None:
+def test_a_damaged_file_is_replaced(damage: bytes | np.ndarray | None) -> None:
     build, calls = builder()
     path = cache_folder() / "key.npy"
     path.parent.mkdir(parents=True)
@@ -65,7 +65,7 @@ def test_a_damaged_file_costs_building_again(damage: bytes | np.ndarray | None) 
     assert len(calls) == 1
 
 
-def test_a_cache_that_cannot_be_written_costs_nothing_else(tmp_path: Path) -> None:
+def test_an_unwritable_cache_is_ignored(tmp_path: Path) -> None:
     (tmp_path / "conf").write_text("a file where the folder should be")
     build, calls = builder()
     for _ in range(2):
@@ -73,7 +73,7 @@ def test_a_cache_that_cannot_be_written_costs_nothing_else(tmp_path: Path) -> No
     assert len(calls) == 2
 
 
-def test_only_the_newest_are_kept() -> None:
+def test_only_the_newest_files_are_kept() -> None:
     for i in range(20):
         cached_operator(f"key{i}", SHAPE, lambda: OPERATOR)
     assert len(list(cache_folder().iterdir())) == 16

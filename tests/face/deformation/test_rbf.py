@@ -18,7 +18,7 @@ MULTIQUADRIC = KERNELS["multiquadric"]
 @kernels
 @pytest.mark.parametrize("degree", [None, 1])
 @pytest.mark.parametrize("smoothing", [0.0, 0.05])
-def test_one_product_does_what_scipys_interpolator_does(
+def test_the_operator_agrees_with_scipys_interpolator(
     face: SheetFace, kernel: Kernel, degree: int | None, smoothing: float
 ) -> None:
     vertices = face.mesh.vertices[::7]
@@ -41,34 +41,34 @@ def test_one_product_does_what_scipys_interpolator_does(
 
 
 @kernels
-def test_control_points_go_where_they_are_told(face: SheetFace, kernel: Kernel) -> None:
+def test_without_smoothing_control_points_are_interpolated_exactly(face: SheetFace, kernel: Kernel) -> None:
     operator = build_operator(face.points, face.points, kernel=kernel, epsilon=kernel.epsilon)
     assert operator.matrix == pytest.approx(np.eye(len(face.points)), abs=1e-5)
 
 
 @given(st.integers(0, 2**32 - 1))
-def test_offsets_add_up(face: SheetFace, seed: int) -> None:
+def test_the_operator_is_linear_in_float32(face: SheetFace, seed: int) -> None:
     rng = np.random.default_rng(seed)
     matrix = build_operator(face.mesh.vertices[::50], face.points, kernel=MULTIQUADRIC, epsilon=1.0).matrix
     a, b = rng.normal(size=(2, *face.points.shape)).astype(np.float32)
     assert matrix @ (a + 2 * b) == pytest.approx(matrix @ a + 2 * (matrix @ b), abs=1e-4)
 
 
-def test_the_unit_of_length_does_not_matter(face: SheetFace) -> None:
+def test_the_operator_does_not_depend_on_the_unit(face: SheetFace) -> None:
     vertices = face.mesh.vertices[::20]
     cm = build_operator(vertices, face.points, kernel=MULTIQUADRIC, epsilon=1.0).matrix
     mm = build_operator(vertices * 10, face.points * 10, kernel=MULTIQUADRIC, epsilon=0.1).matrix
     assert mm == pytest.approx(cm, abs=1e-6)
 
 
-def test_anchors_stay_where_they_are(face: SheetFace) -> None:
+def test_anchors_do_not_move(face: SheetFace) -> None:
     anchors = np.array([[11.0, 11.0, 0.0], [-11.0, 11.0, 0.0], [0.0, -13.5, 2.0]])
     regions = Regions.unrestricted(len(anchors), anchors=anchors)
     operator = build_operator(anchors, face.points, kernel=MULTIQUADRIC, epsilon=1.0, regions=regions)
     assert np.abs(operator.matrix).max() < 1e-5
 
 
-def test_a_field_does_not_know_the_points_it_leaves_out(face: SheetFace) -> None:
+def test_excluded_points_have_no_influence_in_a_field(face: SheetFace) -> None:
     half = np.full(len(face.points), 0.5)
     regions = Regions((InfluenceField(half, (0, 1)), InfluenceField(half, (0,))), np.empty((0, 3)))
     matrix = build_operator(face.points, face.points, kernel=MULTIQUADRIC, epsilon=1.0, regions=regions).matrix
@@ -78,23 +78,23 @@ def test_a_field_does_not_know_the_points_it_leaves_out(face: SheetFace) -> None
 
 
 @kernels
-def test_points_in_one_place_are_met_with_lambda(face: SheetFace, kernel: Kernel) -> None:
+def test_coinciding_points_are_regularised(face: SheetFace, kernel: Kernel) -> None:
     points = face.points.copy()
     points[1] = points[2]
     operator = build_operator(points, points, kernel=kernel, epsilon=kernel.epsilon)
     assert operator.smoothing > 0
-    together = np.zeros((50, 1))
-    together[[1, 2]] = 1.0
-    assert (operator.matrix @ together)[1] == pytest.approx([1.0], abs=0.05)
+    displacements = np.zeros((50, 1))
+    displacements[[1, 2]] = 1.0
+    assert (operator.matrix @ displacements)[1] == pytest.approx([1.0], abs=0.05)
 
 
-def test_a_kernel_too_flat_for_floats_is_met_with_lambda(face: SheetFace) -> None:
+def test_an_almost_constant_kernel_is_regularised(face: SheetFace) -> None:
     operator = build_operator(face.points, face.points, kernel=KERNELS["gaussian"], epsilon=0.001)
     assert operator.smoothing > 0
     assert np.isfinite(operator.matrix).all()
 
 
-def test_points_in_one_plane_leave_a_linear_polynomial_solvable(face: SheetFace) -> None:
+def test_coplanar_points_are_solvable_with_a_linear_polynomial(face: SheetFace) -> None:
     flat = face.points * [1, 1, 0]
     operator = build_operator(flat, flat, kernel=KERNELS["thin-plate"], epsilon=1.0)
     assert operator.matrix == pytest.approx(np.eye(50), abs=0.02)
@@ -110,7 +110,7 @@ def test_points_in_one_plane_leave_a_linear_polynomial_solvable(face: SheetFace)
         ({"smoothing": -1.0}, "smoothing must not be negative"),
     ],
 )
-def test_bad_arguments_are_named(face: SheetFace, change: dict[str, object], message: str) -> None:
+def test_bad_arguments_raise(face: SheetFace, change: dict[str, object], message: str) -> None:
     arguments = {"vertices": face.mesh.vertices, "points": face.points, "epsilon": 1.0, "smoothing": 0.0} | change
     vertices, points = arguments.pop("vertices"), arguments.pop("points")
     with pytest.raises(ValueError, match=message):

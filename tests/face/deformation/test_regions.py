@@ -25,7 +25,7 @@ def matrix_of(face: SheetFace, regions: Regions | None) -> np.ndarray:
 
 
 def lips(face: SheetFace) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices of the upper and the lower lip, away from the corners."""
+    """Return the vertices of the upper and the lower lip, away from the corners."""
     x, y = face.mesh.vertices[:, 0], face.mesh.vertices[:, 1]
     near = (np.abs(x) < 1.3) & np.isin(np.arange(len(x)), face.mesh.triangles)
     return np.flatnonzero(near & (y > -4.15) & (y < -3.2)), np.flatnonzero(near & (y < -4.45) & (y > -5.5))
@@ -39,12 +39,12 @@ def test_the_weights_of_the_fields_add_up_to_one(mouth: str, request: pytest.Fix
     assert weights.min() >= 0
 
 
-def test_no_lip_moves_with_the_other(face: SheetFace) -> None:
+def test_one_lip_does_not_move_the_other(face: SheetFace) -> None:
     matrix, (upper, lower) = matrix_of(face, split(face)), lips(face)
     assert np.abs(matrix[lower][:, UPPER_LIP]).max() < 0.02
     assert np.abs(matrix[upper][:, LOWER_LIP]).max() < 0.02
-    whole = matrix_of(face, None)
-    assert np.abs(whole[lower][:, UPPER_LIP]).max() > 0.2  # what the split is for
+    unrestricted = matrix_of(face, None)
+    assert np.abs(unrestricted[lower][:, UPPER_LIP]).max() > 0.2  # the effect of the regions
 
 
 def test_each_lip_follows_its_own_points(face: SheetFace) -> None:
@@ -55,7 +55,7 @@ def test_each_lip_follows_its_own_points(face: SheetFace) -> None:
     assert moved[lower, 1] == pytest.approx(-1.0, abs=0.3)
 
 
-def test_the_fields_leave_out_what_parts_from_them(face: SheetFace) -> None:
+def test_the_dominant_field_of_a_point_does_not_exclude_it(face: SheetFace) -> None:
     regions = split(face)
     nearest = SurfaceGraph(face.mesh.vertices, face.mesh.triangles).nearest_vertices(face.points, tolerance=0.3)
     for group in (UPPER_LIP, LOWER_LIP, UPPER_LID, LOWER_LID):
@@ -64,7 +64,7 @@ def test_the_fields_leave_out_what_parts_from_them(face: SheetFace) -> None:
             assert point not in field.excluded
 
 
-def test_a_face_without_a_mouth_opening_is_bent_and_not_torn(shut_face: SheetFace) -> None:
+def test_a_face_without_a_mouth_opening_does_not_fold(shut_face: SheetFace) -> None:
     offsets = np.zeros((50, 3), dtype=np.float32)
     offsets[UPPER_LIP, 1], offsets[LOWER_LIP, 1] = 0.2, -0.2
     moved = shut_face.mesh.vertices + matrix_of(shut_face, split(shut_face)) @ offsets
@@ -72,32 +72,32 @@ def test_a_face_without_a_mouth_opening_is_bent_and_not_torn(shut_face: SheetFac
     assert np.diff(rows, axis=0).min() > 0  # no row of vertices passes the next
 
 
-def test_without_points(face: SheetFace) -> None:
+def test_excluded_points_do_not_act(face: SheetFace) -> None:
     regions = split(face).excluding([CONTROL_POINT_INDEX["pupil_l"]])
     assert all(CONTROL_POINT_INDEX["pupil_l"] in field.excluded for field in regions.fields)
     assert not matrix_of(face, regions)[:, CONTROL_POINT_INDEX["pupil_l"]].any()
 
 
-def test_an_even_motion_moves_left_and_right_alike(face: SheetFace) -> None:
+def test_a_symmetric_motion_moves_both_sides_alike(face: SheetFace) -> None:
     offsets = np.zeros((50, 3), dtype=np.float32)
     offsets[UPPER_LIP, 1], offsets[LOWER_LIP, 1] = 0.5, -1.0
     moved = (matrix_of(face, split(face)) @ offsets).reshape(-1, 81, 3)
     assert moved[..., 1] == pytest.approx(moved[:, ::-1, 1], abs=0.15)
 
 
-def test_lips_that_touch_part_all_the_same(shut_face: SheetFace) -> None:
+def test_touching_lips_are_separated(shut_face: SheetFace) -> None:
     mesh, points = shut_face.mesh, shut_face.points.copy()
     seam = np.flatnonzero((np.abs(mesh.vertices[:, 0]) < 2.1) & (np.abs(mesh.vertices[:, 1] + 4.4) < 1e-6))
     points[[1, 2, 5, 6, 7, 8]] = [[x, -4.4, z] for x, z in [(0, 5.61)] * 2 + [(0.9, 5.57), (-0.9, 5.57)] * 2]
-    twins = np.full(len(mesh.vertices), -1)
-    twins[seam] = len(mesh.vertices) + np.arange(len(seam))
+    duplicates = np.full(len(mesh.vertices), -1)
+    duplicates[seam] = len(mesh.vertices) + np.arange(len(seam))
     above = mesh.vertices[mesh.triangles].mean(axis=1)[:, 1] > -4.4
     triangles = mesh.triangles.copy()
-    triangles[above] = np.where(twins[triangles[above]] >= 0, twins[triangles[above]], triangles[above])
+    triangles[above] = np.where(duplicates[triangles[above]] >= 0, duplicates[triangles[above]], triangles[above])
     cut = replace(mesh, vertices=np.concatenate([mesh.vertices, mesh.vertices[seam]]), triangles=triangles)
     matrix = matrix_of(SheetFace(cut, points), split(SheetFace(cut, points)))
     offsets = np.zeros((50, 3), dtype=np.float32)
     offsets[UPPER_LIP, 1], offsets[LOWER_LIP, 1] = 0.5, -1.0
     middle = np.abs(mesh.vertices[seam, 0]) < 1.3
-    assert (matrix @ offsets)[twins[seam][middle], 1] == pytest.approx(0.5, abs=0.2)
+    assert (matrix @ offsets)[duplicates[seam][middle], 1] == pytest.approx(0.5, abs=0.2)
     assert (matrix @ offsets)[seam[middle], 1] == pytest.approx(-1.0, abs=0.3)

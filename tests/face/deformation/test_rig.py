@@ -11,28 +11,28 @@ AXIS = np.array([1.0, 0.0, 0.0])
 
 
 @given(small, small)
-def test_an_eye_turns_rigidly_and_never_out_of_its_socket(x: float, y: float) -> None:
+def test_gaze_rotations_are_proper_and_limited(x: float, y: float) -> None:
     pupil = np.array([0.1, -0.2, 1.7])
-    turn = gaze_rotation(pupil, np.array([x, y, 9.0]))
-    assert turn @ turn.T == pytest.approx(np.eye(3), abs=1e-9)
-    seen = turn @ pupil
-    assert np.linalg.norm(seen) == pytest.approx(np.linalg.norm(pupil))
-    assert np.hypot(*seen[:2]) <= np.sin(MAX_GAZE) * np.linalg.norm(pupil) + 1e-9
+    rotation = gaze_rotation(pupil, np.array([x, y, 9.0]))
+    assert rotation @ rotation.T == pytest.approx(np.eye(3), abs=1e-9)
+    rotated = rotation @ pupil
+    assert np.linalg.norm(rotated) == pytest.approx(np.linalg.norm(pupil))
+    assert np.hypot(*rotated[:2]) <= np.sin(MAX_GAZE) * np.linalg.norm(pupil) + 1e-9
 
 
 @given(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6))
-def test_the_pupil_is_seen_where_it_was_said_to_be(x: float, y: float) -> None:
+def test_the_pupil_is_rotated_to_its_displaced_position(x: float, y: float) -> None:
     pupil = np.array([0.1, -0.2, 1.7])
-    seen = gaze_rotation(pupil, np.array([x, y, 0.0])) @ pupil
-    assert seen[:2] == pytest.approx(pupil[:2] + np.array([x, y]))
-    assert seen[2] > 0
+    rotated = gaze_rotation(pupil, np.array([x, y, 0.0])) @ pupil
+    assert rotated[:2] == pytest.approx(pupil[:2] + np.array([x, y]))
+    assert rotated[2] > 0
 
 
-def test_an_eye_that_does_not_move_is_left_alone() -> None:
+def test_a_zero_offset_gives_the_identity() -> None:
     assert gaze_rotation(np.array([0.1, -0.2, 1.7]), np.zeros(3)) == pytest.approx(np.eye(3))
 
 
-def test_lids_slide_over_the_eyeball() -> None:
+def test_lids_are_pushed_out_of_the_eyeball() -> None:
     centre = np.array([3.0, 2.0, 1.0])
     eye = Eye(centre, 0, np.array([0]), np.array([1, 2, 3]), np.array([1.3, 1.3, 0.4], dtype=np.float32))
     neutral = (centre + np.array([[0, 0, 1.2], [0, 1.4, 0.2], [0, 1.5, 0], [0, 0.4, 0]])).astype(np.float32)
@@ -41,28 +41,28 @@ def test_lids_slide_over_the_eyeball() -> None:
     eye.apply(neutral, moved, np.stack([neutral[0].astype(float), np.zeros(3)]))
     from_centre = moved - centre
     assert from_centre[0] == pytest.approx([0, 0, 1.2])
-    assert from_centre[1] == pytest.approx([0, 0, 1.3], abs=1e-6)  # was inside: out to the surface
-    assert from_centre[2] == pytest.approx([0, 0, 2.0], abs=1e-6)  # was outside: untouched
-    assert from_centre[3] == pytest.approx([0.4, 0, 0], abs=1e-6)  # no deeper than it was at rest
+    assert from_centre[1] == pytest.approx([0, 0, 1.3], abs=1e-6)  # was inside: moved to the surface
+    assert from_centre[2] == pytest.approx([0, 0, 2.0], abs=1e-6)  # was outside: unchanged
+    assert from_centre[3] == pytest.approx([0.4, 0, 0], abs=1e-6)  # no deeper than in the neutral pose
 
 
 def jaw(face: SheetFace) -> Jaw:
     centre = np.array([0.0, 0.0, -4.0])
-    shares = np.zeros(50, dtype=np.float32)
-    shares[CHIN] = 1.0
-    arms = (face.points - centre).astype(np.float32) * shares[:, None]
-    return Jaw(centre, AXIS, np.arange(50), shares, arms, shares, arms)
+    weights = np.zeros(50, dtype=np.float32)
+    weights[CHIN] = 1.0
+    arms = (face.points - centre).astype(np.float32) * weights[:, None]
+    return Jaw(centre, AXIS, np.arange(50), weights, arms, weights, arms)
 
 
 @given(st.floats(JAW_RANGE[0], JAW_RANGE[1]), st.floats(-1, 1))
-def test_the_chin_says_how_far_the_jaw_is_open(face: SheetFace, angle: float, slide: float) -> None:
+def test_the_jaws_motion_is_recovered_from_the_chin(face: SheetFace, angle: float, translation: float) -> None:
     hinge = jaw(face)
-    across = cross_matrix(AXIS)
-    turn = np.sin(angle) * across + (1 - np.cos(angle)) * across @ across
-    offsets = (face.points - hinge.centre) @ turn.T + slide * AXIS
+    cross = cross_matrix(AXIS)
+    rotation = np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    offsets = (face.points - hinge.centre) @ rotation.T + translation * AXIS
     motion = hinge.estimate_motion(face.points, offsets)
-    assert motion[0] == pytest.approx(turn, abs=1e-5)
-    assert motion[1] == pytest.approx(slide * AXIS, abs=1e-5)
+    assert motion[0] == pytest.approx(rotation, abs=1e-5)
+    assert motion[1] == pytest.approx(translation * AXIS, abs=1e-5)
     assert jaw_offsets(hinge.weighted_offsets, hinge.weights, motion)[CHIN] == pytest.approx(offsets[CHIN], abs=1e-4)
 
 
@@ -75,10 +75,10 @@ def test_opening_moves_the_chin_down_and_back(face: SheetFace) -> None:
     assert moved[2] < -1
 
 
-def test_a_jaw_neither_shuts_through_its_teeth_nor_comes_off(face: SheetFace) -> None:
+def test_the_jaw_angle_is_limited(face: SheetFace) -> None:
     hinge = jaw(face)
     for down, expected in ((5.0, JAW_RANGE[0]), (-500.0, JAW_RANGE[1])):
         offsets = np.zeros((50, 3))
         offsets[CHIN, 1] = down
-        turn, _ = hinge.estimate_motion(face.points, offsets)
-        assert np.arcsin(turn[2, 1]) == pytest.approx(expected)
+        rotation, _ = hinge.estimate_motion(face.points, offsets)
+        assert np.arcsin(rotation[2, 1]) == pytest.approx(expected)

@@ -8,7 +8,7 @@ from conf.face.deformation.waters_muscles import LinearMuscle, MuscleSet, Sphinc
 
 GRID = np.stack([*np.meshgrid(np.linspace(-2, 2, 21), np.linspace(-2, 2, 21)), np.zeros((21, 21))], axis=-1)
 PLANE = GRID.reshape(-1, 3)
-places = hnp.arrays(np.float64, (30, 3), elements=st.floats(-3, 3))
+positions = hnp.arrays(np.float64, (30, 3), elements=st.floats(-3, 3))
 muscles = st.builds(
     LinearMuscle,
     st.just(np.array([0.0, 1.0, 0.0])),
@@ -20,8 +20,8 @@ muscles = st.builds(
 RING = Sphincter(np.zeros(3), np.array([[1.5, 0, 0], [0, 1.0, 0]]), depth=1.0, protrusion=0.5)
 
 
-@given(muscle=muscles, vertices=places)
-def test_the_pull_is_between_nothing_and_all(muscle: LinearMuscle, vertices: np.ndarray) -> None:
+@given(muscle=muscles, vertices=positions)
+def test_the_falloff_is_between_0_and_1_and_0_outside(muscle: LinearMuscle, vertices: np.ndarray) -> None:
     falloff = muscle.falloff(vertices)
     assert (falloff >= 0).all() and (falloff <= 1).all()
     length = np.linalg.norm(muscle.insertion - muscle.root)
@@ -29,14 +29,14 @@ def test_the_pull_is_between_nothing_and_all(muscle: LinearMuscle, vertices: np.
     assert not falloff[outside].any()
 
 
-@given(muscle=muscles, vertices=places)
-def test_a_full_contraction_takes_no_vertex_past_the_root(muscle: LinearMuscle, vertices: np.ndarray) -> None:
+@given(muscle=muscles, vertices=positions)
+def test_a_full_contraction_moves_no_vertex_past_the_root(muscle: LinearMuscle, vertices: np.ndarray) -> None:
     before = np.linalg.norm(vertices - muscle.root, axis=1)
     after = np.linalg.norm(vertices + muscle.offsets(vertices) - muscle.root, axis=1)
     assert (after <= before + 1e-12).all()
 
 
-def test_equations_4_16_to_4_19_by_hand() -> None:
+def test_equations_4_16_to_4_19_at_chosen_vertices() -> None:
     muscle = LinearMuscle(np.zeros(3), np.array([1.0, 0, 0]), angle=np.pi / 2, start=0.5, end=1.5)
     inside, falling, slanted, beside = np.array([[0.4, 0, 0], [1.0, 0, 0], [0.3, 0.3, 0], [-0.3, 0.1, 0]])
     falloff = muscle.falloff(np.array([inside, falling, slanted, beside]))
@@ -50,14 +50,14 @@ def test_a_narrow_muscle_moves_less_than_a_wide_one() -> None:
     assert np.count_nonzero(narrow.falloff(PLANE)) < np.count_nonzero(wide.falloff(PLANE)) / 2
 
 
-def test_the_pull_has_no_step() -> None:
+def test_the_falloff_is_continuous() -> None:
     muscle = LinearMuscle(np.array([0.0, 1.0, 0.0]), np.zeros(3), angle=np.pi / 3, start=0.6, end=1.5)
     fine = np.stack([np.linspace(-2, 2, 20001), np.full(20001, 0.1), np.zeros(20001)], axis=1)
     assert np.abs(np.diff(muscle.falloff(fine))).max() < 1e-3
     assert np.abs(np.diff(RING.falloff(fine))).max() < 1e-3
 
 
-def test_the_sphincter_draws_inwards_and_pushes_out() -> None:
+def test_the_sphincter_contracts_and_protrudes() -> None:
     offsets = RING.offsets(PLANE)
     inside = RING.falloff(PLANE) > 0
     assert (np.einsum("ij,ij->i", offsets[:, :2], PLANE[:, :2])[inside] <= 0).all()
@@ -67,7 +67,7 @@ def test_the_sphincter_draws_inwards_and_pushes_out() -> None:
 
 
 @given(contraction=st.floats(0.0, 1.0))
-def test_one_muscle_is_linear_and_rest_is_rest(contraction: float) -> None:
+def test_one_muscle_is_linear_and_a_relaxed_one_moves_nothing(contraction: float) -> None:
     face = MuscleSet.attach({"a": LinearMuscle(np.array([0, 2.0, 0]), np.zeros(3)), "ring": RING}, PLANE)
     assert not face.contract({}).any()
     assert not face.contract({"a": 0.0, "ring": 0.0}).any()
@@ -75,15 +75,15 @@ def test_one_muscle_is_linear_and_rest_is_rest(contraction: float) -> None:
 
 
 @given(each=hnp.arrays(np.float32, (3, 5, 3), elements=st.floats(-2, 2, width=16)))
-def test_together_they_stay_within_the_limit(each: np.ndarray) -> None:
+def test_combined_offsets_stay_within_the_limit(each: np.ndarray) -> None:
     total = combine_limited(each)
     assert (np.linalg.norm(total, axis=1) <= np.sqrt((each**2).sum(axis=(0, 2))) + 1e-5).all()
     assert (np.linalg.norm(total, axis=1) <= np.linalg.norm(each.sum(axis=0), axis=1) + 1e-5).all()
 
 
-def test_shares_keep_a_muscle_to_its_own_vertices() -> None:
+def test_weights_restrict_a_muscle_to_its_vertices() -> None:
     own = (PLANE[:, 0] > 0).astype(float)
-    face = MuscleSet.attach({"ring": RING}, PLANE, shares={"ring": own})
+    face = MuscleSet.attach({"ring": RING}, PLANE, weights={"ring": own})
     assert not face.offsets[0][own == 0].any()
     assert face.offsets[0][own == 1].any()
 
@@ -93,14 +93,14 @@ def test_shares_keep_a_muscle_to_its_own_vertices() -> None:
     [
         ({"angle": 0.0}, "angle must be"),
         ({"start": 1.5}, "start and end must be"),
-        ({"insertion": np.zeros(3)}, "different places"),
+        ({"insertion": np.zeros(3)}, "root and insertion must differ"),
     ],
 )
-def test_a_muscle_that_cannot_be_is_named(change: dict[str, object], text: str) -> None:
+def test_impossible_muscles_raise(change: dict[str, object], text: str) -> None:
     with pytest.raises(ValueError, match=text):
         LinearMuscle(**{"root": np.zeros(3), "insertion": np.ones(3), **change})  # type: ignore[arg-type]
 
 
-def test_an_unknown_muscle_is_named() -> None:
+def test_an_unknown_muscle_raises() -> None:
     with pytest.raises(ValueError, match="got biceps"):
         MuscleSet.attach({"ring": RING}, PLANE).contract({"biceps": 1.0})
