@@ -54,9 +54,9 @@ def test_jitter_of_a_control_point_is_suppressed_and_motion_is_kept() -> None:
 def test_stillness_is_1_at_the_photographed_positions_only() -> None:
     assert stillness_weight(PHOTO, PHOTO, FACE, CENTIMETRE) == 1.0
     assert stillness_weight(PHOTO + 3 * VERTEX_DEADBAND_CM * CENTIMETRE, PHOTO, FACE, CENTIMETRE) < 0.01
-    motion = PHOTO.copy()
-    motion[~FACE] += 1.0
-    assert stillness_weight(motion, PHOTO, FACE, CENTIMETRE) == 1.0
+    positions = PHOTO.copy()
+    positions[~FACE] += 1.0
+    assert stillness_weight(positions, PHOTO, FACE, CENTIMETRE) == 1.0
 
 
 def test_jitter_of_a_descriptor_is_suppressed_in_a_still_face() -> None:
