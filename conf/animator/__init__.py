@@ -1,1 +1,1 @@
-"""The thesis's animator: a window over faces, deformers, emotions and recorded motion. No network."""
+"""The animator: a window with faces, deformers, expressions and recorded motion. It uses no network."""

@@ -1,4 +1,4 @@
-"""One task at a time in the background, the newest wish only: the picture goes on meanwhile."""
+"""Run one task at a time in the background while the window keeps drawing; only the newest waiting task is kept."""
 
 import os
 import sys
@@ -6,12 +6,12 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Generic, TypeVar
 
-NICENESS = 5  # of nice: a third of the processor's time while everybody wants it
+NICENESS = 5  # of nice: about a third of a fully loaded core
 Result = TypeVar("Result")
 
 
 class LatestTaskWorker(Generic[Result]):
-    """Runs tasks on one thread. A task that waits is replaced by the next; one that runs is finished and shown."""
+    """Runs tasks on one thread. A new task replaces the waiting one; the running one is always finished."""
 
     def __init__(self) -> None:
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="conf-worker", initializer=_lower_priority)
@@ -20,16 +20,16 @@ class LatestTaskWorker(Generic[Result]):
 
     @property
     def busy(self) -> bool:
-        """Whether something is under way."""
+        """Whether a task is running, or has ended and its result was not polled."""
         return self._running is not None
 
     def submit(self, task: Callable[[], Result], /) -> None:
-        """Do a task as soon as the one under way is done."""
+        """Run a task as soon as the running one has ended."""
         self._waiting = task
         self._start()
 
     def poll(self) -> Result | None:
-        """Return what a task has returned since the last call, None if none has ended. Raises what it raised."""
+        """Return the result of a task that has ended since the last call, else None. Raises what the task raised."""
         if self._running is None or not self._running.done():
             return None
         ended, self._running = self._running, None
@@ -37,7 +37,7 @@ class LatestTaskWorker(Generic[Result]):
         return ended.result()
 
     def close(self) -> None:
-        """Wait for what runs, forget what waits."""
+        """Wait for the running task, drop the waiting one."""
         self._waiting = None
         self._pool.shutdown(wait=True, cancel_futures=True)
 
@@ -47,6 +47,6 @@ class LatestTaskWorker(Generic[Result]):
 
 
 def _lower_priority() -> None:
-    """Let the picture have the processor first, where the system can tell threads apart."""
+    """Give drawing priority. Only Linux has a niceness for each thread."""
     if sys.platform == "linux":
         os.nice(NICENESS)

@@ -1,281 +1,275 @@
-"""Carries out what the panels ask for: files, the recording's clock, the placing of points, exports."""
+"""The animator's controller: owns the editor state and carries out what the user asks for."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.animator import commands as ask
 from conf.animator.background_fit import BackgroundFit, FitFunction
-from conf.animator.face_document import DEFAULT_AXES, open_face_document, save_points, with_axes, with_points
+from conf.animator.face_document import (
+    DEFAULT_AXES,
+    FaceDocument,
+    open_face_document,
+    save_points,
+    with_axes,
+    with_points,
+)
 from conf.animator.face_instance import FaceInstance
-from conf.animator.file_export import ExportOptions, OffscreenFrameRenderer, check_output, export, parse_fps, parse_size
+from conf.animator.file_export import ExportOptions, check_output, export, export_still, parse_fps, parse_size
 from conf.animator.motion_clips import make_expression_clip, peak_time
-from conf.animator.motion_mixer import MotionSample
-from conf.animator.motion_player import MotionPlayer, NamedClip, load_motion_clip
+from conf.animator.motion_mixer import mix_motion
+from conf.animator.motion_player import REST_POSE, MotionPlayer, MotionSample, load_motion_clip
 from conf.animator.state.editor import CURRENT_VIEW, RECORDING, EditorState
-from conf.animator.state.point_placement import PointPlacement, left_points, mirror_point
+from conf.animator.state.expression import ExpressionState
+from conf.animator.state.point_placement import PointPlacement
 from conf.errors import ConfError
 from conf.face.animation.action_units import load_emotions
 from conf.face.animation.idle_motion import IdleMotion
+from conf.face.control_points import CONTROL_POINT_COUNT
+from conf.face.deformation.face_model import DeformerOptions
 from conf.face.formats.dpc import MotionClip
 from conf.face.formats.epc import ExpressionSet, read_epc
-from conf.face.formats.ppc import read_ppc, write_ppc
+from conf.face.formats.ppc import read_ppc
 from conf.face.symmetry import MIRROR_INDICES
-from conf.output.media_writer import IMAGE_FORMATS, VIDEO_FORMATS, next_free_path, save_image
+from conf.output.media_writer import next_free_path
 from conf.output.motion_recorder import MotionRecorder
-from conf.output.obj_writer import write_obj
 
-MESHES = (".obj", ".ply", ".glb", ".stl")
-SEED = 2007  # of the idle life beside an exported emotion
-FOUND = "the control points are found: Place points corrects them, Save PPC keeps them"
-CANCELLED = "the export was ended; a clip holds what was drawn so far"
+MESH_SUFFIXES = (".obj", ".ply", ".glb", ".stl")
+EXPORT_SEED = 2007  # of the idle motion of an exported expression, so that the same export writes the same file
+REST = MotionSample(np.zeros((CONTROL_POINT_COUNT, 3), np.float32), REST_POSE)
 
 
 class Controller:
-    """Holds what is no plain data: the actor, the player, exports under way."""
+    """Replaces `state` on every change, and holds the objects that are no plain data.
 
-    def __init__(self, ctx: moderngl.Context, actor: FaceInstance, fit: FitFunction | None = None) -> None:
-        """fit : what finds control points by itself"""
-        self.fitting = BackgroundFit(fit)
-        self.desk = EditorState()
-        self.actor = actor
-        self.player: MotionPlayer | None = None
-        self.emotions: ExpressionSet = load_emotions()
-        self.recorder: MotionRecorder | None = None
-        self.progress: float | None = None
-        self.notice = ""
-        self.last_frame: tuple[NDArray[np.float32], MotionSample] | None = None
+    expressions : everything that can be played; notice : text for the user, cleared when it is shown
+    export_progress : 0 to 1, None if no export is running
+    Methods that use files put the text of a ConfError into `notice`.
+    """
+
+    def __init__(self, ctx: moderngl.Context, document: FaceDocument, fit: FitFunction | None = None) -> None:
+        """Open a document. fit : finds control points, also those of `document` if it has none; None if unavailable."""
         self.ctx = ctx
-        self._exporting: Iterator[float] | None = None
-        self._handlers: dict[type[Any], Callable[[Any, float], None]] = {
-            ask.OpenFile: self._open,
-            ask.SavePoints: self._save_points,
-            ask.PlacePoints: self._place_points,
-            ask.FitPoints: self._fit_points,
-            ask.SetAxes: self._stand,
-            ask.MirrorPoints: self._mirror_points,
-            ask.ApplyPoints: self._accept_points,
-            ask.CancelPlacement: lambda _request, _now: self._change(placing=None),
-            ask.PlayExpression: self._play,
-            ask.ReleaseExpressions: lambda _request, now: self._change(expressing=self.desk.expressing.release(now)),
-            ask.TogglePlaying: lambda _request, now: self._with_player(lambda p: p.toggle(now)),
-            ask.Stop: lambda _request, now: self._with_player(lambda p: p.clock.stop(now)),
-            ask.Seek: lambda request, now: self._with_player(lambda p: p.clock.seek(request.position, now)),
-            ask.StepFrames: lambda request, now: self._with_player(lambda p: p.step(request.frames, now)),
-            ask.SetSpeed: lambda request, now: self._with_player(lambda p: p.clock.set_speed(request.speed, now)),
-            ask.SetLoop: self._set_loop,
-            ask.CloseRecording: self._close_recording,
-            ask.ToggleMotionRecording: self._record_take,
-            ask.Export: self._write_file,
-            ask.CancelExport: lambda _request, _now: self._end_export(CANCELLED),
-        }
+        self.state = EditorState()
+        self.face = FaceInstance(ctx, document, DeformerOptions())
+        self.fitting = BackgroundFit(fit)
+        self.player: MotionPlayer | None = None
+        self.recorder: MotionRecorder | None = None
+        self.expressions: ExpressionSet = load_emotions()
+        self.export_progress: float | None = None
+        self.notice = ""
+        self._export: Iterator[float] | None = None
+        self._idle = IdleMotion(np.random.default_rng())
+        self._last_frame = (self.face.model.neutral, REST)
+        self.find_missing_points()
 
-    def handle(self, request: ask.Request, now: float) -> None:
-        """Do what was asked for; what goes wrong with files becomes a notice."""
-        try:
-            self._handlers[type(request)](request, now)
-        except ConfError as error:
-            self.notice = str(error)
-
-    def update(self) -> None:
-        """Take the points that were found, write the next picture of an export that is under way."""
-        self._take_fitted()
-        if self._exporting is None:
+    def update(self, now: float) -> None:
+        """Use the results of background tasks, and write the next frame of a running export."""
+        self.state = replace(self.state, expression=self.state.expression.without_finished(now))
+        self.face.update(self.state.deformer, self.state.muscles)
+        with self.errors_as_notice():
+            self._poll_fit()
+        if self._export is None:
             return
         try:
-            self.progress = next(self._exporting)
+            self.export_progress = next(self._export)
         except StopIteration:
-            self._end_export(f"saved {self.desk.fields.output}")
+            self._end_export(f"saved {self.state.fields.output}")
         except ConfError as error:
             self._end_export(str(error))
 
-    def play(self, recording: NamedClip, now: float, *, loop: bool = True) -> None:
-        """Put a recording on and play it."""
-        self.player = MotionPlayer(recording, loop=loop)
-        self.player.clock.start(now)
-
-    def save_screenshot(self, folder: Path) -> None:
-        """Write a picture of what is shown, in the size of the export panel."""
-        fields = self.desk.fields
-        self._change(fields=replace(fields, source=CURRENT_VIEW, output=str(next_free_path(folder, "conf", ".jpg"))))
-        self.handle(ask.Export(), 0.0)
-        self._change(fields=fields)
-
-    def release(self) -> None:
-        """End what is under way, free the actor."""
-        self._end_export("")
-        self.fitting.close()
-        self.actor.release()
-
-    def _change(self, **parts: Any) -> None:
-        self.desk = replace(self.desk, **parts)
-
-    def _with_player(self, act: Callable[[MotionPlayer], None]) -> None:
-        if self.player is not None:
-            act(self.player)
-
-    def _open(self, request: ask.OpenFile, now: float) -> None:
-        path = request.path.expanduser()
-        suffix = path.suffix.lower()
-        if suffix in MESHES:
-            self._show(FaceInstance(self.ctx, open_face_document(path), self.desk.deformer))
-            self.notice = f"opened {path.name}"
-            self.find_missing_points()
-        elif suffix == ".ppc":
-            self._show(FaceInstance(self.ctx, with_points(self.actor.subject, read_ppc(path)), self.desk.deformer))
-            self.notice = f"loaded {path.name}"
-        elif suffix == ".dpc":
-            self.play(load_motion_clip(path, self.actor.face.fapu), now)
-            self.notice = f"playing {path.name}"
-        elif suffix == ".epc":
-            self._add_expressions(read_epc(path).in_fapu(self.actor.face.fapu))
-            self.notice = f"opened {path.name}"
+    def deform(self, now: float) -> tuple[NDArray[np.float32], MotionSample]:
+        """Return the (V, 3) vertices to draw, and the motion they show; a running recorder records the motion."""
+        state, model = self.state, self.face.model
+        if state.placement is not None or self.face.document.points is None:
+            self._last_frame = (model.neutral, REST)
+        elif state.muscles.active:
+            sample = mix_motion(None, ExpressionState(idle=state.expression.idle), self._idle, state.view, now)
+            offsets = self.face.muscle_vertices(state.muscles) - model.neutral
+            self._last_frame = (model.deform(sample.displacements) + offsets, sample)
         else:
-            raise ConfError(f"{path}: open a mesh ({', '.join(MESHES)}), a .ppc, a .dpc or an .epc file")
+            sample = mix_motion(self.player, state.expression, self._idle, state.view, now)
+            if self.recorder is not None:
+                self.recorder.add(sample.displacements, sample.pose.to_vector(), now)
+            self._last_frame = (model.deform(sample.displacements), sample)
+        return self._last_frame
 
-    def _add_expressions(self, added: ExpressionSet) -> None:
-        before = self.emotions
-        kept = [i for i, name in enumerate(before.names) if name not in added.names]
-        names = (*(before.names[i] for i in kept), *added.names)
-        self.emotions = ExpressionSet(names, np.concatenate([before.displacements[kept], added.displacements]))
-
-    def _show(self, actor: FaceInstance) -> None:
-        self.actor.release()
-        self.actor = actor
-        self._change(placing=None, muscling=replace(self.desk.muscling, active=False))
-
-    def _save_points(self, request: ask.SavePoints, _now: float) -> None:
-        save_points(request.path, self.actor.subject)
-        self.notice = f"saved {request.path}"
-
-    def _place_points(self, _request: ask.PlacePoints, _now: float) -> None:
-        points = self.actor.subject.points
-        placing = PointPlacement() if points is None else PointPlacement(points.copy())
-        look = replace(self.desk.look, style="rendered")
-        self._change(placing=placing, look=look, expressing=replace(self.desk.expressing, units={}))
-
-    def find_missing_points(self) -> None:
-        """Look for the control points of a face that has none, if anything can."""
-        if self.actor.subject.points is None and self.fitting.available:
-            self.handle(ask.FitPoints(), 0.0)
-
-    def _fit_points(self, _request: ask.FitPoints, _now: float) -> None:
-        subject = self.actor.subject
-        self.fitting.start(subject.path, (None, None) if subject.axes == DEFAULT_AXES else subject.axes)
-
-    def _take_fitted(self) -> None:
-        """Build the face on points that were found, unless the user has opened another or places them by hand."""
+    @contextmanager
+    def errors_as_notice(self) -> Iterator[None]:
+        """Put the text of a ConfError that is raised inside into `notice`."""
         try:
-            found = self.fitting.poll()
+            yield
         except ConfError as error:
             self.notice = str(error)
-            return
-        subject = self.actor.subject
-        if found is None or found[0] != subject.path or self.desk.placing is not None:
-            return
-        self._show(FaceInstance(self.ctx, with_points(subject, found[1].points), self.desk.deformer))
-        self.notice = ". ".join((FOUND, *found[1].remarks))
 
-    def _stand(self, request: ask.SetAxes, _now: float) -> None:
-        self._show(FaceInstance(self.ctx, with_axes(self.actor.subject, request.up, request.front), self.desk.deformer))
+    def open_file(self, path: Path, now: float) -> None:
+        """Open a mesh, control points, a recording or expressions, by the suffix."""
+        path = path.expanduser()
+        suffix = path.suffix.lower()
+        with self.errors_as_notice():
+            if suffix in MESH_SUFFIXES:
+                self._show(open_face_document(path))
+                self.find_missing_points()
+            elif suffix == ".ppc":
+                self._show(with_points(self.face.document, read_ppc(path)))
+            elif suffix == ".dpc":
+                self.play_clip(path.name, load_motion_clip(path, self.face.model.fapu), now)
+            elif suffix == ".epc":
+                self._add_expressions(read_epc(path).in_fapu(self.face.model.fapu))
+            else:
+                raise ConfError(f"{path}: open a mesh ({', '.join(MESH_SUFFIXES)}), a .ppc, a .dpc or an .epc file")
+            self.notice = f"opened {path.name}"
 
-    def _mirror_points(self, _request: ask.MirrorPoints, _now: float) -> None:
-        placing = self.desk.placing
-        if placing is None:
-            return
-        placing = placing.push_undo()
-        for point in left_points(placing):
-            place = placing.points[point]
-            placing = placing.set_point(MIRROR_INDICES[point], self.mirror(placing, place))
-        self._change(placing=placing)
+    def play_clip(self, name: str, clip: MotionClip, now: float) -> None:
+        """Make a clip the recording and play it in a loop."""
+        self.player = MotionPlayer(name, clip)
+        self.player.clock.start(now)
 
-    def mirror(self, placing: PointPlacement, place: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the (3,) place on the mesh that lies opposite to one."""
-        picker = self.actor.picker
-        return picker.project_to_surface(mirror_point(place, placing.middle(picker.middle)))
+    def play_expression(self, name: str, now: float) -> None:
+        """Start an expression; radial basis functions deform the face from now on."""
+        expression = self.state.expression.play(name, self.expressions[name], now)
+        self.state = replace(self.state, expression=expression, muscles=replace(self.state.muscles, active=False))
 
-    def _accept_points(self, _request: ask.ApplyPoints, _now: float) -> None:
-        placing = self.desk.placing
-        if placing is None or placing.missing:
-            return
-        subject = self.actor.subject
-        self._show(FaceInstance(self.ctx, with_points(subject, subject.to_file(placing.points)), self.desk.deformer))
-        look = self.desk.look
-        self._change(look=replace(look, view=look.view.reset()))
-        self.notice = "the points are placed; Save PPC keeps them"
-
-    def _play(self, request: ask.PlayExpression, now: float) -> None:
-        expressing = self.desk.expressing.play(request.name, self.emotions[request.name], now)
-        self._change(expressing=expressing, muscling=replace(self.desk.muscling, active=False))
-
-    def _set_loop(self, request: ask.SetLoop, _now: float) -> None:
-        if self.player is not None:
-            self.player.clock.loop = request.loop
-
-    def _close_recording(self, _request: ask.CloseRecording, _now: float) -> None:
-        self.player = None
-
-    def _record_take(self, _request: ask.ToggleMotionRecording, now: float) -> None:
+    def toggle_recorder(self, now: float) -> None:
+        """Start to record the motion, or stop: the recorded motion becomes the recording."""
         if self.recorder is None:
             self.recorder = MotionRecorder()
             return
         clip, self.recorder = self.recorder.finish(), None
         if clip is not None:
-            self.play(NamedClip("take", clip), now)
-            self.notice = "this is your take: Export writes it as DPC, clip, FAP or CSV"
+            self.play_clip("recorded motion", clip, now)
+            self.notice = "motion recorded; Export writes it as DPC, clip, FAP or CSV"
 
-    def _write_file(self, _request: ask.Export, _now: float) -> None:
-        fields = self.desk.fields
-        wish = ExportOptions(
-            Path(fields.output).expanduser(),
-            parse_size(fields.size),
-            parse_fps(fields.fps),
-            look=replace(self.desk.look, view=replace(self.desk.look.view, help=False)),
+    def save_points(self, path: Path) -> None:
+        """Write the control points to a PPC file."""
+        with self.errors_as_notice():
+            save_points(path, self.face.document)
+            self.notice = f"saved {path}"
+
+    def find_points(self) -> None:
+        """Start to find the control points in the background."""
+        document = self.face.document
+        self.fitting.start(document.path, (None, None) if document.axes == DEFAULT_AXES else document.axes)
+
+    def find_missing_points(self) -> None:
+        """Find the control points if the face has none and fitting is available."""
+        if self.face.document.points is None and self.fitting.available:
+            self.find_points()
+
+    def set_axes(self, up: str, front: str) -> None:
+        """Set the up and front axes of the file of a face without control points."""
+        with self.errors_as_notice():
+            self._show(with_axes(self.face.document, up, front))
+
+    def place_points(self) -> None:
+        """Start to place the control points by hand, from the known ones if there are any."""
+        points = self.face.document.points
+        self.state = replace(
+            self.state,
+            placement=PointPlacement() if points is None else PointPlacement(points.copy()),
+            view=replace(self.state.view, style="rendered"),
+            expression=replace(self.state.expression, units={}),
         )
-        check_output(wish.output)
-        if fields.source == CURRENT_VIEW:
-            self._write_shown(wish)
-            self.notice = f"saved {wish.output}"
-            return
-        motion, at = self._motion(fields.source, wish.fps or 30.0)
-        self._exporting = export(self.actor.face, motion, replace(wish, at=at), self.ctx)
-        self.progress = 0.0
 
-    def _motion(self, source: str, fps: float) -> tuple[MotionClip, float]:
+    def mirror_points(self) -> None:
+        """Set every point of the right side to the mirror image of its placed partner."""
+        if self.state.placement is None:
+            return
+        placement = self.state.placement.push_undo()
+        for point in placement.left_points:
+            placement = placement.set_point(MIRROR_INDICES[point], self.mirrored(placement, placement.points[point]))
+        self.state = replace(self.state, placement=placement)
+
+    def mirrored(self, placement: PointPlacement, position: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the (3,) position on the mesh that is the mirror image of a position."""
+        picker = self.face.picker
+        return picker.project_to_surface(placement.mirrored(position, picker.centre_x))
+
+    def apply_points(self) -> None:
+        """Rebuild the face with the placed points, if none is missing."""
+        placement, document = self.state.placement, self.face.document
+        if placement is None or placement.missing:
+            return
+        with self.errors_as_notice():
+            self._show(with_points(document, document.to_file_coordinates(placement.points)))
+            view = replace(self.state.view, camera=self.state.view.camera.reset())
+            self.state = replace(self.state, view=view)
+            self.notice = "the control points are placed; Save PPC saves them"
+
+    def export(self) -> None:
+        """Export what the export panel describes; `update` writes the frames of a clip."""
+        fields = self.state.fields
+        with self.errors_as_notice():
+            options = self._export_options(Path(fields.output).expanduser())
+            check_output(options.output)
+            if fields.source == CURRENT_VIEW:
+                self._export_view(options)
+            else:
+                clip, peak = self._source_clip(fields.source, parse_fps(fields.fps))
+                self._export = export(self.face.model, clip, replace(options, at=peak), self.ctx)
+                self.export_progress = 0.0
+
+    def cancel_export(self) -> None:
+        """Stop the running export."""
+        self._end_export("export cancelled; a clip contains the frames written so far")
+
+    def save_screenshot(self, folder: Path) -> None:
+        """Save the current view as JPEG, in the size of the export panel."""
+        with self.errors_as_notice():
+            self._export_view(self._export_options(next_free_path(folder, "conf", ".jpg")))
+
+    def release(self) -> None:
+        """Stop exports, wait for background tasks, free all GPU objects."""
+        self._end_export("")
+        self.fitting.close()
+        self.face.release()
+
+    def _show(self, document: FaceDocument) -> None:
+        face = FaceInstance(self.ctx, document, self.state.deformer)
+        self.face.release()
+        self.face = face
+        self._last_frame = (face.model.neutral, REST)
+        self.state = replace(self.state, placement=None, muscles=replace(self.state.muscles, active=False))
+
+    def _poll_fit(self) -> None:
+        """Use the points of a fit that has ended, unless another face was opened or points are being placed."""
+        result = self.fitting.poll()
+        document = self.face.document
+        if result is None or result[0] != document.path or self.state.placement is not None:
+            return
+        self._show(with_points(document, result[1].points))
+        found = "the control points are found; Place points corrects them, Save PPC saves them"
+        self.notice = ". ".join((found, *result[1].remarks))
+
+    def _add_expressions(self, added: ExpressionSet) -> None:
+        old = self.expressions
+        kept = [i for i, name in enumerate(old.names) if name not in added.names]
+        names = (*(old.names[i] for i in kept), *added.names)
+        self.expressions = ExpressionSet(names, np.concatenate([old.displacements[kept], added.displacements]))
+
+    def _export_options(self, output: Path) -> ExportOptions:
+        fields = self.state.fields
+        return ExportOptions(output, parse_size(fields.size), parse_fps(fields.fps), view=self.state.view)
+
+    def _export_view(self, options: ExportOptions) -> None:
+        export_still(self.face.model, *self._last_frame, options, self.ctx)
+        self.notice = f"saved {options.output}"
+
+    def _source_clip(self, source: str, fps: float) -> tuple[MotionClip, float]:
+        """Return the clip of an export source, and the seconds of its peak."""
         if source == RECORDING and self.player is not None:
-            return self.player.recording.motion, 0.0
-        envelope = self.desk.expressing.envelope
-        idle = IdleMotion(np.random.default_rng(SEED)) if self.desk.expressing.idle else None
-        if source not in self.emotions.names:
-            raise ConfError("choose what is to be exported: what is shown, a recording or an emotion")
-        return make_expression_clip(self.emotions[source], envelope, fps=fps, idle=idle), peak_time(envelope)
-
-    def _write_shown(self, wish: ExportOptions) -> None:
-        suffix = wish.output.suffix.lower()
-        if self.last_frame is None:
-            return
-        vertices, moment = self.last_frame
-        if suffix in IMAGE_FORMATS:
-            camera = OffscreenFrameRenderer(self.ctx, self.actor.face, wish)
-            try:
-                save_image(wish.output, camera.take_vertices(vertices, moment.pose))
-            finally:
-                camera.release()
-        elif suffix == ".obj":
-            write_obj(wish.output, self.actor.face.mesh, self.actor.face.to_file_coordinates(vertices))
-        elif suffix == ".ppc":
-            points = self.actor.face.deformed_points(moment.displacements)
-            write_ppc(wish.output, self.actor.face.to_file_coordinates(points))
-        else:
-            kinds = "clips" if suffix in VIDEO_FORMATS else "motion files"
-            raise ConfError(f"{kinds} need a motion: choose a recording or an emotion as the source")
+            return self.player.clip, 0.0
+        if source not in self.expressions.names:
+            raise ConfError("choose what to export: the current view, the recording or an emotion")
+        state = self.state.expression
+        idle = IdleMotion(np.random.default_rng(EXPORT_SEED)) if state.idle else None
+        clip = make_expression_clip(self.expressions[source], state.envelope, fps=fps, idle=idle)
+        return clip, peak_time(state.envelope)
 
     def _end_export(self, notice: str) -> None:
-        self._exporting, self.progress = None, None
-        if notice:
-            self.notice = notice
+        self._export, self.export_progress = None, None
+        self.notice = notice or self.notice

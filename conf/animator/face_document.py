@@ -1,4 +1,4 @@
-"""The face that is animated: a mesh from any file, brought to model centimetres, and its control points if known."""
+"""The edited face: a mesh from a file, converted to model centimetres, and its control points if they are known."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,27 +20,27 @@ from conf.face.mesh.editing import weld_vertices
 from conf.face.mesh.mesh import Mesh, load_mesh
 from conf.face.similarity import IDENTITY, SimilarityTransform
 
-HEIGHT_CM = 26.0  # a mesh whose eyes are not known yet is taken for a head of this height
+HEIGHT_CM = 26.0  # assumed height of a head whose control points are not known
 DEFAULT_AXES = ORIENTATIONS[0]
 
 
 @dataclass(frozen=True)
 class FaceDocument:
-    """A mesh and where its control points are.
+    """A mesh and its control points.
 
-    source : the mesh as its file has it
-    mesh : in model centimetres; nearly so while the control points are not known
-    points : (n, 3) control points in the same frame, or None
-    placement : what carries the file's coordinates to this frame
-    axes : the file's axes towards the crown and towards the nose, as long as the points do not tell
-    rig : what turns by itself; shapes : what the shipped head has beside its mesh
+    source : the mesh in the frame and unit of its file
+    mesh : in model centimetres; approximately so while the control points are not known
+    points : (n, 3) control points, model centimetres, or None
+    file_to_model : from the file's coordinates to the model's
+    axes : the file's up and front axes, used until the control points are known
+    rig : jaw and eyes; shapes : blendshapes of the shipped head
     """
 
     path: Path
     source: Mesh
     mesh: Mesh
     points: NDArray[np.float64] | None = None
-    placement: SimilarityTransform = IDENTITY
+    file_to_model: SimilarityTransform = IDENTITY
     axes: tuple[str, str] = DEFAULT_AXES
     rig: Rig | None = None
     shapes: Blendshapes | None = None
@@ -54,74 +54,75 @@ class FaceDocument:
         """Return the builder of this face's operators. Raises ValueError if it has no control points."""
         if self.points is None:
             raise ValueError("the face must have control points")
-        return OperatorBuilder(self.mesh, self.points, self.rig, self.shapes, file_to_model=self.placement)
+        return OperatorBuilder(self.mesh, self.points, self.rig, self.shapes, file_to_model=self.file_to_model)
 
-    def to_file(self, places: NDArray[np.floating], /) -> NDArray[np.float64]:
-        """Return (..., 3) places in the frame and unit of the mesh's file."""
-        return self.placement.inverse_apply(np.asarray(places, np.float64))
+    def to_file_coordinates(self, positions: NDArray[np.floating], /) -> NDArray[np.float64]:
+        """Return (..., 3) positions in the frame and unit of the mesh's file."""
+        return self.file_to_model.inverse_apply(np.asarray(positions, np.float64))
 
 
 def open_face_document(
     path: Path | None = None, ppc: Path | None = None, /, *, up: str | None = None, front: str | None = None
 ) -> FaceDocument:
-    """Open a mesh, None for the shipped head; its control points from a PPC file, or from the one beside it.
+    """Open a mesh, None for the shipped head, with the control points of a PPC file or of the one beside the mesh.
 
-    up, front : the mesh's axes towards the crown and towards the nose, such as "z" and "-y", as long as no points tell
-    Raises FileFormatError if a file is not what it should be, ConfError if the control points are no face.
+    up, front : the mesh's axes such as "z" and "-y", used only without control points; None for the usual ones
+    Raises FileFormatError if a file is not valid, ConfError if the control points do not fit the face.
     """
     path = DEFAULT_HEAD if path is None else path
     mesh = load_mesh(path)
     if ppc is None and path.with_suffix(".ppc").exists():
         ppc = path.with_suffix(".ppc")
-    subject = FaceDocument(path, mesh, mesh)
-    if subject.is_default:
+    document = FaceDocument(path, mesh, mesh)
+    if document.is_default:
         shapes = load_blendshapes(path.with_name("shapes.npz"), len(mesh.vertices))
-        return with_points(replace(subject, shapes=shapes), read_ppc(ppc or path.with_suffix(".ppc")))
-    return with_axes(subject, up, front) if ppc is None else with_points(subject, read_ppc(ppc))
+        return with_points(replace(document, shapes=shapes), read_ppc(ppc or path.with_suffix(".ppc")))
+    return with_axes(document, up, front) if ppc is None else with_points(document, read_ppc(ppc))
 
 
-def with_points(subject: FaceDocument, in_file: NDArray[np.float64], /) -> FaceDocument:
-    """Return the subject with its control points, (n, 3) in the file's frame, its eyes where the shipped head's are.
+def with_points(document: FaceDocument, points: NDArray[np.float64], /) -> FaceDocument:
+    """Return the document with its control points, and the mesh moved so that its eyes are the shipped head's.
 
-    Raises ConfError if the points cannot be those of this face.
+    points : (n, 3) in the frame and unit of the mesh's file
+    Raises ConfError if the points do not fit the face.
     """
     try:
-        if subject.is_default:
-            Fapu.measure(in_file)
-            rig = build_rig(subject.source, in_file, default_joints(), subject.shapes)
-            return replace(subject, points=in_file, rig=rig)
-        own = prepare_face(subject.source, in_file)
+        if document.is_default:
+            Fapu.measure(points)
+            rig = build_rig(document.source, points, default_joints(), document.shapes)
+            return replace(document, points=points, rig=rig)
+        face = prepare_face(document.source, points)
     except ValueError as error:
         raise ConfError(f"these control points do not fit this face: {error}") from error
-    return replace(subject, mesh=own.mesh, points=own.points, placement=own.file_to_model, rig=own.rig)
+    return replace(document, mesh=face.mesh, points=face.points, file_to_model=face.file_to_model, rig=face.rig)
 
 
-def with_axes(subject: FaceDocument, up: str | None, front: str | None, /) -> FaceDocument:
-    """Return a subject without control points, upright, at the size of a head, in the middle.
+def with_axes(document: FaceDocument, up: str | None, front: str | None, /) -> FaceDocument:
+    """Return the document without control points, its mesh upright, centred and as high as a head.
 
-    up, front : the file's axes towards the crown and towards the nose, None for what is usual
+    up, front : the file's axes, None for the usual ones
     Raises ConfError if both lie on one line.
     """
     axes = next(((u, f) for u, f in ORIENTATIONS if up in (None, u) and front in (None, f)), None)
     if axes is None:
         raise ConfError(f"up {up} and front {front} name one line: name two, such as y and z")
-    turn = axes_rotation(*axes)
-    turned = subject.source.vertices @ turn.T
-    low, high = turned.min(axis=0), turned.max(axis=0)
+    rotation = axes_rotation(*axes)
+    upright = document.source.vertices @ rotation.T
+    low, high = upright.min(axis=0), upright.max(axis=0)
     scale = HEIGHT_CM / float(max(high[1] - low[1], (high - low).max() / 2, 1e-9))
-    placement = SimilarityTransform(turn, scale, -(low + high) / 2 * scale)
-    mesh = weld_vertices(replace(subject.source, vertices=placement.apply(subject.source.vertices)))
-    return replace(subject, mesh=mesh, points=None, rig=None, placement=placement, axes=axes)
+    file_to_model = SimilarityTransform(rotation, scale, -(low + high) / 2 * scale)
+    mesh = weld_vertices(replace(document.source, vertices=file_to_model.apply(document.source.vertices)))
+    return replace(document, mesh=mesh, points=None, rig=None, file_to_model=file_to_model, axes=axes)
 
 
-def save_points(path: Path, subject: FaceDocument, /) -> None:
-    """Write the control points as PPC, in the file's frame.
+def save_points(path: Path, document: FaceDocument, /) -> None:
+    """Write the control points as a PPC file in the frame and unit of the mesh's file.
 
-    Raises ConfError if there are none yet or the file cannot be written.
+    Raises ConfError if there are none or the file cannot be written.
     """
-    if subject.points is None:
+    if document.points is None:
         raise ConfError("the control points are not placed yet: place all of them, then press OK")
     try:
-        write_ppc(path, subject.to_file(subject.points))
+        write_ppc(path, document.to_file_coordinates(document.points))
     except OSError as error:
         raise ConfError(f"{path} cannot be written ({error.strerror}); choose another file or folder") from error

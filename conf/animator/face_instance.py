@@ -1,8 +1,7 @@
-"""The face on the stage: its model, what draws it, and the worker that builds its next operator meanwhile."""
+"""An open face: its document, its deformable model, its renderer, and the background builds of the model."""
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import moderngl
 import numpy as np
@@ -22,87 +21,72 @@ from conf.face.fapu import Fapu
 from conf.face.formats.ppc import read_ppc
 
 
-@dataclass(frozen=True)
-class BuiltFace:
-    """A face as one deformer moves it, and the milliseconds it took."""
-
-    face: FaceModel
-    milliseconds: float
-
-
 class FaceInstance:
-    """One subject, drawn and moved."""
+    """One face on the GPU.
 
-    def __init__(self, ctx: moderngl.Context, subject: FaceDocument, deformer: DeformerOptions) -> None:
-        self.subject = subject
-        self._builder = None if subject.points is None else subject.operator_builder()
-        self.built = (
-            BuiltFace(face_without_points(subject), 0.0) if self._builder is None else _build(self._builder, deformer)
+    model : with the newest operator that is built; build_ms : time of that build, milliseconds
+    """
+
+    def __init__(self, ctx: moderngl.Context, document: FaceDocument, deformer: DeformerOptions) -> None:
+        self.document = document
+        self._builder = None if document.points is None else document.operator_builder()
+        self.model, self.build_ms = (
+            (face_without_points(document), 0.0) if self._builder is None else _build(self._builder, deformer)
         )
-        self.picker = Picker(subject.mesh)
+        self.picker = Picker(document.mesh)
+        self.view = FaceView(ctx, self.model)
         self._deformer = deformer
-        self._picture = FaceView(ctx, self.built.face)
-        self._operators: LatestTaskWorker[BuiltFace] = LatestTaskWorker()
+        self._builds: LatestTaskWorker[tuple[FaceModel, float]] = LatestTaskWorker()
         self._muscles: MuscleDeformer | None = None
-        self._attaching: LatestTaskWorker[MuscleDeformer] = LatestTaskWorker()
+        self._muscle_builds: LatestTaskWorker[MuscleDeformer] = LatestTaskWorker()
         self._contracted: tuple[Mapping[str, float], float, NDArray[np.float32]] | None = None
-
-    @property
-    def face(self) -> FaceModel:
-        """The face as it is moved now."""
-        return self.built.face
-
-    @property
-    def picture(self) -> FaceView:
-        """What draws it."""
-        return self._picture
 
     @property
     def busy(self) -> bool:
         """Whether an operator is being built."""
-        return self._operators.busy
+        return self._builds.busy
 
-    def update(self, deformer: DeformerOptions, muscling: MuscleState) -> None:
-        """Build what the desk asks for in the background, and take what is ready. Raises what building raised."""
-        if self._builder is None:
+    def update(self, deformer: DeformerOptions, muscles: MuscleState) -> None:
+        """Start the builds that the settings need, and use those that have ended. Raises what a build raised."""
+        builder = self._builder
+        if builder is None:
             return
         if deformer != self._deformer:
             self._deformer = deformer
-            builder = self._builder
-            self._operators.submit(lambda: _build(builder, deformer))
-        built = self._operators.poll()
+            self._builds.submit(lambda: _build(builder, deformer))
+        built = self._builds.poll()
         if built is not None:
-            self.built = built
-            self._picture.set_face(built.face)
-        if muscling.active and self._muscles is None and not self._attaching.busy:
-            face = self.face
-            self._attaching.submit(lambda: MuscleDeformer(face))
-        self._muscles = self._attaching.poll() or self._muscles
+            self.model, self.build_ms = built
+            self.view.set_face(self.model)
+        if muscles.active and self._muscles is None and not self._muscle_builds.busy:
+            model = self.model
+            self._muscle_builds.submit(lambda: MuscleDeformer(model))
+        self._muscles = self._muscle_builds.poll() or self._muscles
 
-    def muscle_vertices(self, muscling: MuscleState) -> NDArray[np.float32] | None:
-        """Return the (V, 3) vertices as the muscles pull them, None while these are not attached yet."""
+    def muscle_vertices(self, muscles: MuscleState) -> NDArray[np.float32]:
+        """Return the (V, 3) vertices as deformed by the muscles; neutral while these are being built."""
         if self._muscles is None:
-            return None
-        if self._contracted is None or self._contracted[:2] != (muscling.contractions, muscling.jaw):
-            vertices = self._muscles.deform(muscling.contractions, jaw=muscling.jaw)
-            self._contracted = (muscling.contractions, muscling.jaw, vertices)
+            return self.model.neutral
+        if self._contracted is None or self._contracted[:2] != (muscles.contractions, muscles.jaw):
+            vertices = self._muscles.deform(muscles.contractions, jaw=muscles.jaw)
+            self._contracted = (muscles.contractions, muscles.jaw, vertices)
         return self._contracted[2]
 
     def release(self) -> None:
-        """Free everything on the card, end the worker."""
-        self._operators.close()
-        self._attaching.close()
-        self._picture.release()
+        """Wait for the running builds, free all GPU objects."""
+        self._builds.close()
+        self._muscle_builds.close()
+        self.view.release()
 
 
-def face_without_points(subject: FaceDocument) -> FaceModel:
-    """Return a face that can be drawn and that nothing moves: its control points are not known."""
+def face_without_points(document: FaceDocument) -> FaceModel:
+    """Return a model that can be drawn but does not move, for a face without control points."""
     points = read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
-    operator = np.zeros((len(subject.mesh.vertices), CONTROL_POINT_COUNT), np.float32)
-    return FaceModel(subject.mesh, points, Fapu.measure(points), operator, file_to_model=subject.placement)
+    operator = np.zeros((len(document.mesh.vertices), CONTROL_POINT_COUNT), np.float32)
+    return FaceModel(document.mesh, points, Fapu.measure(points), operator, file_to_model=document.file_to_model)
 
 
-def _build(builder: OperatorBuilder, deformer: DeformerOptions) -> BuiltFace:
-    began = time.perf_counter()
-    face = builder.build_face(deformer)
-    return BuiltFace(face, 1e3 * (time.perf_counter() - began))
+def _build(builder: OperatorBuilder, deformer: DeformerOptions) -> tuple[FaceModel, float]:
+    start = time.perf_counter()
+    model = builder.build_face(deformer)
+    return model, 1e3 * (time.perf_counter() - start)

@@ -1,4 +1,4 @@
-"""One picture of a face in any style, into any framebuffer: what the window shows and what exports write."""
+"""Draw a face in any style into any framebuffer, for the window and for exports."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.animator.gui.influence_colours import point_colours, region_colours
-from conf.animator.state.view_settings import ViewSettings
+from conf.animator.state.editor import ViewSettings
 from conf.face.deformation.face_model import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.render.face_renderer import FaceRenderer
@@ -17,74 +17,74 @@ from conf.render.vertex_colour_renderer import VertexColourRenderer
 
 
 class FaceView:
-    """Draws one mesh; the operator that moves it may change."""
+    """Draws one mesh; its operator may change."""
 
     def __init__(self, ctx: moderngl.Context, face: FaceModel) -> None:
         self._ctx = ctx
         self._face = face
         self._renderer = FaceRenderer(ctx, face)
         self._lights = "studio"
-        self._tinted: VertexColourRenderer | None = None
-        self._canvas: RenderTarget | None = None
+        self._colour_renderer: VertexColourRenderer | None = None
         self._colour_key: tuple[int, int | None] | None = None
-        self._drawn: RenderTarget | None = None  # the canvas of the regions, if these were drawn last
+        self._colour_target: RenderTarget | None = None
+        self._last_target: RenderTarget | None = None  # set if the last frame was drawn in the style "regions"
 
     def set_face(self, face: FaceModel) -> None:
-        """Go on with another operator on the same mesh and control points."""
+        """Use another operator of the same mesh and control points."""
         self._face = face
         self._colour_key = None
 
     def draw(
-        self, vertices: NDArray[np.float32], pose: HeadPose, look: ViewSettings, framebuffer: moderngl.Framebuffer
+        self, vertices: NDArray[np.float32], pose: HeadPose, view: ViewSettings, framebuffer: moderngl.Framebuffer
     ) -> None:
         """Draw (V, 3) vertices, face axes, cm, into the framebuffer's viewport."""
-        if look.style != "regions":
-            self._set_light(look)
-            view = replace(look.view, wireframe=look.style == "wireframe")
-            self._renderer.draw(vertices, pose, view, framebuffer)
-            self._drawn = None
+        if view.style != "regions":
+            self._set_lights(view)
+            camera = replace(view.camera, wireframe=view.style == "wireframe")
+            self._renderer.draw(vertices, pose, camera, framebuffer)
+            self._last_target = None
             return
         _, _, width, height = framebuffer.viewport
-        self._drawn = canvas = self._canvas_of((width, height), look.background)
-        tinted = self._tinted_face(look.influence)
-        canvas.begin()
-        tinted.draw(vertices, pose, look.view, canvas)
-        canvas.resolve(framebuffer)
+        self._last_target = target = self._target_for((width, height), view.background)
+        renderer = self._coloured_renderer(view.influence)
+        target.begin()
+        renderer.draw(vertices, pose, view.camera, target)
+        target.resolve(framebuffer)
 
-    def visible(self, places: NDArray[np.floating], clip: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Tell which of (k, 3) places of the face are not hidden in the picture drawn last, under its clip matrix."""
-        canvas = self._renderer.target if self._drawn is None else self._drawn
-        return np.ones(len(places), np.bool_) if canvas is None else canvas.visible(places, clip)
+    def visible(self, positions: NDArray[np.floating], clip: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Tell which of (k, 3) positions the face does not hide in the frame drawn last under this clip matrix."""
+        target = self._last_target or self._renderer.target
+        return np.ones(len(positions), np.bool_) if target is None else target.visible(positions, clip)
 
     def release(self) -> None:
-        """Free everything on the card."""
-        for thing in (self._renderer, self._tinted, self._canvas):
-            if thing is not None:
-                thing.release()
+        """Free all GPU objects."""
+        for resource in (self._renderer, self._colour_renderer, self._colour_target):
+            if resource is not None:
+                resource.release()
 
-    def _tinted_face(self, influence: int | None) -> VertexColourRenderer:
-        if self._tinted is None:
-            self._tinted = VertexColourRenderer(self._ctx, self._face.mesh)
+    def _coloured_renderer(self, influence: int | None) -> VertexColourRenderer:
+        if self._colour_renderer is None:
+            self._colour_renderer = VertexColourRenderer(self._ctx, self._face.mesh)
         key = (id(self._face), influence)
         if self._colour_key != key:
             operator = self._face.operator
-            self._tinted.set_colours(
-                region_colours(operator) if influence is None else point_colours(operator, influence)
-            )
+            colours = region_colours(operator) if influence is None else point_colours(operator, influence)
+            self._colour_renderer.set_colours(colours)
             self._colour_key = key
-        return self._tinted
+        return self._colour_renderer
 
-    def _set_light(self, look: ViewSettings) -> None:
-        """Hang the lights: shaders know theirs as constants, so a change builds them again."""
-        if look.lights != self._lights:
+    def _set_lights(self, view: ViewSettings) -> None:
+        """Change lights and background. Lights are shader constants, so new ones need a new renderer."""
+        if view.lights != self._lights:
             self._renderer.release()
-            self._renderer = FaceRenderer(self._ctx, self._face, lighting=LIGHTS[look.lights])
-            self._lights = look.lights
-        self._renderer.background = look.background
+            self._renderer = FaceRenderer(self._ctx, self._face, lighting=LIGHTS[view.lights])
+            self._lights = view.lights
+        self._renderer.background = view.background
 
-    def _canvas_of(self, size: tuple[int, int], background: str) -> RenderTarget:
-        if self._canvas is None or (self._canvas.size, self._canvas.background) != (size, background):
-            if self._canvas is not None:
-                self._canvas.release()
-            self._canvas = RenderTarget(self._ctx, size, background)
-        return self._canvas
+    def _target_for(self, size: tuple[int, int], background: str) -> RenderTarget:
+        target = self._colour_target
+        if target is None or (target.size, target.background) != (size, background):
+            if target is not None:
+                target.release()
+            self._colour_target = target = RenderTarget(self._ctx, size, background)
+        return target

@@ -1,8 +1,4 @@
-"""Write pictures, clips, moved meshes and motion files: by the suffix of the name.
-
-Everything comes as a generator of progress, so that a window can go on drawing while a clip is written picture by
-picture.
-"""
+"""Export images, clips, deformed meshes, control points and motion files; the suffix of the name selects the format."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -16,10 +12,10 @@ from numpy.typing import NDArray
 
 from conf.animator.face_view import FaceView
 from conf.animator.motion_clips import fit_to_aspect, resample
-from conf.animator.motion_player import REST_POSE
-from conf.animator.state.view_settings import ViewSettings, with_eye_contact
+from conf.animator.motion_mixer import with_eye_contact
+from conf.animator.motion_player import MotionSample, sample_clip
+from conf.animator.state.editor import ViewSettings
 from conf.errors import ConfError
-from conf.face.animation.playback import displacements_at, pose_at
 from conf.face.deformation.face_model import FaceModel
 from conf.face.formats.dpc import MotionClip, write_dpc
 from conf.face.formats.ppc import write_ppc
@@ -30,37 +26,44 @@ from conf.output.media_writer import IMAGE_FORMATS, VIDEO_FORMATS, VideoWriter, 
 from conf.output.obj_writer import write_obj
 from conf.render.window.offscreen import read_pixels
 
-SIZE_LIMITS = (16, 4096)  # least and most pixels of a picture's side
+SIZE_LIMITS = (16, 4096)  # width and height of an image, pixels
 FPS_LIMITS = (1.0, 120.0)
+
+STILLS = (*IMAGE_FORMATS, ".obj", ".ppc")  # formats that hold the face at one time
+MOTIONS: dict[str, Callable[[FaceModel, MotionClip, Path], None]] = {
+    ".dpc": lambda _face, clip, path: write_dpc(path, clip),
+    ".fap": lambda face, clip, path: write_fap(path, to_faps(clip, face.fapu)),
+    ".csv": lambda _face, clip, path: write_blendshape_csv(path, clip),
+}
+SUFFIXES = (*VIDEO_FORMATS, *STILLS, *MOTIONS)
 
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """What is to be written.
+    """What to export.
 
-    size : width and height of pictures in pixels
-    fps : of clips and motion files; None keeps the motion's
-    at : seconds into the motion, for a single picture or mesh
-    look : style, view, light
+    size : width and height of images and clips, pixels
+    fps : of clips and motion files, None for that of the motion
+    at : seconds into the motion, for images, meshes and control points
     """
 
     output: Path
     size: tuple[int, int] = (1280, 720)
     fps: float | None = None
     at: float = 0.0
-    look: ViewSettings = field(default_factory=ViewSettings)
+    view: ViewSettings = field(default_factory=ViewSettings)
 
 
 def check_output(output: Path, /) -> None:
-    """Raise ConfError unless the name's suffix is one that can be written and its folder is there."""
-    if output.suffix.lower() not in WRITERS:
-        raise ConfError(f"{output}: the name must end in one of {', '.join(WRITERS)}")
+    """Raise ConfError unless the suffix is known and the folder exists."""
+    if output.suffix.lower() not in SUFFIXES:
+        raise ConfError(f"{output}: the name must end in one of {', '.join(SUFFIXES)}")
     if not output.absolute().parent.is_dir():
         raise ConfError(f"{output} cannot be written: there is no folder {output.absolute().parent}")
 
 
 def parse_size(text: str, /) -> tuple[int, int]:
-    """Read `WxH`. Raises ConfError unless both sides can be drawn."""
+    """Parse `WxH`. Raises ConfError unless both are within SIZE_LIMITS."""
     match = re.fullmatch(r"\s*(\d{1,5})\s*[x×]\s*(\d{1,5})\s*", text, re.IGNORECASE)
     low, high = SIZE_LIMITS
     if not match or not all(low <= int(side) <= high for side in match.groups()):
@@ -69,158 +72,116 @@ def parse_size(text: str, /) -> tuple[int, int]:
 
 
 def parse_fps(text: str, /) -> float:
-    """Read pictures a second. Raises ConfError unless it is in RATES."""
+    """Parse a frame rate. Raises ConfError unless it is within FPS_LIMITS."""
     low, high = FPS_LIMITS
     try:
         fps = float(text)
     except ValueError:
         fps = 0.0
     if not low <= fps <= high:
-        raise ConfError(f"fps must be {low:g} to {high:g} pictures a second, got {text!r}")
+        raise ConfError(f"fps must be {low:g} to {high:g} frames per second, got {text!r}")
     return fps
 
 
 def needs_drawing(output: Path, /) -> bool:
-    """Tell whether a file is made of pictures."""
+    """Tell whether the format is an image or a clip."""
     return output.suffix.lower() in (*IMAGE_FORMATS, *VIDEO_FORMATS)
 
 
 def export(
-    face: FaceModel, motion: MotionClip, options: ExportOptions, ctx: moderngl.Context | None = None, /
+    face: FaceModel, clip: MotionClip, options: ExportOptions, ctx: moderngl.Context | None = None, /
 ) -> Iterator[float]:
-    """Write one file; yields the share that is done, 1.0 last.
+    """Write one file; yield the progress after each frame, 1.0 last, so that a window can draw in between.
 
-    motion : FAPU units, poses as `player.centred` gives them
-    ctx : OpenGL, for pictures and clips
+    clip : FAPU units, poses as `recentre` returns them
+    ctx : needed for images and clips
     Raises ConfError if the file cannot be written.
     """
     check_output(options.output)
-    writer = WRITERS[options.output.suffix.lower()]
-    yield from writer(face, motion, options, ctx)
+    suffix = options.output.suffix.lower()
+    if suffix in STILLS:
+        sample = _sample(fit_to_aspect(clip, options.size), options.at, options.view)
+        export_still(face, face.deform(sample.displacements), sample, options, ctx)
+    else:
+        clip = clip if options.fps is None else resample(clip, options.fps)
+        if suffix in VIDEO_FORMATS:
+            yield from _write_clip(face, fit_to_aspect(clip, options.size), options, ctx)
+        else:
+            with _os_errors(options.output):
+                MOTIONS[suffix](face, clip, options.output)
     yield 1.0
 
 
-@contextmanager
-def frame_renderer(
-    face: FaceModel, options: ExportOptions, ctx: moderngl.Context | None
-) -> Iterator["OffscreenFrameRenderer"]:
-    """Open a camera of the wished size and put it away afterwards."""
-    if ctx is None:
-        raise ValueError("ctx must be given for pictures and clips")
-    camera = OffscreenFrameRenderer(ctx, face, options)
-    try:
-        yield camera
-    finally:
-        camera.release()
+def export_still(
+    face: FaceModel,
+    vertices: NDArray[np.float32],
+    sample: MotionSample,
+    options: ExportOptions,
+    ctx: moderngl.Context | None,
+    /,
+) -> None:
+    """Write the face at one time as an image, a mesh or control points.
 
-
-class OffscreenFrameRenderer:
-    """Takes pictures of a face in memory."""
-
-    def __init__(self, ctx: moderngl.Context, face: FaceModel, options: ExportOptions) -> None:
-        self._face, self._wish = face, options
-        self._picture = FaceView(ctx, face)
-        self._colour = ctx.renderbuffer(options.size, 4)
-        self._depth = ctx.depth_renderbuffer(options.size)
-        self._framebuffer = ctx.framebuffer(self._colour, self._depth)
-
-    def render(self, motion: MotionClip, time: float) -> NDArray[np.uint8]:
-        """Return (H, W, 3) uint8 BGR of a motion at a time in seconds."""
-        vertices, pose = deform_at(self._face, motion, time, self._wish.look)
-        return self.take_vertices(vertices, pose)
-
-    def take_vertices(self, vertices: NDArray[np.float32], pose: HeadPose) -> NDArray[np.uint8]:
-        """Return (H, W, 3) uint8 BGR of (V, 3) vertices."""
-        self._framebuffer.use()
-        self._framebuffer.clear()
-        self._picture.draw(vertices, pose, self._wish.look, self._framebuffer)
-        return read_pixels(self._framebuffer, self._wish.size)
-
-    def release(self) -> None:
-        """Free everything on the card."""
-        for thing in (self._picture, self._framebuffer, self._colour, self._depth):
-            thing.release()
-
-
-def deform_at(
-    face: FaceModel, motion: MotionClip, time: float, look: ViewSettings, /
-) -> tuple[NDArray[np.float32], HeadPose]:
-    """Return the (V, 3) vertices and the pose of a motion at a time in seconds."""
-    vector = pose_at(motion, time)
-    pose = REST_POSE if vector is None else HeadPose.from_vector(vector)
-    displacements = displacements_at(motion, time)
-    if look.eye_contact:
-        displacements = with_eye_contact(displacements, pose, look.view)
-    return face.deform(displacements), pose
-
-
-def _write_picture(
-    face: FaceModel, motion: MotionClip, options: ExportOptions, ctx: moderngl.Context | None
-) -> Iterator[float]:
-    with frame_renderer(face, options, ctx) as camera:
-        save_image(options.output, camera.render(fit_to_aspect(_posed(motion), options.size), options.at))
-    yield from ()
+    vertices : (V, 3) face axes, cm
+    Raises ConfError if the format needs a motion or the file cannot be written.
+    """
+    suffix = options.output.suffix.lower()
+    if suffix not in STILLS:
+        kind = "clips" if suffix in VIDEO_FORMATS else "motion files"
+        raise ConfError(f"{kind} need a motion: choose a recording or an emotion as the source")
+    with _os_errors(options.output):
+        if suffix == ".obj":
+            write_obj(options.output, face.mesh, face.to_file_coordinates(vertices))
+        elif suffix == ".ppc":
+            write_ppc(options.output, face.to_file_coordinates(face.deformed_points(sample.displacements)))
+        else:
+            with _offscreen_renderer(face, options, ctx) as render:
+                save_image(options.output, render(vertices, sample.pose))
 
 
 def _write_clip(
-    face: FaceModel, motion: MotionClip, options: ExportOptions, ctx: moderngl.Context | None
+    face: FaceModel, clip: MotionClip, options: ExportOptions, ctx: moderngl.Context | None
 ) -> Iterator[float]:
-    motion = fit_to_aspect(_posed(_at_rate(motion, options)), options.size)
-    frames = len(motion.displacements)
-    with frame_renderer(face, options, ctx) as camera, VideoWriter(options.output, fps=motion.fps) as recorder:
+    frames = len(clip.displacements)
+    with _offscreen_renderer(face, options, ctx) as render, VideoWriter(options.output, fps=clip.fps) as writer:
         for i in range(frames):
-            recorder.write(camera.render(motion, i / motion.fps))
+            sample = _sample(clip, i / clip.fps, options.view)
+            writer.write(render(face.deform(sample.displacements), sample.pose))
             yield (i + 1) / (frames + 1)
 
 
-def _write_mesh(
-    face: FaceModel, motion: MotionClip, options: ExportOptions, _ctx: moderngl.Context | None
-) -> Iterator[float]:
-    vertices, _ = deform_at(face, motion, options.at, options.look)
-    write_obj(options.output, face.mesh, face.to_file_coordinates(vertices))
-    yield from ()
+@contextmanager
+def _offscreen_renderer(
+    face: FaceModel, options: ExportOptions, ctx: moderngl.Context | None
+) -> Iterator[Callable[[NDArray[np.float32], HeadPose], NDArray[np.uint8]]]:
+    """Provide a function that draws (V, 3) vertices in a pose and returns (H, W, 3) uint8 BGR."""
+    if ctx is None:
+        raise ValueError("ctx must be given for images and clips")
+    view = FaceView(ctx, face)
+    colour, depth = ctx.renderbuffer(options.size, 4), ctx.depth_renderbuffer(options.size)
+    framebuffer = ctx.framebuffer(colour, depth)
+
+    def render(vertices: NDArray[np.float32], pose: HeadPose) -> NDArray[np.uint8]:
+        framebuffer.use()
+        framebuffer.clear()
+        view.draw(vertices, pose, options.view, framebuffer)
+        return read_pixels(framebuffer, options.size)
+
+    try:
+        yield render
+    finally:
+        for resource in (view, framebuffer, colour, depth):
+            resource.release()
 
 
-def _write_points(
-    face: FaceModel, motion: MotionClip, options: ExportOptions, _ctx: moderngl.Context | None
-) -> Iterator[float]:
-    points = face.deformed_points(displacements_at(motion, options.at))
-    write_ppc(options.output, face.to_file_coordinates(points))
-    yield from ()
+def _sample(clip: MotionClip, position: float, view: ViewSettings) -> MotionSample:
+    sample = sample_clip(clip, position)
+    return with_eye_contact(sample, view.camera) if view.eye_contact else sample
 
 
-def _motion_writer(write: Callable[[FaceModel, MotionClip, Path], None]) -> "Writer":
-    def writer(
-        face: FaceModel, motion: MotionClip, options: ExportOptions, _ctx: moderngl.Context | None
-    ) -> Iterator[float]:
-        try:
-            write(face, _at_rate(motion, options), options.output)
-        except OSError as error:
-            raise ConfError(f"{options.output} cannot be written ({error.strerror}); choose another file") from error
-        yield from ()
-
-    return writer
-
-
-def _at_rate(motion: MotionClip, options: ExportOptions) -> MotionClip:
-    return motion if options.fps is None else resample(motion, options.fps)
-
-
-def _posed(motion: MotionClip) -> MotionClip:
-    if motion.poses is not None:
-        return motion
-    poses = np.tile(REST_POSE.to_vector(), (len(motion.displacements), 1))
-    return MotionClip(motion.fps, motion.units, motion.displacements, poses)
-
-
-Writer = Callable[[FaceModel, MotionClip, ExportOptions, moderngl.Context | None], Iterator[float]]
-
-WRITERS: dict[str, Writer] = {
-    **dict.fromkeys(VIDEO_FORMATS, _write_clip),
-    **dict.fromkeys(IMAGE_FORMATS, _write_picture),
-    ".obj": _write_mesh,
-    ".ppc": _write_points,
-    ".dpc": _motion_writer(lambda _face, motion, path: write_dpc(path, motion)),
-    ".fap": _motion_writer(lambda face, motion, path: write_fap(path, to_faps(motion, face.fapu))),
-    ".csv": _motion_writer(lambda _face, motion, path: write_blendshape_csv(path, motion)),
-}
+@contextmanager
+def _os_errors(output: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise ConfError(f"{output} cannot be written ({error.strerror}); choose another file") from error

@@ -1,4 +1,4 @@
-"""The player of recorded motion: one DPC file, its clock, and where the head is in it."""
+"""Motion clips prepared for the animator, and the player of one clip."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,72 +18,69 @@ REST_POSE = HeadPose(np.zeros(3), CENTRE, LOG_SCALE)
 
 
 @dataclass(frozen=True)
-class NamedClip:
-    """A motion that can be played: fifty points, in FAPU units, the head's place taken to the picture's centre."""
+class MotionSample:
+    """Motion at one time: (n, 3) displacements in FAPU units, and the head pose."""
 
-    name: str
-    motion: MotionClip
-
-    @property
-    def duration(self) -> float:
-        """Seconds from the first frame to the last."""
-        return duration_of(self.motion)
-
-    def at(self, position: float) -> tuple[NDArray[np.float32], HeadPose]:
-        """Return (n, 3) displacements, FAPU units, and the head's pose, at seconds from the beginning."""
-        vector = pose_at(self.motion, position)
-        pose = REST_POSE if vector is None else HeadPose.from_vector(vector)
-        return displacements_at(self.motion, position), pose
+    displacements: NDArray[np.float32]
+    pose: HeadPose
 
 
-def load_motion_clip(path: Path, fapu: Fapu, /) -> NamedClip:
-    """Read a DPC file. fapu : of the face, for files in mesh units.
+def sample_clip(clip: MotionClip, position: float, /) -> MotionSample:
+    """Interpolate a clip in FAPU units at seconds from its start; without poses the head is at rest."""
+    vector = pose_at(clip, position)
+    return MotionSample(displacements_at(clip, position), REST_POSE if vector is None else HeadPose.from_vector(vector))
 
-    Raises FileFormatError if it is not one, ConfError if its points are not ours.
+
+def load_motion_clip(path: Path, fapu: Fapu, /) -> MotionClip:
+    """Read a DPC file as a clip in FAPU units with the head's mean position in the centre of the image.
+
+    fapu : of the face, to convert files in mesh units
+    Raises FileFormatError if it is no DPC file, ConfError if it has another number of control points.
     """
-    motion = read_dpc(path)
-    points = motion.displacements.shape[1]
+    clip = read_dpc(path)
+    points = clip.displacements.shape[1]
     if points != CONTROL_POINT_COUNT:
         raise ConfError(f"{path} moves {points} control points: only motions of {CONTROL_POINT_COUNT} can be played")
-    if motion.units != "fapu":
-        in_units = (motion.displacements / fapu.lengths()).astype(np.float32)
-        motion = replace(motion, displacements=in_units, units="fapu")
-    return NamedClip(path.name, recentre(motion))
+    if clip.units != "fapu":
+        in_fapu = (clip.displacements / fapu.lengths()).astype(np.float32)
+        clip = replace(clip, displacements=in_fapu, units="fapu")
+    return recentre(clip)
 
 
-def recentre(motion: MotionClip, /) -> MotionClip:
-    """Return the motion with its head's mean place and size those of the picture's centre."""
-    if motion.poses is None:
-        return motion
-    poses = motion.poses.copy()
+def recentre(clip: MotionClip, /) -> MotionClip:
+    """Return the clip with the head's mean position and scale set to those of the rest pose."""
+    if clip.poses is None:
+        return clip
+    poses = clip.poses.copy()
     mean = poses.mean(axis=0)
     poses[:, 3:5] = CENTRE + np.exp(LOG_SCALE - mean[5]) * (poses[:, 3:5] - mean[3:5])
     poses[:, 5] += LOG_SCALE - mean[5]
-    return replace(motion, poses=poses)
+    return replace(clip, poses=poses)
 
 
 class MotionPlayer:
-    """A recording and the clock it plays by."""
+    """A clip and its playback clock."""
 
-    def __init__(self, recording: NamedClip, *, loop: bool = True) -> None:
-        self.recording = recording
-        self.clock = PlaybackClock(recording.duration, loop=loop)
+    def __init__(self, name: str, clip: MotionClip, *, loop: bool = True) -> None:
+        self.name = name
+        self.clip = clip
+        self.clock = PlaybackClock(duration_of(clip), loop=loop)
 
     def toggle(self, now: float) -> None:
-        """Pause if it plays, go on if it does not."""
+        """Pause or resume."""
         if self.clock.is_playing(now):
             self.clock.pause(now)
         else:
             self.clock.resume(now)
 
     def step(self, frames: int, now: float) -> None:
-        """Stand still so many frames on."""
-        self.clock.step(frames, self.recording.motion.fps, now)
+        """Pause this number of frames later, or earlier if negative."""
+        self.clock.step(frames, self.clip.fps, now)
 
     def frame(self, now: float) -> int:
-        """Return the number of the frame that is shown, from 0."""
-        return int(self.clock.position(now) * self.recording.motion.fps + 1e-6)
+        """Return the index of the current frame."""
+        return int(self.clock.position(now) * self.clip.fps + 1e-6)
 
-    def at(self, now: float) -> tuple[NDArray[np.float32], HeadPose]:
-        """Return (n, 3) displacements, FAPU units, and the head's pose."""
-        return self.recording.at(self.clock.position(now))
+    def at(self, now: float) -> MotionSample:
+        """Return the motion at a time in seconds."""
+        return sample_clip(self.clip, self.clock.position(now))

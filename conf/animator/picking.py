@@ -1,4 +1,4 @@
-"""From the mouse to the mesh: which place of the face lies under a pixel, which mark is near it."""
+"""From mouse to mesh: the surface point under a pixel, the control point near it."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from conf.face.mesh.raycast import cast_clip_rays
 from conf.render.camera import project
 from conf.render.materials import material_of
 
-SNAP_CM = 1.5  # a mirrored place farther from the mesh's front than this goes to the nearest vertex instead
+MAX_DEPTH_ERROR_CM = 1.5  # if the ray's hit lies farther than this from a mirrored position, the nearest vertex is used
 
 
 @dataclass(frozen=True)
@@ -24,21 +24,21 @@ class Rect:
     height: float
 
     def contains(self, x: float, y: float) -> bool:
-        """Tell whether a place lies inside."""
+        """Tell whether a pixel lies inside."""
         return self.x <= x < self.x + self.width and self.y <= y < self.y + self.height
 
     def to_ndc(self, x: float, y: float) -> NDArray[np.float64]:
-        """Return (2,) a place in OpenGL's coordinates of the rectangle, -1 to 1, y up."""
+        """Return (2,) normalised device coordinates of a pixel: -1 to 1 over the rectangle, y up."""
         return np.array([2 * (x - self.x) / self.width - 1, 1 - 2 * (y - self.y) / self.height])
 
-    def to_pixels(self, places: NDArray[np.floating], clip: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return (n, 2) pixels of the window for (n, 3) places of the face under a (4, 4) clip matrix."""
-        pixels: NDArray[np.float64] = project(places, clip, (self.width, self.height)) + np.array([self.x, self.y])
+    def to_pixels(self, positions: NDArray[np.floating], clip: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (n, 2) window pixels of (n, 3) positions in face axes under a (4, 4) clip matrix."""
+        pixels: NDArray[np.float64] = project(positions, clip, (self.width, self.height)) + np.array([self.x, self.y])
         return pixels
 
 
 class Picker:
-    """Casts rays at one mesh at rest; hair and lashes let them through."""
+    """Casts rays at one mesh in its neutral pose. Rays pass through hair and eyelashes."""
 
     def __init__(self, mesh: Mesh) -> None:
         solid = np.ones(len(mesh.triangles), np.bool_)
@@ -48,27 +48,30 @@ class Picker:
         self._vertices = mesh.vertices
         self._triangles = mesh.triangles[solid if solid.any() else slice(None)]
         self._tree = KDTree(mesh.vertices[np.unique(self._triangles)])
-        self.middle = float((mesh.vertices[:, 0].min() + mesh.vertices[:, 0].max()) / 2)
+        self.centre_x = float((mesh.vertices[:, 0].min() + mesh.vertices[:, 0].max()) / 2)
 
-    def pick(self, place: NDArray[np.float64], clip: NDArray[np.float64]) -> NDArray[np.float64] | None:
-        """Return the (3,) point of the mesh seen at a place (2,), -1 to 1, y up; None beside the face."""
-        hit = cast_clip_rays(place[None], clip, self._vertices, self._triangles)[0]
+    def pick(self, ndc: NDArray[np.float64], clip: NDArray[np.float64]) -> NDArray[np.float64] | None:
+        """Return the (3,) surface point visible at (2,) normalised device coordinates, None beside the face."""
+        hit = cast_clip_rays(ndc[None], clip, self._vertices, self._triangles)[0]
         return hit if np.isfinite(hit).all() else None
 
-    def project_to_surface(self, place: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the (3,) point of the mesh for a place near it: straight behind or before it, or the nearest."""
-        reach = float(np.abs(self._vertices).max()) + 1.0
-        straight = np.diag([1 / reach, 1 / reach, -1 / reach, 1.0])
-        hit = cast_clip_rays(place[None, :2] / reach, straight, self._vertices, self._triangles)[0]
-        if np.isfinite(hit).all() and np.linalg.norm(hit - place) < SNAP_CM:
+    def project_to_surface(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the (3,) frontmost surface point at the position's x and y, or the nearest vertex if that is far."""
+        extent = float(np.abs(self._vertices).max()) + 1.0
+        frontal = np.diag([1 / extent, 1 / extent, -1 / extent, 1.0])
+        hit = cast_clip_rays(position[None, :2] / extent, frontal, self._vertices, self._triangles)[0]
+        if np.isfinite(hit).all() and np.linalg.norm(hit - position) < MAX_DEPTH_ERROR_CM:
             return np.asarray(hit)
-        nearest: NDArray[np.float64] = self._tree.data[self._tree.query(place)[1]]
+        nearest: NDArray[np.float64] = self._tree.data[self._tree.query(position)[1]]
         return nearest
 
 
-def nearest_point(x: float, y: float, marks: NDArray[np.float64], *, reach: float) -> int | None:
-    """Return the index of the mark, (n, 2) pixels, nearest to a place, None if none is within reach."""
-    distance = np.hypot(marks[:, 0] - x, marks[:, 1] - y)
+def nearest_point(x: float, y: float, points: NDArray[np.float64], *, radius: float) -> int | None:
+    """Return the index of the one of (n, 2) points that is nearest to a pixel, None if none is within the radius.
+
+    Points that are nan are ignored.
+    """
+    distance = np.hypot(points[:, 0] - x, points[:, 1] - y)
     distance = np.where(np.isfinite(distance), distance, np.inf)
     nearest = int(distance.argmin())
-    return nearest if distance[nearest] <= reach else None
+    return nearest if distance[nearest] <= radius else None

@@ -1,12 +1,12 @@
-"""What mouse and keys do to the face itself: turn it, place points on it, switch its looks."""
+"""Mouse and keys over the face: orbit, placing points, key commands."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 from imgui_bundle import imgui
 from numpy.typing import NDArray
 
-from conf.animator import commands as ask
 from conf.animator.controller import Controller
 from conf.animator.gui.layout import Layout
 from conf.animator.motion_player import REST_POSE
@@ -25,41 +25,44 @@ from conf.render.window.input_events import (
     apply_camera_event,
 )
 
-PICK_RADIUS_PX = 9.0  # pixels at scale 1: a press nearer than this takes hold of a point
-CLICK_TOLERANCE_PX = 5.0  # pixels at scale 1: a press that moves less is a click
+PICK_RADIUS_PX = 9.0  # pixels at scale 1 within which a press grabs a point
+CLICK_TOLERANCE_PX = 5.0  # pixels at scale 1: a press that moves no farther is a click
+
+WindowCommand = Literal["quit", "screenshot", "record", "full screen"]
 
 KEYS = {
-    "space": "play and pause, or start the emotion again",
-    "left, right": "one frame back, one on",
+    "space": "pause and resume, or repeat the emotion",
+    "left, right": "one frame back, one frame forward",
     "w": "wireframe",
     "g": "regions of influence",
     "p": "control points",
     "e": "eye contact",
-    "s": "save a picture of what is shown",
-    "r": "record what you see as AVI, stop recording",
+    "s": "save the current view as JPEG",
+    "r": "record the face as AVI, stop recording",
     "f": "full screen",
-    "home": "look straight again",
+    "home": "reset the camera",
     "ctrl + z": "undo, while placing points",
     "h": "this help",
     "escape, q": "quit",
 }
-
-
-@dataclass(frozen=True)
-class WindowCommands:
-    """What is left for the loop: things only it can do."""
-
-    quit: bool = False
-    picture: bool = False
-    record: bool = False
-    full_screen: bool = False
+STYLE_KEYS = {"w": "wireframe", "g": "regions"}
+WINDOW_KEYS: dict[str, WindowCommand] = {
+    "s": "screenshot",
+    "r": "record",
+    "f": "full screen",
+    "q": "quit",
+    "escape": "quit",
+}
 
 
 class ViewportController:
-    """Follows the mouse over the face."""
+    """Translates window events over the face into calls of the controller.
 
-    def __init__(self, director: Controller) -> None:
-        self._director = director
+    point_positions_px : (n, 2) window pixels of the points that can be grabbed, nan for others; set by the GUI
+    """
+
+    def __init__(self, controller: Controller) -> None:
+        self._controller = controller
         self._pressed_at: tuple[float, float] | None = None
         self._grabbed: int | None = None
         self._moved = False
@@ -67,17 +70,18 @@ class ViewportController:
         self._mouse = (0.0, 0.0)
         self.point_positions_px: NDArray[np.float64] = np.full((50, 2), np.nan)
 
-    def process_events(self, events: list[Event], layout: Layout, scale: float, now: float) -> WindowCommands:
-        """Do what the events ask of the face."""
-        wishes = WindowCommands()
+    def process_events(self, events: list[Event], layout: Layout, scale: float, now: float) -> set[WindowCommand]:
+        """Handle the events of one frame. Returns what is left for the window."""
+        commands: set[WindowCommand] = set()
         for event in events:
             match event:
                 case KeyStateChanged(key="left_ctrl" | "right_ctrl", pressed=pressed):
                     self._ctrl = pressed
-                case KeyStateChanged(key=key, pressed=True) if not is_typing():
-                    self._step(key, now)
+                case KeyStateChanged(key="left_arrow" | "right_arrow" as key, pressed=True) if not is_typing():
+                    if self._controller.player is not None:
+                        self._controller.player.step(1 if key == "right_arrow" else -1, now)
                 case KeyPressed(key=key) if not is_typing():
-                    wishes = self._key(key, wishes, now)
+                    commands |= self._process_key(key, now)
                 case MouseMoved(x=x, y=y):
                     self._mouse = (x, y)
                     self._drag_point(layout, scale)
@@ -86,107 +90,97 @@ class ViewportController:
                 case MouseButton(button=0, pressed=False):
                     self._release(layout)
                 case Dragged() if self._grabbed is None and (self._pressed_at or event.mode == "pan"):
-                    self._view(event)
+                    self._move_camera(event)
                 case Scrolled() if layout.face.contains(*self._mouse) and not _popup_open():
-                    self._view(event)
+                    self._move_camera(event)
                 case _:
                     pass
-        return wishes
+        return commands
 
-    def _view(self, event: Event) -> None:
-        director = self._director
-        look = director.desk.look
-        director.desk = replace(director.desk, look=replace(look, view=apply_camera_event(look.view, event)))
+    def _move_camera(self, event: Event) -> None:
+        state = self._controller.state
+        camera = apply_camera_event(state.view.camera, event)
+        self._controller.state = replace(state, view=replace(state.view, camera=camera))
 
-    def _step(self, key: str, now: float) -> None:
-        frames = {"left_arrow": -1, "right_arrow": 1}.get(key)
-        if frames:
-            self._director.handle(ask.StepFrames(frames), now)
-
-    def _key(self, key: str, wishes: WindowCommands, now: float) -> WindowCommands:
-        director = self._director
-        desk, look = director.desk, director.desk.look
-        styles = {"w": "wireframe", "g": "regions"}
-        if key in styles:
-            style = "rendered" if look.style == styles[key] else styles[key]
-            director.desk = replace(desk, look=replace(look, style=style))
+    def _process_key(self, key: str, now: float) -> set[WindowCommand]:
+        """Apply a key to the editor state. Returns the window's command, if it is one."""
+        state = self._controller.state
+        view, placement = state.view, state.placement
+        if key in STYLE_KEYS:
+            view = replace(view, style="rendered" if view.style == STYLE_KEYS[key] else STYLE_KEYS[key])
         elif key == "p":
-            director.desk = replace(desk, look=replace(look, view=look.view.toggled("points")))
+            view = replace(view, camera=view.camera.toggled("points"))
         elif key == "e":
-            director.desk = replace(desk, look=replace(look, eye_contact=not look.eye_contact))
-        elif key == "h":
-            director.desk = replace(desk, help=not desk.help)
+            view = replace(view, eye_contact=not view.eye_contact)
         elif key in ("home", "0"):
-            director.desk = replace(desk, look=replace(look, view=look.view.reset()))
-        elif key == "space":
+            view = replace(view, camera=view.camera.reset())
+        elif key == "h":
+            state = replace(state, show_help=not state.show_help)
+        elif key == "z" and self._ctrl and placement is not None:
+            state = replace(state, placement=placement.undo())
+        elif key == "escape" and (_popup_open() or state.show_help or placement is not None):
+            if not _popup_open():
+                state = replace(state, show_help=False, placement=placement if state.show_help else None)
+            key = ""
+        self._controller.state = replace(state, view=view)
+        if key == "space":
             self._play(now)
-        elif key == "z" and self._ctrl and desk.placing is not None:
-            director.desk = replace(desk, placing=desk.placing.undo())
-        flags = {"s": "picture", "r": "record", "f": "full_screen", "q": "quit", "escape": "quit"}
-        if key == "escape" and _popup_open():
-            return wishes
-        if key == "escape" and (desk.help or desk.placing is not None):
-            director.desk = replace(desk, help=False, placing=desk.placing if desk.help else None)
-            return wishes
-        return WindowCommands(**{**vars(wishes), flags[key]: True}) if key in flags else wishes
+        return {WINDOW_KEYS[key]} if key in WINDOW_KEYS else set()
 
     def _play(self, now: float) -> None:
-        director = self._director
-        if director.player is not None:
-            director.handle(ask.TogglePlaying(), now)
-        elif director.desk.expressing.played:
-            director.handle(ask.PlayExpression(director.desk.expressing.played[-1].name), now)
+        """Pause or resume the recording; without one, repeat the newest running expression."""
+        controller = self._controller
+        if controller.player is not None:
+            controller.player.toggle(now)
+        elif controller.state.expression.running:
+            controller.play_expression(controller.state.expression.running[-1].name, now)
 
     def _press(self, x: float, y: float, layout: Layout, scale: float) -> None:
         if not layout.face.contains(x, y) or _popup_open():
             return
         self._pressed_at, self._moved, self._mouse = (x, y), False, (x, y)
-        placing = self._director.desk.placing
-        if placing is None:
-            return
-        self._grabbed = nearest_point(x, y, self.point_positions_px, reach=PICK_RADIUS_PX * scale)
+        if self._controller.state.placement is not None:
+            self._grabbed = nearest_point(x, y, self.point_positions_px, radius=PICK_RADIUS_PX * scale)
 
     def _drag_point(self, layout: Layout, scale: float) -> None:
         if self._pressed_at is None:
             return
-        far = np.hypot(self._mouse[0] - self._pressed_at[0], self._mouse[1] - self._pressed_at[1])
-        begins, self._moved = (
-            not self._moved and far > CLICK_TOLERANCE_PX * scale,
-            self._moved or far > CLICK_TOLERANCE_PX * scale,
-        )
-        placing = self._director.desk.placing
-        if self._grabbed is None or placing is None or not self._moved:
+        distance = np.hypot(self._mouse[0] - self._pressed_at[0], self._mouse[1] - self._pressed_at[1])
+        moved_before = self._moved
+        self._moved = moved_before or bool(distance > CLICK_TOLERANCE_PX * scale)
+        placement = self._controller.state.placement
+        if self._grabbed is None or placement is None or not self._moved:
             return
-        if begins:
-            placing = placing.push_undo().select(self._grabbed)
-        self._put(placing, self._grabbed, layout)
+        if not moved_before:
+            placement = placement.push_undo().select(self._grabbed)
+        self._set_point(placement, self._grabbed, layout)
 
     def _release(self, layout: Layout) -> None:
-        """End a drag; a click places the chosen point, or chooses the one it meets if that has its place already."""
-        placing = self._director.desk.placing
-        if placing is not None and self._pressed_at and not self._moved:
-            if self._grabbed is not None and placing.placed[placing.selected]:
-                self._place(placing.select(self._grabbed))
+        """End a drag. A click places the selected point, or selects the one under it if the selected is placed."""
+        placement = self._controller.state.placement
+        if placement is not None and self._pressed_at and not self._moved:
+            if self._grabbed is not None and placement.placed[placement.selected]:
+                self._set_placement(placement.select(self._grabbed))
             else:
-                placed = self._put(placing.push_undo(), placing.selected, layout)
+                placed = self._set_point(placement.push_undo(), placement.selected, layout)
                 if placed:
-                    self._place(placed.advance())
+                    self._set_placement(placed.advance())
         self._pressed_at, self._grabbed = None, None
 
-    def _put(self, placing: PointPlacement, point: int, layout: Layout) -> PointPlacement | None:
-        """Place a point under the mouse, if there is the face."""
-        director = self._director
-        clip = clip_matrix(REST_POSE, director.desk.look.view, aspect=layout.face.width / layout.face.height)
-        place = director.actor.picker.pick(layout.face.to_ndc(*self._mouse), clip)
-        if place is None:
+    def _set_point(self, placement: PointPlacement, point: int, layout: Layout) -> PointPlacement | None:
+        """Set a point to the surface under the mouse. Returns None beside the face."""
+        controller = self._controller
+        clip = clip_matrix(REST_POSE, controller.state.view.camera, aspect=layout.face.width / layout.face.height)
+        position = controller.face.picker.pick(layout.face.to_ndc(*self._mouse), clip)
+        if position is None:
             return None
-        mirrored = director.mirror(placing, place) if placing.mirror else None
-        placing = placing.set_point(point, place, mirrored)
-        self._place(placing)
-        return placing
+        mirrored = controller.mirrored(placement, position) if placement.mirror else None
+        placement = placement.set_point(point, position, mirrored)
+        self._set_placement(placement)
+        return placement
 
-    def _place(self, placing: PointPlacement) -> None:
-        self._director.desk = replace(self._director.desk, placing=placing)
+    def _set_placement(self, placement: PointPlacement) -> None:
+        self._controller.state = replace(self._controller.state, placement=placement)
 
 
 def _popup_open() -> bool:

@@ -56,24 +56,24 @@ def animate(options: FaceOptions, *, dpc: Path | None = None, emotion: str | Non
     Raises GraphicsError, FileFormatError, ConfError.
     """
     from conf.animator.app import AnimatorApp
-    from conf.animator.commands import OpenFile, PlayExpression
     from conf.animator.face_document import open_face_document
     from conf.face.animation.action_units import load_emotions, load_expression
     from conf.render.window.glfw_window import GlfwWindow
 
-    subject = open_face_document(options.face, options.ppc, up=options.up, front=options.front)
+    document = open_face_document(options.face, options.ppc, up=options.up, front=options.front)
     name = None if emotion is None else load_expression(emotion).names[0]
     with GlfwWindow(*SIZE, "conf animate") as window:
-        animator = AnimatorApp(window, subject, fit=fit_points)
+        animator = AnimatorApp(window, document, fit=fit_points)
+        controller = animator.controller
         try:
             if dpc is not None:
-                animator.request(OpenFile(dpc))
+                controller.open_file(dpc, animator.now())
             if emotion is not None and name not in load_emotions().names:
-                animator.request(OpenFile(Path(emotion)))
+                controller.open_file(Path(emotion), animator.now())
             if name is not None:
-                desk = animator.director.desk
-                animator.director.desk = replace(desk, expressing=replace(desk.expressing, hold_until_released=True))
-                animator.request(PlayExpression(name))
+                expression = replace(controller.state.expression, hold_until_released=True)
+                controller.state = replace(controller.state, expression=expression)
+                controller.play_expression(name, animator.now())
             animator.run()
         finally:
             animator.close()

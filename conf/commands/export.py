@@ -115,7 +115,7 @@ def _load_motion(request: ExportRequest, face: FaceModel, fps: float | None) -> 
     from conf.face.animation.timed_expression import Envelope
 
     if request.dpc is not None:
-        return load_motion_clip(request.dpc, face.fapu).motion, 0.0
+        return load_motion_clip(request.dpc, face.fapu), 0.0
     if request.emotion is None:
         raise ConfError("nothing to export: give --dpc FILE or --emotion NAME")
     expressions = load_expression(request.emotion).in_fapu(face.fapu).displacements

@@ -1,74 +1,88 @@
-"""The shipped head as a subject, and a mesh file that nobody knows the control points of."""
+"""Fixtures: the shipped head as a document and a model, a mesh file without control points, a controller, a panel."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from conf.animator.commands import Request
+from conf.animator.controller import Controller
 from conf.animator.face_document import FaceDocument, open_face_document
 from conf.animator.gui.main import Panel
-from conf.animator.state.editor import EditorState, StatusInfo
-from conf.face.animation.action_units import load_emotions
+from conf.animator.state.editor import EditorState
 from conf.face.deformation.face_model import DeformerOptions, FaceModel
 from conf.output.obj_writer import write_obj
 from tests.support.imgui_stage import Stage, stage
 
 __all__ = ["stage"]
 
-TO_FILE = (25.0, np.array([3.0, 1500.0, -8.0]))  # scale and shift of the stranger's file
+FILE_SCALE, FILE_OFFSET = 25.0, np.array([3.0, 1500.0, -8.0])  # model centimetres to the unit of `unplaced_mesh`
+NOW = 1.0  # seconds, when a panel is drawn
 
 
 @pytest.fixture(scope="session")
-def subject() -> FaceDocument:
+def document() -> FaceDocument:
     """The shipped head."""
     return open_face_document()
 
 
 @pytest.fixture(scope="session")
-def head(subject: FaceDocument) -> FaceModel:
-    """The shipped head's model."""
-    return subject.operator_builder().build_face(DeformerOptions())
+def points(document: FaceDocument) -> np.ndarray:
+    """The shipped head's (n, 3) control points."""
+    assert document.points is not None
+    return document.points
 
 
 @pytest.fixture(scope="session")
-def stranger(subject: FaceDocument, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The shipped head as a mesh file of another unit, without control points."""
-    path = tmp_path_factory.mktemp("stranger") / "stranger.obj"
-    scale, shift = TO_FILE
-    write_obj(path, subject.mesh, subject.mesh.vertices * scale + shift)
+def head(document: FaceDocument) -> FaceModel:
+    """The shipped head's model."""
+    return document.operator_builder().build_face(DeformerOptions())
+
+
+@pytest.fixture(scope="session")
+def unplaced_mesh(document: FaceDocument, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The shipped head as a mesh file in another unit, without control points."""
+    path = tmp_path_factory.mktemp("unplaced") / "unplaced.obj"
+    write_obj(path, document.mesh, document.mesh.vertices * FILE_SCALE + FILE_OFFSET)
     return path
 
 
-class Worked:
-    """A panel with the desk it works on: click its widgets by their labels."""
+@pytest.fixture
+def controller(stage: Stage, document: FaceDocument) -> Iterator[Controller]:
+    """A controller of the shipped head."""
+    controller = Controller(stage.window.ctx, document)
+    yield controller
+    controller.release()
 
-    def __init__(self, stage: Stage, panel: Panel, facts: StatusInfo, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.desk, self.facts, self.requests = EditorState(), facts, list[Request]()
+
+class PanelDriver:
+    """A panel and its controller; presses widgets by their labels."""
+
+    def __init__(self, stage: Stage, panel: Panel, controller: Controller, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.controller = controller
         self._stage, self._panel, self._monkeypatch = stage, panel, monkeypatch
-        self._draw()
+        self.draw()
 
-    def _draw(self) -> None:
-        self._stage.frame(self._once)
+    @property
+    def state(self) -> EditorState:
+        return self.controller.state
 
-    def _once(self) -> None:
-        self.desk, asked = self._panel(self.desk, self.facts)
-        self.requests += asked
+    def draw(self) -> None:
+        self._stage.frame(self._draw)
+
+    def labels(self) -> set[str]:
+        return set(self._stage.widgets(self._draw, self._monkeypatch))
 
     def press(self, label: str) -> None:
-        """Click in the middle of a widget."""
-        place = self._stage.find(label, self._once, self._monkeypatch)
-        self._stage.click(*place, self._once)
+        """Click at the centre of a widget."""
+        centre = self._stage.find(label, self._draw, self._monkeypatch)
+        self._stage.click(*centre, self._draw)
+
+    def _draw(self) -> None:
+        self._panel(self.controller, NOW)
 
 
 @pytest.fixture
-def facts(subject: FaceDocument) -> StatusInfo:
-    """What panels are told of the shipped head."""
-    return StatusInfo(1.0, subject, None, load_emotions(), vertices=len(subject.mesh.vertices))
-
-
-@pytest.fixture
-def work(stage: Stage, facts: StatusInfo, monkeypatch: pytest.MonkeyPatch) -> Callable[[Panel], Worked]:
-    """Open a panel to work on."""
-    return lambda panel: Worked(stage, panel, facts, monkeypatch)
+def open_panel(stage: Stage, controller: Controller, monkeypatch: pytest.MonkeyPatch) -> Callable[[Panel], PanelDriver]:
+    """Draw a panel for the shipped head."""
+    return lambda panel: PanelDriver(stage, panel, controller, monkeypatch)

@@ -1,4 +1,4 @@
-"""The animator's window, worked by real clicks and keys on a display of its own that nobody sees."""
+"""The animator's window, controlled by real clicks and keys on a virtual display."""
 
 import json
 import os
@@ -13,20 +13,21 @@ import cv2
 import numpy as np
 import pytest
 
-from conf.animator.face_document import FaceDocument
+from conf.animator.gui.layout import REFERENCE_ASPECT
+from conf.animator.gui.panels.reference_face import IMAGE_WIDTH, reference_clip_matrix
 from conf.animator.picking import Rect
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.formats.dpc import MotionClip, write_dpc
 from conf.face.formats.ppc import read_ppc, write_ppc
-from tests.animator.conftest import TO_FILE
+from tests.animator.conftest import FILE_OFFSET, FILE_SCALE
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 LIMIT_S = 120.0
-Facts = dict[str, Any]
+State = dict[str, Any]
 
 
 class Session:
-    """The program of animator_process.py, its keyboard and its mouse. It answers once a frame."""
+    """The process of animator_process.py, its keyboard and mouse. It reports its state once a frame."""
 
     def __init__(self, display: str, *arguments: str) -> None:
         self._env = os.environ | {"DISPLAY": display, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
@@ -35,56 +36,59 @@ class Session:
         self.process = subprocess.Popen(command, cwd=REPOSITORY, env=self._env, stdin=pipe, stdout=pipe, text=True)
         self._watchdog = threading.Timer(LIMIT_S, self.process.kill)
         self._watchdog.start()
-        self.ask(2)
-        self.do("search", "--sync", "--name", "conf animator test", "windowfocus", "--sync", "windowmove", "0", "0")
+        self.poll(2)
+        name = ("--name", "conf animator test")
+        self.xdotool("search", "--sync", *name, "windowfocus", "--sync", "windowmove", "0", "0")
 
-    def do(self, *command: object) -> None:
+    def xdotool(self, *command: object) -> None:
         subprocess.run(["xdotool", *map(str, command)], env=self._env, check=True, capture_output=True, timeout=LIMIT_S)
 
-    def ask(self, frames: int = 1) -> Facts:
-        """Return how things stand, so many frames on."""
-        facts: Facts = {}
+    def poll(self, frames: int = 1) -> State:
+        """Return the state after this number of frames."""
+        state: State = {}
         for _ in range(frames):
             assert self.process.stdin and self.process.stdout
             self.process.stdin.write("\n")
             self.process.stdin.flush()
             line = self.process.stdout.readline()
             assert line, "the animator has ended"
-            facts = json.loads(line)
-        return facts
+            state = json.loads(line)
+        return state
 
-    def until(self, wanted: Callable[[Facts], bool]) -> Facts:
-        """Wait for it; the watchdog ends what never comes."""
-        while not wanted(facts := self.ask()):
+    def wait_until(self, condition: Callable[[State], bool]) -> State:
+        """Return the first state that fulfils the condition; the watchdog ends a wait that is too long."""
+        while not condition(state := self.poll()):
             pass
-        return facts
+        return state
 
-    def click(self, x: float, y: float) -> Facts:
-        self.do("mousemove", round(x), round(y))
-        self.ask(2)
-        self.do("mousedown", 1)
-        self.ask(2)
-        self.do("mouseup", 1)
-        return self.ask(3)
+    def click(self, x: float, y: float) -> State:
+        self.xdotool("mousemove", round(x), round(y))
+        self.poll(2)
+        self.xdotool("mousedown", 1)
+        self.poll(2)
+        self.xdotool("mouseup", 1)
+        return self.poll(3)
 
-    def press(self, label: str, *, along: float = 0.5) -> Facts:
-        """Click on a widget, at a share of its width."""
-        left, top, right, bottom = self.ask()["places"][label]
-        return self.click(left + along * (right - left), (top + bottom) / 2)
+    def press(self, label: str, *, at: float = 0.5) -> State:
+        """Click on a widget, at a fraction of its width."""
+        left, top, right, bottom = self.poll()["widgets"][label]
+        return self.click(left + at * (right - left), (top + bottom) / 2)
 
     def type(self, label: str, text: str) -> None:
+        """Replace the text of a field."""
         self.press(label)
-        self.do("key", "ctrl+a")
-        self.ask(4)
-        self.do("type", "--delay", "15", text)
-        self.until(lambda now: text in now["fields"])
+        self.xdotool("key", "ctrl+a")
+        self.poll(4)
+        self.xdotool("type", "--delay", "15", text)
+        self.wait_until(lambda state: text in state["fields"])
 
-    def key(self, name: str) -> Facts:
-        self.do("key", name)
-        return self.ask(3)
+    def key(self, name: str) -> State:
+        self.xdotool("key", name)
+        return self.poll(3)
 
     def close(self) -> int:
-        self.do("key", "q")
+        """Quit with a key. Returns the exit code."""
+        self.xdotool("key", "q")
         return self.process.wait(LIMIT_S)
 
     def kill(self) -> None:
@@ -110,60 +114,60 @@ def start(display: str, tmp_path: Path) -> Iterator[Callable[..., Session]]:
 
 
 def test_points_are_placed_by_clicks_corrected_by_dragging_and_saved(
-    start: Callable[..., Session], stranger: Path, subject: FaceDocument, tmp_path: Path
+    start: Callable[..., Session], unplaced_mesh: Path, points: np.ndarray, tmp_path: Path
 ) -> None:
-    assert subject.points is not None
-    scale, shift = TO_FILE
-    truth = subject.points * scale + shift
-    session = start(str(stranger))
-    assert session.press("Place points ...")["placing"] == [0, 50]
-    facts = session.ask()
-    rect, clip = Rect(*facts["rect"]), np.array(facts["clip"])
-    pixels = rect.to_pixels(truth * facts["scale"][0] + np.array(facts["scale"][1]), clip)
-    assert session.click(*pixels[0])["placing"] == [1, 49]
+    truth = points * FILE_SCALE + FILE_OFFSET
+    session = start(str(unplaced_mesh))
+    assert session.press("Place points ...")["placement"] == [0, 50]
+    state = session.poll()
+    rect = Rect(*state["rect"])
+    pixels = to_pixels(truth, state)
+    assert session.click(*pixels[0])["placement"] == [1, 49]
     brow = CONTROL_POINT_INDEX["brow_top_l"]
-    assert session.click(*reference_place(session, brow, subject))["placing"] == [brow, 49]
-    assert session.click(*pixels[brow])["placing"][1] == 47, "its partner came along"
-    assert session.press("Undo")["placing"][1] == 49
-    assert session.press("Cancel")["placing"] is None
+    assert session.click(*reference_pixel(session, points[brow]))["placement"] == [brow, 49]
+    assert session.click(*pixels[brow])["placement"][1] == 47, "its partner is placed too"
+    assert session.press("Undo")["placement"][1] == 49
+    assert session.press("Cancel")["placement"] is None
 
     wrong = truth.copy()
-    wrong[brow] += [0.0, 1.5 * scale, 0.0]
+    wrong[brow] += [0.0, 1.5 * FILE_SCALE, 0.0]
     write_ppc(tmp_path / "wrong.ppc", wrong)
     session.type("##PPC file", str(tmp_path / "wrong.ppc"))
     session.press("Load##PPC file")
-    facts = session.until(lambda now: now["points"] is not None)
+    session.wait_until(lambda state: state["points"] is not None)
     session.press("Place points ...")
-    facts = session.press("a point takes its partner along")
-    model = (np.array([wrong[brow], truth[brow]]) * facts["scale"][0]) + np.array(facts["scale"][1])
-    taken, wanted = rect.to_pixels(model, np.array(facts["clip"]))
-    session.do("mousemove", *map(round, taken), "mousedown", 1)
-    session.ask(2)
-    for share in (0.3, 0.7, 1.0):
-        session.do("mousemove", *map(round, taken + share * (wanted - taken)))
-        session.ask()
-    session.do("mouseup", 1)
-    session.ask(2)
-    assert session.press("OK")["placing"] is None
+    state = session.press("also place the mirrored point")
+    start_pixel, end_pixel = to_pixels(np.array([wrong[brow], truth[brow]]), state)
+    assert rect.contains(*start_pixel) and rect.contains(*end_pixel)
+    session.xdotool("mousemove", *map(round, start_pixel), "mousedown", 1)
+    session.poll(2)
+    for fraction in (0.3, 0.7, 1.0):
+        session.xdotool("mousemove", *map(round, start_pixel + fraction * (end_pixel - start_pixel)))
+        session.poll()
+    session.xdotool("mouseup", 1)
+    session.poll(2)
+    assert session.press("OK")["placement"] is None
     session.type("##PPC file", str(tmp_path / "a.ppc"))
     session.press("Save PPC")
-    session.until(lambda now: "saved" in now["notice"])
-    error = np.linalg.norm(read_ppc(tmp_path / "a.ppc") - truth, axis=1) / scale
-    assert np.delete(error, brow).max() < 1e-4 and error[brow] < 0.15, "cm at an eye distance of 6.4 cm"
+    session.wait_until(lambda state: "saved" in state["notice"])
+    error_cm = np.linalg.norm(read_ppc(tmp_path / "a.ppc") - truth, axis=1) / FILE_SCALE
+    assert np.delete(error_cm, brow).max() < 1e-4 and error_cm[brow] < 0.15
     session.press("joy")
-    assert session.until(lambda now: now["moved_cm"] > 0.8)
+    assert session.wait_until(lambda state: state["moved_cm"] > 0.8)
     assert session.close() == 0
 
 
-def reference_place(session: Session, point: int, subject: FaceDocument) -> tuple[float, float]:
-    """Return where the reference face shows a point."""
-    from conf.animator.gui.layout import REFERENCE
-    from conf.animator.gui.panels.reference_face import SIDE, reference_clip_matrix
+def to_pixels(file_positions: np.ndarray, state: State) -> np.ndarray:
+    """Return the window pixels of positions in file coordinates."""
+    scale, translation = state["file_to_model"]
+    return Rect(*state["rect"]).to_pixels(file_positions * scale + np.array(translation), np.array(state["clip"]))
 
-    left, top, right, bottom = session.ask()["places"]["reference"]
-    assert subject.points is not None
-    rect = Rect(left, top, right - left, bottom - top)
-    x, y = rect.to_pixels(subject.points[[point]], reference_clip_matrix((SIDE, round(SIDE * REFERENCE))))[0]
+
+def reference_pixel(session: Session, point: np.ndarray) -> tuple[float, float]:
+    """Return the window pixel of a point of the reference face."""
+    left, top, right, bottom = session.poll()["widgets"]["reference"]
+    clip = reference_clip_matrix((IMAGE_WIDTH, round(IMAGE_WIDTH * REFERENCE_ASPECT)))
+    x, y = Rect(left, top, right - left, bottom - top).to_pixels(point[None], clip)[0]
     return float(x), float(y)
 
 
@@ -173,15 +177,15 @@ def test_a_recording_is_played_paused_stepped_and_exported(start: Callable[..., 
     write_dpc(tmp_path / "in.dpc", MotionClip(20.0, "fapu", values))
     session = start()
     session.type("##DPC file", str(tmp_path / "in.dpc"))
-    session.do("key", "Return")
-    facts = session.until(lambda now: now["player"])
-    assert facts["player"][1] and facts["player"][3]
+    session.xdotool("key", "Return")
+    state = session.wait_until(lambda state: state["player"])
+    assert state["player"][1] and state["player"][3]
     paused = session.press("Pause")["player"][0]
-    assert session.ask(3)["player"] == [paused, False, 1.0, True]
+    assert session.poll(3)["player"] == [paused, False, 1.0, True]
     stepped = session.key("Right")["player"][0]
     assert stepped == pytest.approx(min(int(paused * 20) + 1, 20) / 20)
-    assert session.press("##seek", along=0.5)["player"][0] == pytest.approx(0.5, abs=0.05)
-    assert session.press("##speed", along=0.98)["player"][2] > 3
+    assert session.press("##seek", at=0.5)["player"][0] == pytest.approx(0.5, abs=0.05)
+    assert session.press("##speed", at=0.98)["player"][2] > 3
     assert session.key("space")["player"][1]
     assert session.press("Stop")["player"][:2] == [0.0, False]
 
@@ -189,40 +193,40 @@ def test_a_recording_is_played_paused_stepped_and_exported(start: Callable[..., 
     session.type("##file", str(tmp_path / "out.mp4"))
     session.type("##size, px", "64x48")
     session.press("Export##button")
-    session.until(lambda now: "clips need a motion" in now["notice"])
-    left, _, _, bottom = session.press("##source")["places"]["##source"]
-    session.key("Escape")  # while a list is open it does not end the program
+    session.wait_until(lambda state: "clips need a motion" in state["notice"])
+    left, _, _, bottom = session.press("##source")["widgets"]["##source"]
+    session.key("Escape")  # closes the open list, not the window
     session.click(left + 30, bottom + 34)  # the second line of the list
-    assert session.ask(2)["source"] == "the recording"
+    assert session.poll(2)["source"] == "recording"
     session.press("Export##button")
-    session.until(lambda now: "out.mp4" in now["notice"])
-    clip = cv2.VideoCapture(str(tmp_path / "out.mp4"))
-    assert clip.get(cv2.CAP_PROP_FRAME_COUNT) == pytest.approx(31, abs=1) and clip.read()[1].shape == (48, 64, 3)
-    session.do("key", "s")
-    session.until(lambda now: "conf-001.jpg" in now["notice"])
+    session.wait_until(lambda state: "out.mp4" in state["notice"])
+    video = cv2.VideoCapture(str(tmp_path / "out.mp4"))
+    assert video.get(cv2.CAP_PROP_FRAME_COUNT) == pytest.approx(31, abs=1) and video.read()[1].shape == (48, 64, 3)
+    session.xdotool("key", "s")
+    session.wait_until(lambda state: "conf-001.jpg" in state["notice"])
     assert np.asarray(cv2.imread(str(tmp_path / "conf-001.jpg"))).shape == (48, 64, 3)
     assert session.close() == 0
 
 
-def test_kernels_change_while_the_face_moves_and_muscles_take_over(start: Callable[..., Session]) -> None:
+def test_kernels_and_muscles_change_while_the_face_moves(start: Callable[..., Session]) -> None:
     session = start()
     session.press("Deform")
     session.press("gaussian")
-    facts = session.until(lambda now: not now["built"][2])
-    assert facts["kernel"] == "gaussian"
-    session.press("##locality, 1/cm", along=0.01)
-    session.press("##lambda", along=0.01)
-    facts = session.until(lambda now: not now["built"][2] and now["built"][1] > 0)
-    session.press("Back to the defaults")
+    state = session.wait_until(lambda state: not state["build"]["busy"])
+    assert state["kernel"] == "gaussian"
+    session.press("##locality, 1/cm", at=0.01)
+    session.press("##lambda", at=0.01)
+    session.wait_until(lambda state: not state["build"]["busy"] and state["build"]["smoothing"] > 0)
+    session.press("Reset to defaults")
     session.press("Muscles")
     session.press("smile")
-    facts = session.until(lambda now: now["moved_cm"] > 0.5)
-    assert facts["muscles"]
+    state = session.wait_until(lambda state: state["moved_cm"] > 0.5)
+    assert state["muscles"]
     session.press("surprise")
-    assert not session.ask(2)["muscles"]
-    session.do("mousemove", 640, 300, "mousedown", 1)
-    session.ask(2)
-    session.do("mousemove", 700, 300, "mouseup", 1)
-    assert session.until(lambda now: now["view"]["yaw"] > 0.1)
+    assert not session.poll(2)["muscles"]
+    session.xdotool("mousemove", 640, 300, "mousedown", 1)
+    session.poll(2)
+    session.xdotool("mousemove", 700, 300, "mouseup", 1)
+    assert session.wait_until(lambda state: state["camera"]["yaw"] > 0.1)
     assert session.key("g")["style"] == "regions"
     assert session.close() == 0

@@ -14,7 +14,7 @@ def wait_for(worker: LatestTaskWorker[int]) -> int:
     return result
 
 
-def test_only_the_newest_of_those_that_wait_is_done() -> None:
+def test_only_the_newest_waiting_task_runs() -> None:
     worker: LatestTaskWorker[int] = LatestTaskWorker()
     gate = threading.Event()
     done: list[int] = []
@@ -38,7 +38,7 @@ def test_only_the_newest_of_those_that_wait_is_done() -> None:
     worker.close()
 
 
-def test_what_goes_wrong_comes_out_where_the_result_would() -> None:
+def test_polling_raises_what_the_task_raised() -> None:
     worker: LatestTaskWorker[int] = LatestTaskWorker()
     worker.submit(lambda: 1 // 0)
     with pytest.raises(ZeroDivisionError):
@@ -46,12 +46,11 @@ def test_what_goes_wrong_comes_out_where_the_result_would() -> None:
     worker.close()
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells threads apart")
-def test_the_picture_has_the_processor_first() -> None:
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has a niceness for each thread")
+def test_the_thread_has_a_lower_priority() -> None:
     worker: LatestTaskWorker[int] = LatestTaskWorker()
     own = os.getpriority(os.PRIO_PROCESS, 0)
     worker.submit(lambda: os.getpriority(os.PRIO_PROCESS, 0))
-    while (theirs := worker.poll()) is None:
-        pass
+    niceness = wait_for(worker)
     worker.close()
-    assert theirs == min(own + NICENESS, 19) and os.getpriority(os.PRIO_PROCESS, 0) == own
+    assert niceness == min(own + NICENESS, 19) and os.getpriority(os.PRIO_PROCESS, 0) == own

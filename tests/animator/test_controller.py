@@ -1,104 +1,139 @@
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from conf.animator.background_fit import FitResult
-from conf.animator.commands import (
-    Export,
-    OpenFile,
-    PlacePoints,
-    PlayExpression,
-    SavePoints,
-    SetAxes,
-    ToggleMotionRecording,
-)
+from conf.animator.background_fit import Axes, FitResult
 from conf.animator.controller import Controller
-from conf.animator.face_document import FaceDocument
-from conf.animator.face_instance import FaceInstance
-from conf.animator.motion_mixer import MotionSample
+from conf.animator.face_document import open_face_document
 from conf.animator.motion_player import REST_POSE
 from conf.face.animation.action_units import load_emotions
-from conf.face.deformation.face_model import DeformerOptions
+from conf.face.formats.dpc import MotionClip, write_dpc
 from conf.face.formats.epc import ExpressionSet, write_epc
+from conf.face.formats.ppc import read_ppc
 from conf.face.mesh.mesh import load_mesh
-from tests.animator.conftest import TO_FILE
+from tests.animator.conftest import FILE_OFFSET, FILE_SCALE, NOW
 from tests.support.imgui_stage import Stage
 
-
-@pytest.fixture
-def director(stage: Stage, subject: FaceDocument) -> Iterator[Controller]:
-    director = Controller(stage.window.ctx, FaceInstance(stage.window.ctx, subject, DeformerOptions()))
-    yield director
-    director.release()
+JOY = load_emotions()["joy"]
 
 
-def test_a_file_of_expressions_adds_buttons(director: Controller, tmp_path: Path) -> None:
-    write_epc(tmp_path / "mine.epc", ExpressionSet(("bliss", "joy"), np.stack([load_emotions()["joy"]] * 2)))
-    director.handle(OpenFile(tmp_path / "mine.epc"), 0.0)
-    assert set(director.emotions.names) == {*load_emotions().names, "bliss"}
-    director.handle(PlayExpression("bliss"), 1.0)
-    assert director.desk.expressing.active(1.0) == "bliss"
+def test_an_expression_file_adds_its_expressions(controller: Controller, tmp_path: Path) -> None:
+    write_epc(tmp_path / "mine.epc", ExpressionSet(("bliss", "joy"), np.stack([JOY] * 2)))
+    controller.open_file(tmp_path / "mine.epc", NOW)
+    assert set(controller.expressions.names) == {*load_emotions().names, "bliss"}
+    controller.play_expression("bliss", NOW)
+    assert controller.state.expression.active(NOW) == "bliss"
+    assert controller.state.expression.running[0].timed.displacements == pytest.approx(JOY, abs=1e-2)
 
 
-def test_what_cannot_be_opened_becomes_a_notice(director: Controller, tmp_path: Path) -> None:
-    director.handle(OpenFile(tmp_path / "a.doc"), 0.0)
-    assert "open a mesh (.obj, .ply, .glb, .stl), a .ppc, a .dpc or an .epc file" in director.notice
-    director.handle(OpenFile(tmp_path / "none.dpc"), 0.0)
-    assert "none.dpc" in director.notice
-    director.handle(SavePoints(tmp_path / "no" / "a.ppc"), 0.0)
-    assert "cannot be written" in director.notice
+def test_a_recording_is_opened_and_played(controller: Controller, tmp_path: Path) -> None:
+    values = np.zeros((11, 50, 3), np.float32)
+    values[:, 0, 1] = -300
+    write_dpc(tmp_path / "a.dpc", MotionClip(10.0, "fapu", values))
+    controller.open_file(tmp_path / "a.dpc", NOW)
+    assert controller.player is not None and controller.player.clock.is_playing(NOW)
+    assert controller.notice == "opened a.dpc"
+    vertices, sample = controller.deform(NOW)
+    assert sample.displacements[0, 1] == -300 and (vertices != controller.face.model.neutral).any()
 
 
-def test_another_face_takes_the_stage_with_no_points(director: Controller, stranger: Path) -> None:
-    director.handle(OpenFile(stranger), 0.0)
-    assert director.actor.subject.points is None
-    director.handle(PlacePoints(), 0.0)
-    assert director.desk.placing is not None and director.desk.placing.missing == 50
+def test_errors_become_notices(controller: Controller, tmp_path: Path) -> None:
+    controller.open_file(tmp_path / "a.doc", NOW)
+    assert "open a mesh (.obj, .ply, .glb, .stl), a .ppc, a .dpc or an .epc file" in controller.notice
+    controller.open_file(tmp_path / "none.dpc", NOW)
+    assert "none.dpc" in controller.notice
+    controller.save_points(tmp_path / "no" / "a.ppc")
+    assert "cannot be written" in controller.notice
 
 
-def test_missing_points_are_found_unless_they_are_placed_by_hand_meanwhile(
-    stage: Stage, subject: FaceDocument, stranger: Path
+def test_a_mesh_without_points_is_placed_from_nothing(controller: Controller, unplaced_mesh: Path) -> None:
+    controller.open_file(unplaced_mesh, NOW)
+    assert controller.face.document.points is None
+    controller.place_points()
+    assert controller.state.placement is not None and controller.state.placement.missing == 50
+    vertices, _ = controller.deform(NOW)
+    assert vertices is controller.face.model.neutral
+
+
+def test_placed_points_rebuild_the_face(controller: Controller, points: np.ndarray, tmp_path: Path) -> None:
+    controller.place_points()
+    placement = controller.state.placement
+    assert placement is not None
+    controller.state = replace(controller.state, placement=placement.set_point(0, points[0] + 0.1))
+    controller.apply_points()
+    assert controller.state.placement is None
+    controller.save_points(tmp_path / "a.ppc")
+    assert controller.notice == f"saved {tmp_path / 'a.ppc'}"
+    np.testing.assert_allclose(read_ppc(tmp_path / "a.ppc")[0], points[0] + 0.1, atol=1e-5)
+
+
+def test_missing_points_are_found_unless_points_are_being_placed(
+    stage: Stage, unplaced_mesh: Path, points: np.ndarray
 ) -> None:
-    scale, shift = TO_FILE
-    assert subject.points is not None
-    truth = subject.points * scale + shift
+    def fit(path: Path, axes: Axes, on_progress: Callable[[str], None]) -> FitResult:
+        return FitResult(points * FILE_SCALE + FILE_OFFSET, ("check the lids",))
 
-    def fit(path: Path, axes: tuple[str | None, str | None], on_progress: Callable[[str], None]) -> FitResult:
-        return FitResult(truth, ("check the lids",))
+    def wait_for_fit() -> None:
+        while controller.fitting.progress is not None:
+            controller.update(NOW)
 
-    def settled(director: Controller) -> None:
-        while director.fitting.progress is not None:
-            director.update()
-
-    director = Controller(stage.window.ctx, FaceInstance(stage.window.ctx, subject, DeformerOptions()), fit)
-    director.handle(OpenFile(stranger), 0.0)
-    director.handle(PlacePoints(), 0.0)
-    settled(director)
-    assert director.actor.subject.points is None and director.desk.placing is not None
-    director.handle(SetAxes("y", "z"), 0.0)
-    director.find_missing_points()
-    settled(director)
-    np.testing.assert_allclose(director.actor.subject.points, subject.points, atol=2e-3)
-    assert director.notice.endswith("Save PPC keeps them. check the lids")
-    director.release()
+    controller = Controller(stage.window.ctx, open_face_document(unplaced_mesh), fit)
+    controller.place_points()
+    wait_for_fit()
+    assert controller.face.document.points is None and controller.state.placement is not None
+    controller.set_axes("y", "z")
+    controller.find_missing_points()
+    wait_for_fit()
+    np.testing.assert_allclose(controller.face.document.points, points, atol=2e-3)
+    assert controller.notice.endswith("Save PPC saves them. check the lids")
+    controller.release()
 
 
-def test_a_take_becomes_the_recording(director: Controller) -> None:
-    director.handle(ToggleMotionRecording(), 0.0)
-    assert director.recorder is not None
+def test_recorded_motion_becomes_the_recording(controller: Controller) -> None:
+    controller.toggle_recorder(0.0)
+    assert controller.recorder is not None
     for i in range(10):
-        director.recorder.add(np.full((50, 3), i, np.float32), REST_POSE.to_vector(), i / 20)
-    director.handle(ToggleMotionRecording(), 1.0)
-    assert director.recorder is None and director.player is not None
-    assert director.player.recording.duration == pytest.approx(0.45, abs=0.04)
+        controller.deform(i / 20)
+    controller.toggle_recorder(1.0)
+    assert controller.recorder is None and controller.player is not None
+    assert controller.player.clock.duration == pytest.approx(0.45, abs=0.04)
 
 
-def test_what_is_shown_is_written(director: Controller, tmp_path: Path) -> None:
-    vertices = director.actor.face.deform(load_emotions()["joy"])
-    director.last_frame = (vertices, MotionSample(load_emotions()["joy"], REST_POSE))
-    director.desk = replace(director.desk, fields=replace(director.desk.fields, output=str(tmp_path / "a.obj")))
-    director.handle(Export(), 0.0)
+def test_muscles_and_expressions_deform_the_face(controller: Controller) -> None:
+    controller.state = replace(controller.state, muscles=controller.state.muscles.with_preset("smile"))
+    while np.abs(controller.deform(NOW)[0] - controller.face.model.neutral).max() < 0.3:
+        controller.update(NOW)
+    controller.play_expression("joy", NOW)
+    assert not controller.state.muscles.active
+    _, sample = controller.deform(NOW + 1)
+    assert np.abs(sample.displacements - JOY).max() < np.abs(JOY).max() / 2
+
+
+def test_the_current_view_is_exported_and_saved_as_screenshot(controller: Controller, tmp_path: Path) -> None:
+    controller.play_expression("joy", 0.0)
+    vertices, _ = controller.deform(1.0)
+    fields = replace(controller.state.fields, output=str(tmp_path / "a.obj"), size="64x48")
+    controller.state = replace(controller.state, fields=fields)
+    controller.export()
     np.testing.assert_allclose(load_mesh(tmp_path / "a.obj").vertices, vertices, atol=1e-4)
+    controller.save_screenshot(tmp_path)
+    assert controller.notice == f"saved {tmp_path / 'conf-001.jpg'}" and (tmp_path / "conf-001.jpg").exists()
+    assert controller.state.fields == fields
+
+
+def test_a_motion_format_cannot_hold_the_current_view(controller: Controller, tmp_path: Path) -> None:
+    for name, kind in (("a.mp4", "clips"), ("a.dpc", "motion files")):
+        fields = replace(controller.state.fields, output=str(tmp_path / name))
+        controller.state = replace(controller.state, fields=fields)
+        controller.export()
+        assert f"{kind} need a motion" in controller.notice
+
+
+def test_finished_expressions_are_removed_and_idle_motion_remains(controller: Controller) -> None:
+    controller.play_expression("joy", 0.0)
+    controller.update(20.0)
+    assert controller.state.expression.running == ()
+    assert controller.deform(20.0)[1].pose is not REST_POSE

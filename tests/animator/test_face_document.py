@@ -10,73 +10,72 @@ from conf.face.default_head import EYE_MIDPOINT
 from conf.face.formats.ppc import read_ppc, write_ppc
 from conf.face.mesh.axes import axes_rotation
 from conf.output.obj_writer import write_obj
-from tests.animator.conftest import TO_FILE
+from tests.animator.conftest import FILE_OFFSET, FILE_SCALE
 
 
-def in_file(subject: FaceDocument) -> np.ndarray:
-    assert subject.points is not None
-    scale, shift = TO_FILE
-    return np.asarray(subject.points * scale + shift)
+@pytest.fixture
+def file_points(points: np.ndarray) -> np.ndarray:
+    """The control points in the frame and unit of `unplaced_mesh`."""
+    return np.asarray(points * FILE_SCALE + FILE_OFFSET)
 
 
-def test_the_shipped_head_comes_with_all_it_has(subject: FaceDocument) -> None:
-    assert subject.is_default and subject.rig is not None and subject.shapes is not None
-    assert subject.points is not None
-    np.testing.assert_array_equal(subject.to_file(subject.points), subject.points)
+def test_the_shipped_head_has_points_rig_and_blendshapes(document: FaceDocument, points: np.ndarray) -> None:
+    assert document.is_default and document.rig is not None and document.shapes is not None
+    np.testing.assert_array_equal(document.to_file_coordinates(points), points)
 
 
-def test_a_mesh_of_any_unit_stands_in_the_middle_until_its_points_are_known(stranger: Path) -> None:
-    opened = open_face_document(stranger)
-    assert opened.points is None
-    low, high = opened.mesh.vertices.min(axis=0), opened.mesh.vertices.max(axis=0)
+def test_a_mesh_without_points_is_centred_and_scaled_to_a_head(unplaced_mesh: Path) -> None:
+    document = open_face_document(unplaced_mesh)
+    assert document.points is None
+    low, high = document.mesh.vertices.min(axis=0), document.mesh.vertices.max(axis=0)
     np.testing.assert_allclose((low + high) / 2, 0.0, atol=1e-6)
     assert high[1] - low[1] == pytest.approx(26.0)
     with pytest.raises(ConfError, match="not placed yet: place all of them, then press OK"):
-        save_points(stranger.with_name("a.ppc"), opened)
+        save_points(unplaced_mesh.with_name("a.ppc"), document)
+    with pytest.raises(ValueError, match="must have control points"):
+        document.operator_builder()
 
 
-def test_placed_points_bring_the_eyes_to_their_place_and_save_in_the_files_unit(
-    stranger: Path, subject: FaceDocument, tmp_path: Path
+def test_points_align_the_eyes_and_are_saved_in_file_coordinates(
+    unplaced_mesh: Path, file_points: np.ndarray, tmp_path: Path
 ) -> None:
-    placed = with_points(open_face_document(stranger), in_file(subject))
-    assert placed.points is not None and subject.points is not None
+    placed = with_points(open_face_document(unplaced_mesh), file_points)
+    assert placed.points is not None
     np.testing.assert_allclose(placed.points[PUPILS].mean(axis=0), EYE_MIDPOINT, atol=1e-9)
     assert np.linalg.norm(placed.points[PUPILS[0]] - placed.points[PUPILS[1]]) == pytest.approx(6.4)
     save_points(tmp_path / "a.ppc", placed)
-    np.testing.assert_allclose(read_ppc(tmp_path / "a.ppc"), in_file(subject), atol=1e-5)
-    again = with_points(placed, in_file(subject) + 0.5)
+    np.testing.assert_allclose(read_ppc(tmp_path / "a.ppc"), file_points, atol=1e-5)
+    again = with_points(placed, file_points + 0.5)
     assert again.rig is not None and len(again.rig.eyes) == 2
-    np.testing.assert_allclose(again.to_file(again.mesh.vertices), placed.to_file(placed.mesh.vertices), atol=1e-6)
+    before, after = (d.to_file_coordinates(d.mesh.vertices) for d in (placed, again))
+    np.testing.assert_allclose(after, before, atol=1e-6)
 
 
-def test_points_in_one_place_are_no_face(stranger: Path) -> None:
+def test_coinciding_points_are_refused(unplaced_mesh: Path) -> None:
     with pytest.raises(ConfError, match="do not fit this face: pupils, nose, lids and lips must lie apart"):
-        with_points(open_face_document(stranger), np.ones((50, 3)))
+        with_points(open_face_document(unplaced_mesh), np.ones((50, 3)))
 
 
-def test_a_ppc_may_lie_elsewhere(stranger: Path, subject: FaceDocument, tmp_path: Path) -> None:
-    write_ppc(tmp_path / "points.ppc", in_file(subject))
-    assert open_face_document(stranger, tmp_path / "points.ppc").points is not None
+def test_points_can_come_from_another_folder(unplaced_mesh: Path, file_points: np.ndarray, tmp_path: Path) -> None:
+    write_ppc(tmp_path / "points.ppc", file_points)
+    assert open_face_document(unplaced_mesh, tmp_path / "points.ppc").points is not None
 
 
-def test_a_mesh_is_stood_upright_by_its_axes_and_goes_back_to_them(
-    stranger: Path, subject: FaceDocument, tmp_path: Path
-) -> None:
-    """Z up and the nose towards -y, as modellers have it, without and with points."""
-    lying = tmp_path / "lying.obj"
-    back = axes_rotation("z", "-y")  # file to upright: its rows undo it
-    write_obj(lying, subject.mesh, subject.mesh.vertices @ back)
-    opened = open_face_document(lying, up="z", front="-y")
-    upright = opened.mesh.vertices / opened.placement.scale
-    np.testing.assert_allclose(upright - upright[0], subject.mesh.vertices - subject.mesh.vertices[0], atol=1e-4)
-    assert open_face_document(lying, up="z").axes == opened.axes and open_face_document(lying).axes == ("y", "z")
-    assert np.ptp(open_face_document(lying).mesh.vertices[:, 2]) > np.ptp(opened.mesh.vertices[:, 2]), (
-        "it lay on its back"
-    )
-    assert subject.points is not None
-    placed = with_points(opened, subject.points @ back)
+def test_axes_rotate_a_mesh_upright_and_back(document: FaceDocument, points: np.ndarray, tmp_path: Path) -> None:
+    """Z up and the nose towards -y, as modelling programs have it, without and with points."""
+    path = tmp_path / "z-up.obj"
+    to_file = axes_rotation("z", "-y")  # right-multiplied: the inverse of file to upright
+    write_obj(path, document.mesh, document.mesh.vertices @ to_file)
+    upright = open_face_document(path, up="z", front="-y")
+    vertices = upright.mesh.vertices / upright.file_to_model.scale
+    np.testing.assert_allclose(vertices - vertices[0], document.mesh.vertices - document.mesh.vertices[0], atol=1e-4)
+    assert open_face_document(path, up="z").axes == upright.axes
+    default = open_face_document(path)
+    assert default.axes == ("y", "z")
+    assert np.ptp(default.mesh.vertices[:, 2]) > np.ptp(upright.mesh.vertices[:, 2]), "it lies on its back"
+    placed = with_points(upright, points @ to_file)
     assert placed.points is not None
-    np.testing.assert_allclose(placed.points, subject.points, atol=1e-3)
-    np.testing.assert_allclose(placed.to_file(placed.points), subject.points @ back, atol=1e-9)
+    np.testing.assert_allclose(placed.points, points, atol=1e-3)
+    np.testing.assert_allclose(placed.to_file_coordinates(placed.points), points @ to_file, atol=1e-9)
     with pytest.raises(ConfError, match="up y and front -y name one line: name two, such as y and z"):
-        with_axes(opened, "y", "-y")
+        with_axes(upright, "y", "-y")

@@ -9,23 +9,24 @@ from conf.face.deformation.face_model import DeformerOptions
 from tests.support.imgui_stage import Stage
 
 
-def test_an_operator_is_built_behind_the_picture_and_muscles_attach(stage: Stage, subject: FaceDocument) -> None:
-    actor = FaceInstance(stage.window.ctx, subject, DeformerOptions())
-    before = actor.face
-    wanted = DeformerOptions("linear")
-    actor.update(wanted, MuscleState())
-    assert actor.busy
-    while actor.busy:
-        actor.update(wanted, MuscleState())
-    assert actor.face is not before and actor.face.mesh is before.mesh
+def test_operator_and_muscles_are_built_in_the_background(stage: Stage, document: FaceDocument) -> None:
+    face = FaceInstance(stage.window.ctx, document, DeformerOptions())
+    before = face.model
+    options = DeformerOptions("linear")
+    face.update(options, MuscleState())
+    assert face.busy
+    while face.busy:
+        face.update(options, MuscleState())
+    assert face.model is not before and face.model.mesh is before.mesh and face.build_ms > 0
     smile = MuscleState().with_preset("smile")
-    while (vertices := actor.muscle_vertices(smile)) is None:
-        actor.update(wanted, smile)
-    assert 0.3 < np.abs(vertices - actor.face.neutral).max() < 3.0
-    assert actor.muscle_vertices(smile) is vertices, "what has not changed is not computed again"
-    actor.release()
+    assert face.muscle_vertices(smile) is face.model.neutral
+    while (vertices := face.muscle_vertices(smile)) is face.model.neutral:
+        face.update(options, smile)
+    assert 0.3 < np.abs(vertices - face.model.neutral).max() < 3.0
+    assert face.muscle_vertices(smile) is vertices, "unchanged contractions are not computed again"
+    face.release()
 
 
-def test_a_face_without_points_stands_still(subject: FaceDocument) -> None:
-    face = face_without_points(replace(subject, points=None))
-    np.testing.assert_array_equal(face.deform(np.full((50, 3), 100.0)), face.neutral)
+def test_a_face_without_points_does_not_move(document: FaceDocument) -> None:
+    model = face_without_points(replace(document, points=None))
+    np.testing.assert_array_equal(model.deform(np.full((50, 3), 100.0)), model.neutral)

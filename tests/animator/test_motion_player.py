@@ -3,14 +3,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from conf.animator.motion_player import REST_POSE, MotionPlayer, NamedClip, load_motion_clip, recentre
+from conf.animator.motion_player import REST_POSE, MotionPlayer, load_motion_clip, recentre, sample_clip
 from conf.errors import ConfError
 from conf.face.deformation.face_model import FaceModel
 from conf.face.formats.dpc import MotionClip, write_dpc
 from conf.render.auto_framing import CENTRE, LOG_SCALE
 
 
-def motion(frames: int = 11, points: int = 50, units: str = "fapu") -> MotionClip:
+def make_clip(frames: int = 11, points: int = 50, units: str = "fapu") -> MotionClip:
     values = np.zeros((frames, points, 3), np.float32)
     values[:, 0, 1] = np.arange(frames)
     poses = np.zeros((frames, 6))
@@ -18,15 +18,15 @@ def motion(frames: int = 11, points: int = 50, units: str = "fapu") -> MotionCli
     return MotionClip(10.0, units, values, poses)
 
 
-def test_a_head_that_sat_in_a_corner_comes_to_the_middle() -> None:
-    placed = recentre(motion())
-    assert placed.poses is not None
-    np.testing.assert_allclose(placed.poses[:, 3:5], np.tile(CENTRE, (11, 1)), atol=1e-12)
-    np.testing.assert_allclose(placed.poses[:, 5], LOG_SCALE)
+def test_recentring_moves_the_head_to_the_centre() -> None:
+    clip = recentre(make_clip())
+    assert clip.poses is not None
+    np.testing.assert_allclose(clip.poses[:, 3:5], np.tile(CENTRE, (11, 1)), atol=1e-12)
+    np.testing.assert_allclose(clip.poses[:, 5], LOG_SCALE)
 
 
 def test_play_pause_step_and_speed() -> None:
-    player = MotionPlayer(NamedClip("a", motion()), loop=False)
+    player = MotionPlayer("a", make_clip(), loop=False)
     player.toggle(0.0)
     assert player.clock.is_playing(0.1) and player.frame(0.55) == 5
     player.toggle(0.55)
@@ -35,26 +35,25 @@ def test_play_pause_step_and_speed() -> None:
     assert player.frame(9.0) == 6
     player.step(-2, 9.0)
     assert player.frame(9.0) == 4
-    assert player.at(9.0)[0][0, 1] == pytest.approx(4.0, abs=1e-5)
+    assert player.at(9.0).displacements[0, 1] == pytest.approx(4.0, abs=1e-5)
     player.clock.set_speed(2.0, 10.0)
     player.toggle(10.0)
     assert player.frame(10.2) == 8
     assert not player.clock.is_playing(11.0)
 
 
-def test_a_motion_without_poses_has_the_resting_one() -> None:
-    frames = motion()
-    assert NamedClip("a", MotionClip(10.0, "fapu", frames.displacements)).at(0.0)[1] is REST_POSE
+def test_a_clip_without_poses_has_the_rest_pose() -> None:
+    assert sample_clip(MotionClip(10.0, "fapu", make_clip().displacements), 0.0).pose is REST_POSE
 
 
-def test_mesh_units_become_the_faces_own(tmp_path: Path, head: FaceModel) -> None:
-    write_dpc(tmp_path / "a.dpc", motion(units="mesh"))
-    recording = load_motion_clip(tmp_path / "a.dpc", head.fapu)
-    assert recording.motion.units == "fapu"
-    np.testing.assert_allclose(recording.motion.displacements[5, 0, 1] * head.fapu.lengths()[0, 1], 5.0, rtol=1e-4)
+def test_mesh_units_are_converted_to_fapu(tmp_path: Path, head: FaceModel) -> None:
+    write_dpc(tmp_path / "a.dpc", make_clip(units="mesh"))
+    clip = load_motion_clip(tmp_path / "a.dpc", head.fapu)
+    assert clip.units == "fapu"
+    np.testing.assert_allclose(clip.displacements[5, 0, 1] * head.fapu.lengths()[0, 1], 5.0, rtol=1e-4)
 
 
-def test_a_motion_of_other_points_is_refused(tmp_path: Path, head: FaceModel) -> None:
-    write_dpc(tmp_path / "a.dpc", motion(points=3))
+def test_another_number_of_points_is_refused(tmp_path: Path, head: FaceModel) -> None:
+    write_dpc(tmp_path / "a.dpc", make_clip(points=3))
     with pytest.raises(ConfError, match=r"a\.dpc moves 3 control points: only motions of 50 can be played"):
         load_motion_clip(tmp_path / "a.dpc", head.fapu)

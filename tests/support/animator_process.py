@@ -1,4 +1,4 @@
-"""The animator as a program for tests: answers each line on stdin with where its widgets are and what it shows.
+"""The animator as a process for tests: after each frame it answers a line on stdin with its state as JSON.
 
 python -m tests.support.animator_process FOLDER [FACE.obj]
 """
@@ -20,75 +20,70 @@ from conf.animator.motion_player import REST_POSE
 from conf.render.camera import clip_matrix
 from conf.render.window.glfw_window import GlfwWindow
 
-WATCHED = ("button", "radio_button", "checkbox", "slider_float", "combo", "begin_tab_item_simple", "input_text",
+WIDGETS = ("button", "radio_button", "checkbox", "slider_float", "combo", "begin_tab_item_simple", "input_text",
            "input_text_with_hint", "invisible_button")  # fmt: skip
-places: dict[str, tuple[float, float, float, float]] = {}
+widget_rects: dict[str, tuple[float, float, float, float]] = {}
 
 
-def watch(name: str) -> None:
-    """Note where each widget of a kind is drawn, by its label."""
+def record_rects(name: str) -> None:
+    """Record the rectangle of each widget of a kind by its label."""
     original: Callable[..., Any] = getattr(imgui, name)
 
-    def noting(label: str, *rest: Any, **more: Any) -> Any:
-        answer = original(label, *rest, **more)
+    def record(label: str, *arguments: Any, **options: Any) -> Any:
+        result = original(label, *arguments, **options)
         low, high = imgui.get_item_rect_min(), imgui.get_item_rect_max()
-        places[label] = (low.x, low.y, high.x, high.y)
-        return answer
+        widget_rects[label] = (low.x, low.y, high.x, high.y)
+        return result
 
-    setattr(imgui, name, noting)
+    setattr(imgui, name, record)
 
 
-def facts(animator: AnimatorApp, window: GlfwWindow) -> dict[str, Any]:
-    """Return what a test wants to know."""
-    director = animator.director
-    desk, face = director.desk, director.actor.face
-    vertices, moment = director.last_frame or (face.neutral, None)
+def report(animator: AnimatorApp, window: GlfwWindow) -> dict[str, Any]:
+    """Return the state that the tests check."""
+    controller = animator.controller
+    state, face, player = controller.state, controller.face, controller.player
+    document, now = face.document, animator.now()
+    vertices, sample = controller.deform(now)
     layout = Layout.of(window.size, 1.0)
-    clip = clip_matrix(REST_POSE, desk.look.view, aspect=layout.face.width / layout.face.height)
-    player = director.player
-    now = animator._now()
+    clip = clip_matrix(REST_POSE, state.view.camera, aspect=layout.face.width / layout.face.height)
     return {
-        "places": places,
-        "view": {"yaw": desk.look.view.yaw, "zoom": desk.look.view.zoom},
-        "style": desk.look.style,
-        "kernel": desk.deformer.kernel,
-        "built": [director.actor.built.milliseconds, face.smoothing, director.actor.busy],
-        "muscles": desk.muscling.active,
-        "moved_cm": float(np.abs(vertices - face.neutral).max()),
-        "mouth_cm": float(np.abs(moment.displacements).max()) if moment else 0.0,
-        "placing": None if desk.placing is None else [desk.placing.selected, desk.placing.missing],
-        "points": None if director.actor.subject.points is None else director.actor.subject.points.tolist(),
-        "scale": [director.actor.subject.placement.scale, director.actor.subject.placement.translation.tolist()],
+        "widgets": widget_rects,
+        "camera": {"yaw": state.view.camera.yaw, "zoom": state.view.camera.zoom},
+        "style": state.view.style,
+        "kernel": state.deformer.kernel,
+        "build": {"ms": face.build_ms, "smoothing": face.model.smoothing, "busy": face.busy},
+        "muscles": state.muscles.active,
+        "moved_cm": float(np.abs(vertices - face.model.neutral).max()),
+        "displacement": float(np.abs(sample.displacements).max()),
+        "placement": None if state.placement is None else [state.placement.selected, state.placement.missing],
+        "points": None if document.points is None else document.points.tolist(),
+        "file_to_model": [document.file_to_model.scale, document.file_to_model.translation.tolist()],
         "clip": clip.tolist(),
         "rect": [layout.face.x, layout.face.y, layout.face.width, layout.face.height],
         "player": None if player is None else [player.clock.position(now), player.clock.is_playing(now),
                                                player.clock.speed, player.clock.loop],
-        "progress": director.progress,
-        "source": desk.fields.source,
-        "fields": list(vars(desk.fields).values()),
-        "notice": animator._interface._notice,
-        "fps": 1 / animator._period,
+        "export_progress": controller.export_progress,
+        "source": state.fields.source,
+        "fields": list(vars(state.fields).values()),
+        "notice": animator._gui.notice,
+        "fps": animator.fps,
     }  # fmt: skip
 
 
 def main() -> None:
-    """Draw until the window is closed, answer a line a frame."""
-    for name in WATCHED:
-        watch(name)
-    subject = open_face_document(Path(sys.argv[2]) if len(sys.argv) > 2 else None)
+    """Draw until the window or stdin is closed."""
+    for name in WIDGETS:
+        record_rects(name)
+    document = open_face_document(Path(sys.argv[2]) if len(sys.argv) > 2 else None)
     with GlfwWindow(1280, 800, "conf animator test") as window:
-        animator = AnimatorApp(window, subject, Path(sys.argv[1]))
-        slowest = 0.0
+        animator = AnimatorApp(window, document, Path(sys.argv[1]))
         while not window.should_close:
-            before = animator._now()
             animator.draw_frame()
-            slowest = max(slowest, animator._now() - before)
             if select.select([sys.stdin], [], [], 0.0)[0]:
                 if not sys.stdin.readline():
                     break
-                sys.stdout.write(json.dumps({**facts(animator, window), "slowest_ms": 1e3 * slowest}) + "\n")
+                sys.stdout.write(json.dumps(report(animator, window)) + "\n")
                 sys.stdout.flush()
-                slowest = 0.0
         animator.close()
 
 

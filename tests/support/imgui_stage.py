@@ -13,6 +13,8 @@ from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.render.window.input_events import Event, MouseButton, MouseMoved
 from conf.render.window.offscreen import OffscreenWindow
 
+WIDGETS = ("button", "radio_button", "checkbox", "slider_float", "combo", "input_text", "input_text_with_hint")
+
 
 @pytest.fixture
 def stage(gl: None) -> Iterator["Stage"]:
@@ -56,12 +58,16 @@ class Stage:
 
     def find(self, label: str, draw: Callable[[], None], monkeypatch: pytest.MonkeyPatch) -> tuple[float, float]:
         """Return the centre of the widget with this label."""
+        return self.widgets(draw, monkeypatch)[label]
+
+    def widgets(self, draw: Callable[[], None], monkeypatch: pytest.MonkeyPatch) -> dict[str, tuple[float, float]]:
+        """Draw a frame. Returns the centre of each of its widgets by label."""
         found: dict[str, tuple[float, float]] = {}
         with monkeypatch.context() as patch:
-            for name in ("button", "radio_button", "checkbox", "slider_float", "combo"):
+            for name in WIDGETS:
                 patch.setattr(imgui, name, _recording(getattr(imgui, name), found))
             self.frame(draw)
-        return found[label]
+        return found
 
 
 def _recording(original: Callable[..., Any], found: dict[str, tuple[float, float]]) -> Callable[..., Any]:

@@ -28,7 +28,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import numpy as np
 
 from conf.animator.app import AnimatorApp
-from conf.animator.commands import PlayExpression
 from conf.animator.face_document import FaceDocument, open_face_document
 from conf.errors import GraphicsError
 from conf.face.deformation.face_model import DeformerOptions
@@ -97,10 +96,10 @@ class Bench:
 
     def change(self) -> None:
         """Ask for another B if the last one is there."""
-        director = self.animator.director
-        if not director.actor.busy:
-            self.builds.append(director.actor.built.milliseconds)
-            director.desk = replace(director.desk, deformer=next(self._settings))
+        controller = self.animator.controller
+        if not controller.face.busy:
+            self.builds.append(controller.face.build_ms)
+            controller.state = replace(controller.state, deformer=next(self._settings))
 
 
 def measure(window: GlfwWindow | OffscreenWindow, subject: FaceDocument, frames: int) -> dict[str, float]:
@@ -109,7 +108,7 @@ def measure(window: GlfwWindow | OffscreenWindow, subject: FaceDocument, frames:
     report: dict[str, float] = {}
     try:
         report |= named("rest", bench.frames(frames))
-        bench.animator.request(PlayExpression("joy"))
+        bench.animator.controller.play_expression("joy", bench.animator.now())
         report |= named("moving", bench.frames(frames))
         report |= named("changing", bench.frames(frames, bench.change))
     finally:

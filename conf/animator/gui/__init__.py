@@ -1,1 +1,1 @@
-"""The animator's window in Dear ImGui: layout, theme, widgets, panels."""
+"""The animator's user interface in Dear ImGui: layout, theme, widgets, panels."""

@@ -1,16 +1,15 @@
-"""Everything over and around the face: the two columns of panels, the time line, the reference face, notices, help."""
+"""The user interface around the face: two columns of panels, timeline, reference face, notices, help."""
 
 from collections.abc import Callable
 from dataclasses import replace
 
 from imgui_bundle import imgui
 
-from conf.animator.commands import Request
 from conf.animator.controller import Controller
-from conf.animator.gui.layout import REFERENCE, Layout
+from conf.animator.gui.layout import REFERENCE_ASPECT, Layout
 from conf.animator.gui.panels.deformer import draw_deformer
 from conf.animator.gui.panels.export import draw_export
-from conf.animator.gui.panels.expressions import draw_emotions
+from conf.animator.gui.panels.expressions import draw_expressions
 from conf.animator.gui.panels.face import draw_face
 from conf.animator.gui.panels.muscles import draw_muscles
 from conf.animator.gui.panels.reference_face import ReferenceFace
@@ -19,105 +18,94 @@ from conf.animator.gui.panels.view import draw_view
 from conf.animator.gui.point_overlay import draw_control_points
 from conf.animator.gui.theme import column
 from conf.animator.motion_player import REST_POSE
-from conf.animator.state.editor import EditorState, StatusInfo
 from conf.animator.viewport_controller import KEYS, ViewportController
 from conf.face.loading import load_face
 from conf.render.camera import clip_matrix
 from conf.render.ui.hud import draw_help, draw_toast
 from conf.render.ui.imgui_overlay import MUTED, ImGuiOverlay
 
-Panel = Callable[[EditorState, StatusInfo], tuple[EditorState, list[Request]]]
+Panel = Callable[[Controller, float], None]  # draws its tab and calls the controller; the float is the time in seconds
 
-LEFT: tuple[tuple[str, Panel], ...] = (("Face", draw_face), ("Deform", draw_deformer), ("Muscles", draw_muscles))
-RIGHT: tuple[tuple[str, Panel], ...] = (("Emotions", draw_emotions), ("View", draw_view), ("Export", draw_export))
+LEFT: dict[str, Panel] = {"Face": draw_face, "Deform": draw_deformer, "Muscles": draw_muscles}
+RIGHT: dict[str, Panel] = {"Emotions": draw_expressions, "View": draw_view, "Export": draw_export}
 NOTICE_S = 6.0
-MARGIN_PX = 12.0  # pixels at scale 1 from the face's edges to what is written over it
+MARGIN_PX = 12.0  # at scale 1, from the edges of the face to text over it
 PANEL_ALPHA = 0.90
 
 
 class AnimatorGui:
-    """Draws the panels and asks the director for what they want."""
+    """Draws everything but the face."""
 
     def __init__(self, overlay: ImGuiOverlay) -> None:
         self._overlay = overlay
         self._reference: ReferenceFace | None = None
-        self._notice, self._notice_until = "", 0.0
+        self.notice, self._notice_until = "", 0.0
 
-    def draw(self, director: Controller, touch: ViewportController, layout: Layout, facts: StatusInfo) -> list[Request]:
-        """Draw one frame; the desk is changed. Returns what is asked for. To be called inside `overlay.frame`."""
-        desk = director.desk
-        requests: list[Request] = []
-        if desk.placing is not None:
-            clip = clip_matrix(REST_POSE, desk.look.view, aspect=layout.face.width / layout.face.height)
-            touch.point_positions_px = draw_control_points(
-                self._overlay, layout.face, desk.placing, director.actor.picture, clip
+    def prepare(self, controller: Controller) -> None:
+        """Render the reference face when it is first needed. To be called outside of `overlay.frame`."""
+        if controller.state.placement is not None and self._reference is None:
+            self._reference = ReferenceFace(controller.ctx, load_face(), REFERENCE_ASPECT)
+
+    def draw(
+        self, controller: Controller, viewport: ViewportController, layout: Layout, now: float, fps: float
+    ) -> None:
+        """Draw one frame. To be called inside `overlay.frame`."""
+        state = controller.state
+        if state.placement is not None:
+            clip = clip_matrix(REST_POSE, state.view.camera, aspect=layout.face.width / layout.face.height)
+            viewport.point_positions_px = draw_control_points(
+                self._overlay, layout.face, state.placement, controller.face.view, clip
             )
             with column("left", layout.left, imgui.WindowFlags_.no_scrollbar):
-                desk, requests = draw_face(desk, facts)
-                desk = self._draw_reference(desk, layout)
+                draw_face(controller, now)
+                self._draw_reference(controller, layout)
         else:
             with column("left", layout.left):
-                desk, requests = _draw_tabs("left tabs", LEFT, desk, facts)
+                _draw_tabs("left tabs", LEFT, controller, now)
         with column("right", layout.right):
-            desk, asked = _draw_tabs("right tabs", RIGHT, desk, facts)
-            requests += asked
+            _draw_tabs("right tabs", RIGHT, controller, now)
         with column("timeline", layout.timeline):
-            desk, asked = draw_timeline(desk, facts, self._overlay.scale)
-            requests += asked
-        director.desk = desk
-        self._draw_notice(director, layout, facts.now)
-        self._draw_rate(layout, facts)
-        if desk.help:
-            self._draw_help(layout)
-        return requests
-
-    def prepare(self, director: Controller) -> None:
-        """Take the reference face's picture if it is about to be shown. To be called outside of `overlay.frame`."""
-        if director.desk.placing is not None and self._reference is None:
-            self._reference = ReferenceFace(director.ctx, load_face(), REFERENCE)
+            draw_timeline(controller, now, self._overlay.scale)
+        self._draw_notice(controller, layout, now)
+        self._draw_fps(layout, fps)
+        if controller.state.show_help:
+            centre = (layout.face.x + layout.face.width / 2, layout.face.y + layout.face.height / 2)
+            draw_help(self._overlay, [(key.title(), text) for key, text in KEYS.items()], centre, opacity=PANEL_ALPHA)
 
     def release(self) -> None:
-        """Free what is on the card."""
+        """Free all GPU objects."""
         if self._reference is not None:
             self._reference.release()
 
-    def _draw_reference(self, desk: EditorState, layout: Layout) -> EditorState:
-        if self._reference is None or desk.placing is None:
-            return desk
-        picked = self._reference.draw(self._overlay, layout.reference, desk.placing)
-        return desk if picked is None else replace(desk, placing=desk.placing.select(picked))
+    def _draw_reference(self, controller: Controller, layout: Layout) -> None:
+        placement = controller.state.placement
+        if self._reference is None or placement is None:
+            return
+        clicked = self._reference.draw(self._overlay, layout.reference, placement)
+        if clicked is not None:
+            controller.state = replace(controller.state, placement=placement.select(clicked))
 
-    def _draw_notice(self, director: Controller, layout: Layout, now: float) -> None:
-        if director.notice:
-            self._notice, director.notice, self._notice_until = director.notice, "", now + NOTICE_S
+    def _draw_notice(self, controller: Controller, layout: Layout, now: float) -> None:
+        if controller.notice:
+            self.notice, controller.notice, self._notice_until = controller.notice, "", now + NOTICE_S
         if now >= self._notice_until:
             return
-        face, gap = layout.face, MARGIN_PX * self._overlay.scale
-        anchor = (face.x + face.width / 2, face.y + face.height - gap)
-        draw_toast(self._notice, anchor, max_width=face.width - 4 * gap, opacity=PANEL_ALPHA)
+        face, margin = layout.face, MARGIN_PX * self._overlay.scale
+        anchor = (face.x + face.width / 2, face.y + face.height - margin)
+        draw_toast(self.notice, anchor, max_width=face.width - 4 * margin, opacity=PANEL_ALPHA)
 
-    def _draw_rate(self, layout: Layout, facts: StatusInfo) -> None:
-        ink, face = imgui.get_background_draw_list(), layout.face
-        text = f"{facts.fps:.0f} pictures a second     H help"
-        gap = MARGIN_PX * self._overlay.scale
-        width = imgui.calc_text_size(text).x
-        place = imgui.ImVec2(face.x + face.width - width - gap, face.y + gap * 0.6)
-        ink.add_text(place, imgui.get_color_u32(imgui.ImVec4(*MUTED[:3], 0.7)), text)
-
-    def _draw_help(self, layout: Layout) -> None:
-        face = layout.face
-        centre = (face.x + face.width / 2, face.y + face.height / 2)
-        draw_help(self._overlay, [(key.title(), text) for key, text in KEYS.items()], centre, opacity=PANEL_ALPHA)
+    def _draw_fps(self, layout: Layout, fps: float) -> None:
+        face, margin = layout.face, MARGIN_PX * self._overlay.scale
+        text = f"{fps:.0f} frames/s     H help"
+        corner = imgui.ImVec2(face.x + face.width - imgui.calc_text_size(text).x - margin, face.y + margin * 0.6)
+        colour = imgui.get_color_u32(imgui.ImVec4(*MUTED[:3], 0.7))
+        imgui.get_background_draw_list().add_text(corner, colour, text)
 
 
-def _draw_tabs(
-    name: str, tabs: tuple[tuple[str, Panel], ...], desk: EditorState, facts: StatusInfo
-) -> tuple[EditorState, list[Request]]:
-    requests: list[Request] = []
+def _draw_tabs(name: str, tabs: dict[str, Panel], controller: Controller, now: float) -> None:
     if imgui.begin_tab_bar(name):
-        for title, draw in tabs:
+        for title, draw in tabs.items():
             if imgui.begin_tab_item_simple(title):
-                desk, requests = draw(desk, facts)
+                draw(controller, now)
                 imgui.end_tab_item()
         imgui.end_tab_bar()
-    return desk, requests

@@ -1,4 +1,4 @@
-"""The look of panels that can be worked: the overlay's colours on sliders, buttons and tabs."""
+"""Colours and sizes of the animator's panels, and their windows."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,12 +11,12 @@ from conf.render.ui.imgui_overlay import ACCENT, MUTED, TEXT
 BACKDROP = (0.052, 0.060, 0.076, 1.0)
 RAISED = (0.118, 0.138, 0.170, 1.0)
 HOVERED = (0.160, 0.190, 0.235, 1.0)
-CHOSEN = (0.125, 0.330, 0.450, 1.0)
-CHOSEN_HOVERED = (0.150, 0.400, 0.540, 1.0)
+SELECTED = (0.125, 0.330, 0.450, 1.0)
+SELECTED_HOVERED = (0.150, 0.400, 0.540, 1.0)
 AMBER = (1.0, 0.76, 0.36, 1.0)
 GREEN = (0.45, 0.86, 0.55, 1.0)
 COLOURS = {
-    imgui.Col_.window_bg: (0.0, 0.0, 0.0, 0.0),  # the window is cleared to the backdrop: not painted twice
+    imgui.Col_.window_bg: (0.0, 0.0, 0.0, 0.0),  # transparent: the window is cleared to BACKDROP
     imgui.Col_.popup_bg: (0.075, 0.088, 0.110, 0.98),
     imgui.Col_.text: TEXT,
     imgui.Col_.text_disabled: MUTED,
@@ -28,20 +28,20 @@ COLOURS = {
     imgui.Col_.check_mark: ACCENT,
     imgui.Col_.button: RAISED,
     imgui.Col_.button_hovered: HOVERED,
-    imgui.Col_.button_active: CHOSEN,
-    imgui.Col_.header: CHOSEN,
+    imgui.Col_.button_active: SELECTED,
+    imgui.Col_.header: SELECTED,
     imgui.Col_.header_hovered: HOVERED,
-    imgui.Col_.header_active: CHOSEN,
+    imgui.Col_.header_active: SELECTED,
     imgui.Col_.tab: BACKDROP,
-    imgui.Col_.tab_hovered: CHOSEN_HOVERED,
-    imgui.Col_.tab_selected: CHOSEN,
+    imgui.Col_.tab_hovered: SELECTED_HOVERED,
+    imgui.Col_.tab_selected: SELECTED,
     imgui.Col_.tab_selected_overline: ACCENT,
     imgui.Col_.plot_histogram: (*ACCENT[:3], 0.8),
     imgui.Col_.separator: HOVERED,
     imgui.Col_.scrollbar_bg: BACKDROP,
     imgui.Col_.border: HOVERED,
 }
-SIZES: dict[imgui.StyleVar_, tuple[float, float] | float] = {
+SIZES: dict[imgui.StyleVar_, tuple[float, float] | float] = {  # pixels at scale 1
     imgui.StyleVar_.frame_rounding: 3.0,
     imgui.StyleVar_.grab_rounding: 3.0,
     imgui.StyleVar_.frame_padding: (6.0, 2.5),
@@ -64,7 +64,7 @@ COLUMN_FLAGS = (
 
 @contextmanager
 def themed(scale: float) -> Iterator[None]:
-    """Give everything drawn inside the animator's look."""
+    """Apply the animator's theme to everything drawn inside."""
     for name, colour in COLOURS.items():
         imgui.push_style_color(name, imgui.ImVec4(*colour))
     for variable, size in SIZES.items():
@@ -81,7 +81,7 @@ def themed(scale: float) -> Iterator[None]:
 
 @contextmanager
 def column(name: str, rect: Rect, flags: int = 0) -> Iterator[None]:
-    """Open a panel that fills a rectangle of the window."""
+    """Open an ImGui window that fills a rectangle."""
     imgui.set_next_window_pos(imgui.ImVec2(rect.x, rect.y))
     imgui.set_next_window_size(imgui.ImVec2(rect.width, rect.height))
     imgui.begin(name, None, COLUMN_FLAGS | flags)

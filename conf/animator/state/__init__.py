@@ -1,1 +1,1 @@
-"""Immutable editor state, one module a panel of the window."""
+"""Immutable editor state."""

@@ -1,24 +1,39 @@
-"""All that the animator's user has chosen, as plain data; and what the panels are told beside it."""
+"""Immutable editor state: everything the user has chosen. Every change makes a new object."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from conf.animator.face_document import FaceDocument
-from conf.animator.motion_player import MotionPlayer
 from conf.animator.state.expression import ExpressionState
 from conf.animator.state.muscles import MuscleState
 from conf.animator.state.point_placement import PointPlacement
-from conf.animator.state.view_settings import ViewSettings
 from conf.face.deformation.face_model import DeformerOptions
-from conf.face.formats.epc import ExpressionSet
+from conf.render.camera import ViewState
 
-CURRENT_VIEW = "what is shown"
-RECORDING = "the recording"
+STYLES = ("rendered", "wireframe", "regions")
+CURRENT_VIEW = "current view"  # export sources, beside the names of the expressions
+RECORDING = "recording"
+
+
+@dataclass(frozen=True)
+class ViewSettings:
+    """How the face is drawn.
+
+    camera : orbit, zoom and pan
+    influence : control point whose influence alone is coloured in the style "regions", None for all
+    lights, background : a key of LIGHTS; a key of BACKDROPS or SOLID_COLOURS
+    eye_contact : whether the eyes look at the viewer
+    """
+
+    camera: ViewState = field(default_factory=lambda: ViewState(stats=False))
+    style: str = "rendered"
+    influence: int | None = None
+    lights: str = "studio"
+    background: str = "wall"
+    eye_contact: bool = False
 
 
 @dataclass(frozen=True)
 class TextFields:
-    """What stands in the text fields."""
+    """Contents of the text fields, and the export source."""
 
     face: str = ""
     points: str = ""
@@ -32,40 +47,12 @@ class TextFields:
 
 @dataclass(frozen=True)
 class EditorState:
-    """The state of every panel. Every change gives a new one."""
+    """The state of all panels. placement : None unless control points are being placed."""
 
-    look: ViewSettings = field(default_factory=ViewSettings)
+    view: ViewSettings = field(default_factory=ViewSettings)
     deformer: DeformerOptions = field(default_factory=DeformerOptions)
-    expressing: ExpressionState = field(default_factory=ExpressionState)
-    muscling: MuscleState = field(default_factory=MuscleState)
-    placing: PointPlacement | None = None
+    expression: ExpressionState = field(default_factory=ExpressionState)
+    muscles: MuscleState = field(default_factory=MuscleState)
+    placement: PointPlacement | None = None
     fields: TextFields = field(default_factory=TextFields)
-    help: bool = False
-
-
-@dataclass(frozen=True)
-class StatusInfo:
-    """What the panels show and cannot change.
-
-    now : seconds, on the clock of the loop
-    smoothing : the lambda that operator B took; build_ms : the time it took; busy : whether another is being built
-    emotions : every expression that can be played
-    taking : whether a take is being recorded
-    fits : whether control points can be looked for; fitting : how far that is, None if it is not under way
-    progress : of an export under way, 0 to 1
-    """
-
-    now: float
-    subject: FaceDocument
-    player: MotionPlayer | None
-    emotions: ExpressionSet
-    smoothing: float = 0.0
-    build_ms: float = 0.0
-    busy: bool = False
-    recording: bool = False
-    can_fit: bool = False
-    fitting: str | None = None
-    progress: float | None = None
-    fps: float = 0.0
-    vertices: int = 0
-    units: Mapping[int, str] = field(default_factory=dict)
+    show_help: bool = False

@@ -1,4 +1,4 @@
-"""What plays on the face beside a recording: emotions that come and go, action units held by sliders, idle life."""
+"""State of the expressions panel: running expressions, action-unit intensities, idle motion on or off."""
 
 import math
 from collections.abc import Mapping
@@ -14,55 +14,56 @@ from conf.face.control_points import CONTROL_POINT_COUNT
 
 @dataclass(frozen=True)
 class RunningExpression:
-    """An emotion under way."""
+    """An expression that has started and not finished."""
 
     name: str
-    performance: TimedExpression
+    timed: TimedExpression
 
 
 @dataclass(frozen=True)
 class ExpressionState:
-    """What the panel of emotions says. Every change gives a new one.
+    """Immutable expression state.
 
-    envelope : how the next emotion comes, stays and goes
-    stays : whether it stays until it is released, whatever the envelope's hold
-    units : action unit -> strength, those that are not 0
-    idle : whether the face blinks, glances and sways by itself
+    envelope : of the next expression
+    hold_until_released : whether the next expression ignores the envelope's hold and stays until `release`
+    running : in the order of their start
+    units : action unit -> intensity, 0 to 1; units at 0 are left out
+    idle : whether the face blinks, glances and sways while no recording plays
     """
 
     envelope: Envelope = field(default_factory=Envelope)
     hold_until_released: bool = False
-    played: tuple[RunningExpression, ...] = ()
+    running: tuple[RunningExpression, ...] = ()
     units: Mapping[int, float] = field(default_factory=dict)
     idle: bool = True
 
     def play(self, name: str, displacements: NDArray[np.float32], now: float) -> "ExpressionState":
-        """Begin an emotion, (n, 3) FAPU units; others that are under way fade."""
+        """Start an expression, (n, 3) FAPU units; running ones fade out."""
         envelope = replace(self.envelope, hold=math.inf) if self.hold_until_released else self.envelope
-        fading = self.release(now).played
-        return replace(self, played=(*fading, RunningExpression(name, TimedExpression(displacements, now, envelope))))
+        started = RunningExpression(name, TimedExpression(displacements, now, envelope))
+        return replace(self, running=(*self.release(now).running, started))
 
     def release(self, now: float) -> "ExpressionState":
-        """Let every emotion fade from now on."""
-        return replace(self, played=tuple(replace(p, performance=p.performance.released(now)) for p in self.played))
+        """Start the release phase of every running expression."""
+        return replace(self, running=tuple(replace(e, timed=e.timed.released(now)) for e in self.running))
 
     def without_finished(self, now: float) -> "ExpressionState":
-        """Forget the emotions that are over."""
-        left = tuple(played for played in self.played if not played.performance.is_finished(now))
-        return self if len(left) == len(self.played) else replace(self, played=left)
+        """Remove finished expressions."""
+        running = tuple(e for e in self.running if not e.timed.is_finished(now))
+        return self if len(running) == len(self.running) else replace(self, running=running)
 
     def active(self, now: float) -> str | None:
-        """Return the name of the emotion that plays and is not fading yet."""
-        return next((p.name for p in reversed(self.played) if p.performance.released_at > now), None)
+        """Return the name of the newest expression that is not in its release phase."""
+        return next((e.name for e in reversed(self.running) if e.timed.released_at > now), None)
 
-    def set_unit(self, unit: int, strength: float) -> "ExpressionState":
-        """Hold an action unit at a strength, 0 to 1."""
-        units = {**self.units, unit: strength}
+    def set_unit(self, unit: int, intensity: float) -> "ExpressionState":
+        """Set the intensity of an action unit, 0 to 1."""
+        units = {**self.units, unit: intensity}
         return replace(self, units={number: value for number, value in units.items() if value})
 
     def at(self, now: float) -> NDArray[np.float32]:
-        """Return the (n, 3) displacements, FAPU units, of everything but the idle life, at a time in seconds."""
+        """Return the summed (n, 3) displacements, FAPU units, of action units and expressions, without idle motion."""
         total = combine_action_units(self.units) if self.units else np.zeros((CONTROL_POINT_COUNT, 3), np.float32)
-        for played in self.played:
-            total += played.performance.at(now)
+        for expression in self.running:
+            total += expression.timed.at(now)
         return total

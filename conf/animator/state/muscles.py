@@ -1,4 +1,4 @@
-"""Waters' muscles as the panel holds them: how far each contracts, left and right together or apart."""
+"""State of the muscles panel: contractions of Waters' muscles, of both sides together or apart."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -6,11 +6,11 @@ from dataclasses import dataclass, field, replace
 from conf.face.deformation.facial_muscles import MUSCLE_COURSES, SPHINCTER
 from conf.face.symmetry import OTHER_SIDE
 
-MAX_JAW = 0.45  # radians
+MUSCLES = (*MUSCLE_COURSES, SPHINCTER)
+MAX_JAW = 0.45  # rad
+MAX_CONTRACTION = 0.5  # stronger contractions tear the mesh
 
-MAX_CONTRACTION = 0.5  # a face that pulls farther tears
-
-# The thesis's figures 4.6 and 4.11, a smile and an open mouth by muscles, and three more.
+# Contractions and jaw angle, rad. Smile and open mouth: figures 4.6 and 4.11 of the thesis.
 PRESETS: dict[str, tuple[dict[str, float], float]] = {
     "relaxed": ({}, 0.0),
     "smile": ({"zygomatic_major": 0.25}, 0.0),
@@ -21,19 +21,19 @@ PRESETS: dict[str, tuple[dict[str, float], float]] = {
 }
 
 
-def muscle_names(name: str) -> tuple[str, ...]:
-    """Return the muscles that bear a name: two of a pair, or the one in the middle."""
-    return (name,) if name == SPHINCTER else (f"{name}_l", f"{name}_r")
+def muscle_names(stem: str) -> tuple[str, ...]:
+    """Return the names of a pair of muscles, left first, or of the one in the middle."""
+    return (stem,) if stem == SPHINCTER else (f"{stem}_l", f"{stem}_r")
 
 
 @dataclass(frozen=True)
 class MuscleState:
-    """What the panel of muscles says. Every change gives a new one.
+    """Immutable muscle state.
 
-    active : whether muscles move the face instead of radial basis functions
+    active : whether muscles deform the face instead of radial basis functions
     contractions : muscle -> 0 relaxed to 1
-    jaw : radians
-    both : whether a slider moves both sides
+    jaw : rad
+    symmetric : whether a slider changes both sides
     """
 
     active: bool = False
@@ -41,18 +41,14 @@ class MuscleState:
     jaw: float = 0.0
     symmetric: bool = True
 
-    def contract(self, muscle: str, strength: float) -> "MuscleState":
-        """Contract a muscle, and its partner if both sides go together."""
+    def contract(self, muscle: str, contraction: float) -> "MuscleState":
+        """Set the contraction of a muscle, and of its partner if `symmetric`."""
         stem, _, side = muscle.rpartition("_")
-        together = self.symmetric and side in OTHER_SIDE
-        names = muscle_names(stem) if together else (muscle,)
-        return replace(self, contractions={**self.contractions, **dict.fromkeys(names, strength)})
+        names = muscle_names(stem) if self.symmetric and side in OTHER_SIDE else (muscle,)
+        return replace(self, contractions={**self.contractions, **dict.fromkeys(names, contraction)})
 
-    def with_preset(self, pose: str) -> "MuscleState":
-        """Take one of POSES."""
-        strengths, jaw = PRESETS[pose]
-        contractions = {name: strength for stem, strength in strengths.items() for name in muscle_names(stem)}
+    def with_preset(self, preset: str) -> "MuscleState":
+        """Set all contractions and the jaw to those of a preset, and let muscles deform the face."""
+        by_stem, jaw = PRESETS[preset]
+        contractions = {name: contraction for stem, contraction in by_stem.items() for name in muscle_names(stem)}
         return replace(self, contractions=contractions, jaw=jaw, active=True)
-
-
-MUSCLES = (*MUSCLE_COURSES, SPHINCTER)

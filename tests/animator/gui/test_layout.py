@@ -5,7 +5,7 @@ from conf.animator.gui.layout import Layout, scale_of
 
 
 @given(st.integers(320, 4000), st.integers(240, 3000), st.sampled_from([1.0, 2.0]))
-def test_the_windows_parts_cover_it_and_do_not_overlap(width: int, height: int, ratio: float) -> None:
+def test_columns_cover_the_window_and_the_viewport_lies_inside(width: int, height: int, ratio: float) -> None:
     layout = Layout.of((width, height), scale_of((width, height), ratio))
     assert layout.left.width + layout.face.width + layout.right.width == width
     assert layout.face.width == layout.timeline.width and layout.face.width >= width / 4

@@ -1,19 +1,30 @@
 from imgui_bundle import imgui
 
-from conf.animator.gui.theme import CHOSEN, column
+from conf.animator.gui.theme import SELECTED, column, themed
 from tests.support.imgui_stage import Stage
 
 
-def test_the_look_is_there_inside_and_gone_outside(stage: Stage) -> None:
-    seen: list[float] = []
+def test_the_theme_applies_inside_only(stage: Stage) -> None:
+    values: list[float] = []
     before = imgui.get_style().frame_rounding
 
     def draw() -> None:
-        seen.append(imgui.get_style().frame_rounding)
-        seen.append(imgui.get_style().color_(imgui.Col_.header).x)
-        seen.append(imgui.get_window_width())
+        values.append(imgui.get_style().frame_rounding)
+        with themed(2.0):
+            values.append(imgui.get_style().frame_rounding)
+        values.append(imgui.get_style().color_(imgui.Col_.header).x)
 
     stage.frame(draw)
-    assert seen[0] == 3.0 and abs(seen[1] - CHOSEN[0]) < 1e-6 and seen[2] == stage.rect.width
+    assert values[:2] == [3.0, 6.0] and abs(values[2] - SELECTED[0]) < 1e-6
     assert imgui.get_style().frame_rounding == before
-    assert column is not None
+
+
+def test_a_column_fills_its_rectangle(stage: Stage) -> None:
+    sizes: list[tuple[float, float]] = []
+
+    def draw() -> None:
+        with column("inner", stage.rect):
+            sizes.append((imgui.get_window_width(), imgui.get_window_height()))
+
+    stage.frame(draw)
+    assert sizes == [(stage.rect.width, stage.rect.height)]

@@ -1,11 +1,10 @@
 import pytest
-from imgui_bundle import imgui
 
-from conf.animator.gui.widgets import amount_slider, buttons, combo_box
+from conf.animator.gui.widgets import buttons, combo_box, slider
 from tests.support.imgui_stage import Stage
 
 
-def test_buttons_fill_rows_and_say_which_was_pressed(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_buttons_fill_rows_and_return_the_one_pressed(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
     pressed: list[str] = []
 
     def draw() -> None:
@@ -21,8 +20,21 @@ def test_buttons_fill_rows_and_say_which_was_pressed(stage: Stage, monkeypatch: 
     assert one[1] == two[1] < three[1] and one[0] == three[0] < two[0]
 
 
-def test_what_is_not_touched_keeps_its_value(stage: Stage) -> None:
-    values: list[object] = []
-    stage.frame(lambda: values.extend([amount_slider("a", 3.0), combo_box("b", "y", ["x", "y"])]))
-    assert values == [3.0, "y"]
-    assert imgui.get_current_context() is not None
+def test_a_value_outside_the_limits_is_kept_until_the_user_changes_it(
+    stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    values: list[float] = []
+
+    def draw() -> None:
+        values.append(slider("a", 3.0, (0.0, 1.0)))
+
+    stage.frame(draw)
+    assert values[-1] == 3.0
+    stage.click(*stage.find("##a", draw, monkeypatch), draw)
+    assert min(values) == pytest.approx(0.5, abs=0.05)
+
+
+def test_a_list_returns_its_value_or_the_first_name(stage: Stage) -> None:
+    values: list[str] = []
+    stage.frame(lambda: values.extend([combo_box("a", "y", ["x", "y"]), combo_box("b", "z", ["x", "y"])]))
+    assert values == ["y", "x"]

@@ -4,7 +4,7 @@ from conf.animator.file_export import check_output, parse_fps, parse_size
 from conf.animator.state.editor import CURRENT_VIEW, EditorState
 
 
-def test_what_stands_in_the_fields_at_the_start_can_be_exported() -> None:
+def test_the_default_fields_can_be_exported() -> None:
     fields = EditorState().fields
     check_output(Path(fields.output))
     assert parse_size(fields.size) == (1280, 720) and parse_fps(fields.fps) == 30.0 and fields.source == CURRENT_VIEW

@@ -3,59 +3,56 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.animator.state.point_placement import PointPlacement, left_points, mirror_point, swapped_pairs
+from conf.animator.state.point_placement import PointPlacement
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
 from conf.face.symmetry import MIRROR_INDICES
 
-PLACE = np.array([1.0, 2.0, 3.0])
+POSITION = np.array([1.0, 2.0, 3.0])
+CHIN = CONTROL_POINT_INDEX["chin_bottom"]
 orders = st.permutations(range(CONTROL_POINT_COUNT))
 
 
 @given(orders)
-def test_advancing_visits_every_point_once_whatever_was_placed_before(order: list[int]) -> None:
-    placing = PointPlacement()
+def test_advancing_visits_every_missing_point_once(order: list[int]) -> None:
+    placement = PointPlacement()
     for point in order[:20]:
-        placing = placing.set_point(point, PLACE)
-    placing = placing.select(order[0]).advance()
+        placement = placement.set_point(point, POSITION)
+    placement = placement.select(order[0]).advance()
     visited = []
-    while placing.missing:
-        visited.append(placing.selected)
-        placing = placing.set_point(placing.selected, PLACE).advance()
+    while placement.missing:
+        visited.append(placement.selected)
+        placement = placement.set_point(placement.selected, POSITION).advance()
     assert sorted(visited) == sorted(order[20:])
-    assert placing.advance() == placing
+    assert placement.advance() == placement
 
 
-def test_a_partner_is_placed_along_unless_the_point_is_its_own() -> None:
+def test_the_partner_is_set_too_unless_the_point_is_its_own_partner() -> None:
     left, right = CONTROL_POINT_INDEX["brow_inner_l"], CONTROL_POINT_INDEX["brow_inner_r"]
-    placing = PointPlacement().set_point(left, PLACE, mirror_point(PLACE, 0.0))
-    np.testing.assert_array_equal(placing.points[right], [-1.0, 2.0, 3.0])
-    chin = CONTROL_POINT_INDEX["chin_bottom"]
-    placing = placing.set_point(chin, PLACE, mirror_point(PLACE, 0.0))
-    np.testing.assert_array_equal(placing.points[chin], PLACE)
-    assert placing.missing == CONTROL_POINT_COUNT - 3
-    assert left_points(placing) == [left]
+    placement = PointPlacement().set_point(left, POSITION, -POSITION)
+    np.testing.assert_array_equal(placement.points[right], -POSITION)
+    placement = placement.set_point(CHIN, POSITION, -POSITION)
+    np.testing.assert_array_equal(placement.points[CHIN], POSITION)
+    assert placement.missing == CONTROL_POINT_COUNT - 3
+    assert placement.left_points == [left]
 
 
-def test_undo_goes_back_step_by_step_and_no_further() -> None:
-    first = PointPlacement().push_undo().set_point(0, PLACE)
-    second = first.push_undo().set_point(1, PLACE)
+def test_undo_returns_step_by_step_to_the_start() -> None:
+    first = PointPlacement().push_undo().set_point(0, POSITION)
+    second = first.push_undo().set_point(1, POSITION)
     np.testing.assert_array_equal(second.undo().points, first.points)
     assert second.undo().undo().missing == CONTROL_POINT_COUNT
     assert second.undo().undo().undo().missing == CONTROL_POINT_COUNT
 
 
-def test_the_middle_is_that_of_the_middle_points() -> None:
-    assert PointPlacement().middle(7.0) == 7.0
-    placing = (
-        PointPlacement()
-        .set_point(CONTROL_POINT_INDEX["chin_bottom"], PLACE)
-        .set_point(CONTROL_POINT_INDEX["brow_inner_l"], 9 * PLACE)
-    )
-    assert placing.middle(7.0) == pytest.approx(1.0)
+def test_positions_are_mirrored_at_the_mean_of_the_middle_points() -> None:
+    assert PointPlacement().mirrored(POSITION, 7.0) == pytest.approx([13.0, 2.0, 3.0])
+    brow = CONTROL_POINT_INDEX["brow_inner_l"]
+    placement = PointPlacement().set_point(CHIN, 3 * POSITION).set_point(brow, 9 * POSITION)
+    assert placement.mirrored(POSITION, 7.0) == pytest.approx([5.0, 2.0, 3.0])
 
 
-def test_sides_that_were_taken_for_each_other_are_named() -> None:
+def test_swapped_sides_are_reported() -> None:
     left = CONTROL_POINT_INDEX["pupil_l"]
     right = MIRROR_INDICES[left]
-    assert swapped_pairs(PointPlacement().set_point(left, PLACE).set_point(right, -PLACE)) == []
-    assert swapped_pairs(PointPlacement().set_point(left, -PLACE).set_point(right, PLACE)) == [(left, right)]
+    assert PointPlacement().set_point(left, POSITION).set_point(right, -POSITION).swapped_pairs == []
+    assert PointPlacement().set_point(left, -POSITION).set_point(right, POSITION).swapped_pairs == [(left, right)]

@@ -1,1 +1,1 @@
-"""The panels: each draws one part of the desk and returns what it becomes, and what it asks for."""
+"""The panels: each draws one tab, replaces the controller's state, and calls its methods."""

@@ -1,60 +1,64 @@
-"""The deformer's panel: radial basis functions and what they depend on, changed while the face moves."""
+"""The deformer panel: kernel, locality, polynomial, regularisation, regions."""
 
 from dataclasses import replace
 
 from imgui_bundle import imgui
 
-from conf.animator.commands import Request
-from conf.animator.gui.widgets import checkbox, combo_box, heading, hint, log_slider, warning
-from conf.animator.state.editor import EditorState, StatusInfo
+from conf.animator.controller import Controller
+from conf.animator.gui.widgets import checkbox, combo_box, heading, hint, slider, warning, wide_button
 from conf.face.deformation.face_model import DeformerOptions
 from conf.face.deformation.kernels import KERNELS
 
 POLYNOMIALS = {"kernel's own": None, "none": -1, "constant": 0, "linear": 1}
-EPSILONS = (0.05, 8.0)  # 1/cm
-LAMBDAS = (0.0, 10.0)
+EPSILON_LIMITS = (0.05, 8.0)  # 1/cm
+LAMBDA_LIMITS = (0.0, 10.0)
 
 
-def draw_deformer(desk: EditorState, facts: StatusInfo) -> tuple[EditorState, list[Request]]:
-    """Draw the panel's tab."""
-    deformer, muscling = desk.deformer, desk.muscling
-    heading("what moves the skin")
-    if imgui.radio_button("radial basis functions", not muscling.active):
-        muscling = replace(muscling, active=False)
-    if imgui.radio_button("Waters' muscles", muscling.active):
-        muscling = replace(muscling, active=True)
-    imgui.begin_disabled(muscling.active)
+def draw_deformer(controller: Controller, _now: float) -> None:
+    """Draw the panel."""
+    deformer, muscles = controller.state.deformer, controller.state.muscles
+    heading("deformation by")
+    if imgui.radio_button("radial basis functions", not muscles.active):
+        muscles = replace(muscles, active=False)
+    if imgui.radio_button("Waters' muscles", muscles.active):
+        muscles = replace(muscles, active=True)
+    imgui.begin_disabled(muscles.active)
     heading("kernel")
     for name in KERNELS:
         if imgui.radio_button(name, deformer.kernel == name) and deformer.kernel != name:
             deformer = replace(deformer, kernel=name, epsilon=None)
-    own = KERNELS[deformer.kernel].epsilon
-    epsilon = log_slider("locality, 1/cm", deformer.epsilon or own, EPSILONS)
-    deformer = replace(deformer, epsilon=None if epsilon == own else epsilon)
-    inverse = {degree: name for name, degree in POLYNOMIALS.items()}
-    deformer = replace(
-        deformer, degree=POLYNOMIALS[combo_box("polynomial", inverse[deformer.degree], list(POLYNOMIALS))]
-    )
-    deformer = replace(deformer, smoothing=log_slider("lambda", deformer.smoothing, LAMBDAS, number_format="%.5f"))
+    default = KERNELS[deformer.kernel].epsilon
+    epsilon = slider("locality, 1/cm", deformer.epsilon or default, EPSILON_LIMITS, logarithmic=True)
+    names = {degree: name for name, degree in POLYNOMIALS.items()}
+    degree = POLYNOMIALS[combo_box("polynomial", names[deformer.degree], list(POLYNOMIALS))]
+    smoothing = slider("lambda", deformer.smoothing, LAMBDA_LIMITS, number_format="%.5f", logarithmic=True)
     heading("regions of influence")
-    deformer = replace(deformer, use_regions=checkbox("lips and lids apart", deformer.use_regions))
-    if facts.subject.shapes is not None:
-        deformer = replace(
-            deformer, use_ridge_refinement=checkbox("refined on sculpted shapes", deformer.use_ridge_refinement)
-        )
-    if imgui.button("Back to the defaults", imgui.ImVec2(-1, 0)):
+    use_regions = checkbox("separate lips and eyelids", deformer.use_regions)
+    use_ridge_refinement = deformer.use_ridge_refinement
+    if controller.face.document.shapes is not None:
+        use_ridge_refinement = checkbox("refine with blendshapes", use_ridge_refinement)
+    deformer = replace(
+        deformer,
+        epsilon=None if epsilon == default else epsilon,
+        degree=degree,
+        smoothing=smoothing,
+        use_regions=use_regions,
+        use_ridge_refinement=use_ridge_refinement,
+    )
+    if wide_button("Reset to defaults"):
         deformer = DeformerOptions()
     imgui.end_disabled()
-    _draw_operator(facts, deformer)
-    return replace(desk, deformer=deformer, muscling=muscling), []
+    controller.state = replace(controller.state, deformer=deformer, muscles=muscles)
+    _draw_operator(controller)
 
 
-def _draw_operator(facts: StatusInfo, deformer: DeformerOptions) -> None:
+def _draw_operator(controller: Controller) -> None:
     heading("operator B")
-    if facts.subject.points is None:
-        hint("There is none before the control points are placed.")
+    face = controller.face
+    if face.document.points is None:
+        hint("Not built: place the control points first.")
         return
-    state = "building ..." if facts.busy else f"built in {facts.build_ms:.0f} ms"
-    hint(f"{facts.vertices:,} x 50, {state}")
-    if facts.smoothing > deformer.smoothing and not facts.busy:
-        warning(f"The system was singular: lambda was raised to {facts.smoothing:.2g} by itself.")
+    build = "building ..." if face.busy else f"built in {face.build_ms:.0f} ms"
+    hint(f"{len(face.model.mesh.vertices):,} x 50, {build}")
+    if face.model.smoothing > controller.state.deformer.smoothing and not face.busy:
+        warning(f"The system was singular: lambda was raised to {face.model.smoothing:.2g}.")

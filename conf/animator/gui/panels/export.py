@@ -1,52 +1,53 @@
-"""The export's panel: what goes into which file."""
+"""The export panel: source, format and file."""
 
 from dataclasses import replace
 from pathlib import Path
 
 from imgui_bundle import imgui
 
-from conf.animator.commands import CancelExport, Export, Request
-from conf.animator.file_export import WRITERS
-from conf.animator.gui.widgets import combo_box, field, heading, hint
-from conf.animator.state.editor import CURRENT_VIEW, RECORDING, EditorState, StatusInfo
+from conf.animator.controller import Controller
+from conf.animator.file_export import MOTIONS, needs_drawing
+from conf.animator.gui.widgets import combo_box, heading, hint, text_field, wide_button
+from conf.animator.state.editor import CURRENT_VIEW, RECORDING
+from conf.output.media_writer import VIDEO_FORMATS
 
-KINDS = {
-    ".jpg": "picture, JPEG",
-    ".png": "picture, PNG",
+FORMATS = {
+    ".jpg": "image, JPEG",
+    ".png": "image, PNG",
     ".avi": "clip, AVI",
     ".mp4": "clip, MP4",
-    ".obj": "moved mesh, OBJ",
+    ".obj": "deformed mesh, OBJ",
     ".ppc": "control points, PPC",
     ".dpc": "motion, DPC",
     ".fap": "motion, MPEG-4 FAP",
-    ".csv": "52 shapes, CSV",
+    ".csv": "52 blendshapes, CSV",
 }
 
 
-def draw_export(desk: EditorState, facts: StatusInfo) -> tuple[EditorState, list[Request]]:
-    """Draw the panel's tab."""
-    requests: list[Request] = []
-    fields = desk.fields
-    heading("what")
-    sources = [CURRENT_VIEW, *([RECORDING] if facts.player else []), *facts.emotions.names]
+def draw_export(controller: Controller, _now: float) -> None:
+    """Draw the panel."""
+    fields = controller.state.fields
+    heading("export")
+    recording = [RECORDING] if controller.player else []
+    sources = [CURRENT_VIEW, *recording, *controller.expressions.names]
     fields = replace(fields, source=combo_box("source", fields.source, sources))
     suffix = Path(fields.output).suffix.lower()
-    known = {suffix: text for suffix, text in KINDS.items() if suffix in WRITERS}
-    kind = combo_box("kind", known.get(suffix, ""), list(known.values()))
-    picked = next(s for s, text in known.items() if text == kind)
-    if picked != suffix and suffix in known:
-        fields = replace(fields, output=str(Path(fields.output or "face").with_suffix(picked)))
-    fields = replace(fields, output=field("file", fields.output))
-    if suffix in (".jpg", ".png", ".avi", ".mp4"):
-        fields = replace(fields, size=field("size, px", fields.size))
-    if suffix in (".avi", ".mp4", ".dpc", ".fap", ".csv"):
-        fields = replace(fields, fps=field("frames a s", fields.fps))
-    if facts.progress is None:
-        if imgui.button("Export##button", imgui.ImVec2(-1, 0)):
-            requests.append(Export())
+    name = combo_box("format", FORMATS.get(suffix, ""), list(FORMATS.values()))
+    selected = next(suffix for suffix, text in FORMATS.items() if text == name)
+    if selected != suffix and suffix in FORMATS:
+        fields = replace(fields, output=str(Path(fields.output).with_suffix(selected)))
+    fields = replace(fields, output=text_field("file", fields.output))
+    if needs_drawing(Path(fields.output)):
+        fields = replace(fields, size=text_field("size, px", fields.size))
+    if suffix in (*VIDEO_FORMATS, *MOTIONS):
+        fields = replace(fields, fps=text_field("frames/s", fields.fps))
+    controller.state = replace(controller.state, fields=fields)
+    progress = controller.export_progress
+    if progress is None:
+        if wide_button("Export##button"):
+            controller.export()
     else:
-        imgui.progress_bar(facts.progress, imgui.ImVec2(-1, 0), f"{100 * facts.progress:.0f} %")
-        if imgui.button("Cancel export", imgui.ImVec2(-1, 0)):
-            requests.append(CancelExport())
-    hint("Pictures and clips look as the view does: style, turn, zoom. S saves a picture, R records what you see.")
-    return replace(desk, fields=fields), requests
+        imgui.progress_bar(progress, imgui.ImVec2(-1, 0), f"{100 * progress:.0f} %")
+        if wide_button("Cancel export"):
+            controller.cancel_export()
+    hint("Images and clips use the settings of the view. S saves the current view, R records the face.")

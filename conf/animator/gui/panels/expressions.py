@@ -1,4 +1,4 @@
-"""The emotions' panel: emotions as buttons, action units as sliders."""
+"""The emotions panel: expressions as buttons, their envelope, action units as sliders."""
 
 import math
 from dataclasses import replace
@@ -6,45 +6,46 @@ from pathlib import Path
 
 from imgui_bundle import imgui
 
-from conf.animator.commands import OpenFile, PlayExpression, ReleaseExpressions, Request
-from conf.animator.gui.widgets import amount_slider, buttons, checkbox, heading, path_field, slider
-from conf.animator.state.editor import EditorState, StatusInfo
+from conf.animator.controller import Controller
+from conf.animator.gui.widgets import WIDE_LABEL_WIDTH, buttons, checkbox, heading, path_field, slider, wide_button
 from conf.face.animation.action_units import ACTION_UNIT_NAMES
 
-MOST_SECONDS = 5.0
+MAX_SECONDS = 5.0
+MAX_INTENSITY = 1.5
 
 
-def draw_emotions(desk: EditorState, facts: StatusInfo) -> tuple[EditorState, list[Request]]:
-    """Draw the panel's tab."""
-    requests: list[Request] = []
-    expressing = desk.expressing
+def draw_expressions(controller: Controller, now: float) -> None:
+    """Draw the panel."""
+    expression = controller.state.expression
     heading("emotions")
-    pressed = buttons(facts.emotions.names, 3, expressing.active(facts.now))
-    if pressed:
-        requests.append(PlayExpression(pressed))
-    envelope = expressing.envelope
+    pressed = buttons(controller.expressions.names, 3, expression.active(now))
+    envelope = expression.envelope
+    limits = (0.0, MAX_SECONDS)
     envelope = replace(
         envelope,
-        intensity=slider("intensity", envelope.intensity, (0.0, 1.5)),
-        onset=slider("onset, s", envelope.onset, (0.0, MOST_SECONDS)),
-        hold=slider("hold, s", envelope.hold if math.isfinite(envelope.hold) else MOST_SECONDS, (0.0, MOST_SECONDS)),
-        release=slider("release, s", envelope.release, (0.0, MOST_SECONDS)),
+        intensity=slider("intensity", envelope.intensity, (0.0, MAX_INTENSITY)),
+        onset=slider("onset, s", envelope.onset, limits),
+        hold=slider("hold, s", envelope.hold if math.isfinite(envelope.hold) else MAX_SECONDS, limits),
+        release=slider("release, s", envelope.release, limits),
     )
-    stays = checkbox("stays until released", expressing.hold_until_released)
+    hold_until_released = checkbox("hold until released", expression.hold_until_released)
     imgui.same_line(imgui.get_window_width() * 0.64)
-    if imgui.button("Release", imgui.ImVec2(-1, 0)):
-        requests.append(ReleaseExpressions())
-    idle = checkbox("idle life: blinks, glances, sways", expressing.idle)
-    expressing = replace(expressing, envelope=envelope, hold_until_released=stays, idle=idle)
-    epc, go = path_field("EPC file of your own", desk.fields.expressions, "Open")
-    if go:
-        requests.append(OpenFile(Path(epc)))
+    if wide_button("Release"):
+        expression = expression.release(now)
+    idle = checkbox("idle motion: blinks, glances, sway", expression.idle)
+    expression = replace(expression, envelope=envelope, hold_until_released=hold_until_released, idle=idle)
+    epc, confirmed = path_field("EPC file", controller.state.fields.expressions, "Open")
     heading("action units")
     for unit, name in ACTION_UNIT_NAMES.items():
-        before = expressing.units.get(unit, 0.0)
-        after = amount_slider(f"{unit} {name}", before)
+        before = expression.units.get(unit, 0.0)
+        after = slider(f"{unit} {name}", before, (0.0, 1.0), label_width=WIDE_LABEL_WIDTH)
         if after != before:
-            expressing = expressing.set_unit(unit, after)
-    if imgui.button("All to zero", imgui.ImVec2(-1, 0)):
-        expressing = replace(expressing, units={})
-    return replace(desk, expressing=expressing, fields=replace(desk.fields, expressions=epc)), requests
+            expression = expression.set_unit(unit, after)
+    if wide_button("Set all to zero"):
+        expression = replace(expression, units={})
+    fields = replace(controller.state.fields, expressions=epc)
+    controller.state = replace(controller.state, expression=expression, fields=fields)
+    if pressed:
+        controller.play_expression(pressed, now)
+    if confirmed:
+        controller.open_file(Path(epc), now)

@@ -1,95 +1,83 @@
-"""The face's panel: files, and placing the control points."""
+"""The face panel: files, and placing the control points."""
 
 from dataclasses import replace
 from pathlib import Path
 
 from imgui_bundle import imgui
 
-from conf.animator.commands import (
-    ApplyPoints,
-    CancelPlacement,
-    FitPoints,
-    MirrorPoints,
-    OpenFile,
-    PlacePoints,
-    Request,
-    SavePoints,
-    SetAxes,
-)
-from conf.animator.gui.widgets import buttons, checkbox, combo_box, heading, hint, path_field, warning
-from conf.animator.state.editor import EditorState, StatusInfo
-from conf.animator.state.point_placement import PointPlacement, swapped_pairs
+from conf.animator.controller import Controller
+from conf.animator.gui.widgets import buttons, checkbox, combo_box, heading, hint, path_field, warning, wide_button
+from conf.animator.state.point_placement import PointPlacement
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINTS
 from conf.face.mesh.axes import AXES
 
+MAX_WARNINGS = 3
 
-def draw_face(desk: EditorState, facts: StatusInfo) -> tuple[EditorState, list[Request]]:
-    """Draw the panel's tab."""
-    if desk.placing is not None:
-        return _draw_placing(desk, desk.placing)
-    requests: list[Request] = []
-    fields = desk.fields
+
+def draw_face(controller: Controller, now: float) -> None:
+    """Draw the panel."""
+    if controller.state.placement is not None:
+        _draw_placement(controller, controller.state.placement)
+        return
+    fields, document = controller.state.fields, controller.face.document
     heading("face")
-    mesh = facts.subject.mesh
-    imgui.text(facts.subject.path.name)
-    hint(f"{len(mesh.vertices):,} vertices, {len(mesh.triangles):,} triangles")
-    face, go = path_field("OBJ, PLY, GLB or STL file", fields.face, "Open")
-    if go:
-        requests.append(OpenFile(Path(face)))
+    imgui.text(document.path.name)
+    hint(f"{len(document.mesh.vertices):,} vertices, {len(document.mesh.triangles):,} triangles")
+    face, open_face = path_field("OBJ, PLY, GLB or STL file", fields.face, "Open")
     heading("control points")
-    if facts.subject.points is None:
-        warning("This face has no control points yet: let them be found, place them by hand, or load a PPC file.")
-        requests += _draw_axes(facts.subject.axes)
+    if document.points is None:
+        warning("This face has no control points yet: find them, place them by hand, or load a PPC file.")
+        _draw_axes(controller)
     else:
         hint(f"{CONTROL_POINT_COUNT} points move this face.")
-    if facts.fitting is not None:
-        hint(f"Finding the points: {facts.fitting} ...")
-    elif facts.can_fit and not facts.subject.is_default and imgui.button("Find points", imgui.ImVec2(-1, 0)):
-        requests.append(FitPoints())
-    if imgui.button("Place points ...", imgui.ImVec2(-1, 0)):
-        requests.append(PlacePoints())
-    points, go = path_field("PPC file", fields.points, "Load")
-    if go:
-        requests.append(OpenFile(Path(points)))
-    if imgui.button("Save PPC", imgui.ImVec2(-1, 0)):
-        requests.append(SavePoints(Path(points.strip() or facts.subject.path.with_suffix(".ppc").name)))
+    if controller.fitting.progress is not None:
+        hint(f"Finding the points: {controller.fitting.progress} ...")
+    elif controller.fitting.available and not document.is_default and wide_button("Find points"):
+        controller.find_points()
+    if wide_button("Place points ..."):
+        controller.place_points()
+    points, load_points = path_field("PPC file", fields.points, "Load")
+    if wide_button("Save PPC"):
+        controller.save_points(Path(points.strip() or document.path.with_suffix(".ppc").name))
     hint("Files can also be dropped onto the window.")
-    return replace(desk, fields=replace(fields, face=face, points=points)), requests
+    controller.state = replace(controller.state, fields=replace(fields, face=face, points=points))
+    for text, confirmed in ((face, open_face), (points, load_points)):
+        if confirmed:
+            controller.open_file(Path(text), now)
 
 
-def _draw_axes(axes: tuple[str, str]) -> list[Request]:
-    """Let the user say how the mesh stands in its file."""
-    up = combo_box("crown towards", axes[0], list(AXES))
-    front = combo_box("nose towards", axes[1], [axis for axis in AXES if axis[-1] != up[-1]])
-    return [SetAxes(up, front)] if (up, front) != axes else []
+def _draw_axes(controller: Controller) -> None:
+    """Draw the lists of the file's up and front axes."""
+    axes = controller.face.document.axes
+    up = combo_box("up axis", axes[0], list(AXES))
+    front = combo_box("front axis", axes[1], [axis for axis in AXES if axis[-1] != up[-1]])
+    if (up, front) != axes:
+        controller.set_axes(up, front)
 
 
-def _draw_placing(desk: EditorState, placing: PointPlacement) -> tuple[EditorState, list[Request]]:
-    requests: list[Request] = []
+def _draw_placement(controller: Controller, placement: PointPlacement) -> None:
     heading("place the control points")
-    point = CONTROL_POINTS[placing.selected]
+    point = CONTROL_POINTS[placement.selected]
     imgui.text(f"{point.index}  {point.name.replace('_', ' ')}")
-    hint(f"MPEG-4 {point.feature_point}. Click its place on the face; drag a point to correct it.")
-    imgui.progress_bar(
-        1 - placing.missing / CONTROL_POINT_COUNT,
-        imgui.ImVec2(-1, 0),
-        f"{CONTROL_POINT_COUNT - placing.missing} of {CONTROL_POINT_COUNT}",
-    )
-    placing = replace(placing, mirror=checkbox("a point takes its partner along", placing.mirror))
+    hint(f"MPEG-4 {point.feature_point}. Click its position on the face; drag a point to correct it.")
+    placed = CONTROL_POINT_COUNT - placement.missing
+    text = f"{placed} of {CONTROL_POINT_COUNT}"
+    imgui.progress_bar(placed / CONTROL_POINT_COUNT, imgui.ImVec2(-1, 0), text)
+    placement = replace(placement, mirror=checkbox("also place the mirrored point", placement.mirror))
     pressed = buttons(("Left to right", "Undo"), 2)
-    if pressed == "Left to right":
-        requests.append(MirrorPoints())
     if pressed == "Undo":
-        placing = placing.undo()
-    imgui.begin_disabled(placing.missing > 0)
-    if imgui.button("OK", imgui.ImVec2(-1, 0)):
-        requests.append(ApplyPoints())
+        placement = placement.undo()
+    controller.state = replace(controller.state, placement=placement)
+    if pressed == "Left to right":
+        controller.mirror_points()
+    imgui.begin_disabled(placement.missing > 0)
+    if wide_button("OK"):
+        controller.apply_points()
     imgui.end_disabled()
-    if imgui.button("Cancel", imgui.ImVec2(-1, 0)):
-        requests.append(CancelPlacement())
-    if placing.missing:
-        hint(f"OK comes when the {placing.missing} points left have their places.")
-    for left, right in swapped_pairs(placing)[:3]:
-        warning(f"{left} should lie to the right of {right} in this picture: are they exchanged?")
-    hint("Pick points on the reference face below; left and right are the subject's.")
-    return replace(desk, placing=placing), requests
+    if wide_button("Cancel"):
+        controller.state = replace(controller.state, placement=None)
+    if placement.missing:
+        hint(f"OK is available when the {placement.missing} missing points are placed.")
+    for left, right in placement.swapped_pairs[:MAX_WARNINGS]:
+        warning(f"{left} should lie to the right of {right} in this image: are they swapped?")
+    hint("Select points on the reference face below; left and right are the subject's.")

@@ -1,37 +1,34 @@
-"""The muscles' panel: how far each of Waters' muscles contracts."""
+"""The muscles panel: contractions of Waters' muscles and the jaw."""
 
 from dataclasses import replace
 
-from conf.animator.commands import Request
-from conf.animator.gui.widgets import amount_slider, buttons, checkbox, heading, hint, slider
-from conf.animator.state.editor import EditorState, StatusInfo
+from conf.animator.controller import Controller
+from conf.animator.gui.widgets import WIDE_LABEL_WIDTH, buttons, checkbox, heading, hint, slider
 from conf.animator.state.muscles import MAX_CONTRACTION, MAX_JAW, MUSCLES, PRESETS, muscle_names
 
-LABELS = {"l": "left", "r": "right"}
 
-
-def draw_muscles(desk: EditorState, facts: StatusInfo) -> tuple[EditorState, list[Request]]:
-    """Draw the panel's tab."""
-    muscling = desk.muscling
+def draw_muscles(controller: Controller, _now: float) -> None:
+    """Draw the panel."""
+    muscles = controller.state.muscles
     heading("Waters' muscles")
-    if facts.subject.points is None:
-        hint("Muscles are placed from the control points: place these first.")
-        return desk, []
-    muscling = replace(muscling, active=checkbox("muscles move the face", muscling.active))
-    pose = buttons(tuple(PRESETS), 2)
-    if pose:
-        muscling = muscling.with_preset(pose)
+    if controller.face.document.points is None:
+        hint("Muscles need control points: place these first.")
+        return
+    muscles = replace(muscles, active=checkbox("muscles move the face", muscles.active))
+    preset = buttons(tuple(PRESETS), 2)
+    if preset:
+        muscles = muscles.with_preset(preset)
     heading("contraction")
-    muscling = replace(muscling, symmetric=checkbox("both sides together", muscling.symmetric))
+    muscles = replace(muscles, symmetric=checkbox("both sides together", muscles.symmetric))
     for stem in MUSCLES:
-        names = muscle_names(stem)[:1] if muscling.symmetric else muscle_names(stem)
+        names = muscle_names(stem)[:1] if muscles.symmetric else muscle_names(stem)
         for name in names:
-            before = muscling.contractions.get(name, 0.0)
-            text = stem.replace("_", " ") if len(names) == 1 else f"{stem.replace('_', ' ')} {name[-1]}"
-            after = amount_slider(text, before, maximum=MAX_CONTRACTION)
+            text = stem.replace("_", " ") + (f" {name[-1]}" if len(names) > 1 else "")
+            before = muscles.contractions.get(name, 0.0)
+            after = slider(text, before, (0.0, MAX_CONTRACTION), label_width=WIDE_LABEL_WIDTH)
             if after != before:
-                muscling = replace(muscling.contract(name, after), active=True)
-    jaw = slider("jaw, rad", muscling.jaw, (0.0, MAX_JAW))
-    if jaw != muscling.jaw:
-        muscling = replace(muscling, jaw=jaw, active=True)
-    return replace(desk, muscling=muscling), []
+                muscles = replace(muscles.contract(name, after), active=True)
+    jaw = slider("jaw, rad", muscles.jaw, (0.0, MAX_JAW))
+    if jaw != muscles.jaw:
+        muscles = replace(muscles, jaw=jaw, active=True)
+    controller.state = replace(controller.state, muscles=muscles)

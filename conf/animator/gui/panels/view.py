@@ -1,60 +1,68 @@
-"""The view's panel: style, light, background, direction."""
+"""The view panel: style, lights, background, direction, influence."""
 
 import math
 from dataclasses import replace
 
 from imgui_bundle import imgui
 
-from conf.animator.commands import Request
+from conf.animator.controller import Controller
 from conf.animator.gui.influence_colours import REGIONS
-from conf.animator.gui.widgets import buttons, checkbox, combo_box, heading, hint
-from conf.animator.state.editor import EditorState, StatusInfo
-from conf.animator.state.view_settings import STYLES
+from conf.animator.gui.widgets import buttons, checkbox, combo_box, heading, hint, wide_button
+from conf.animator.state.editor import STYLES
 from conf.face.control_points import CONTROL_POINTS
 from conf.render.lighting import LIGHTS
 from conf.render.render_target import BACKDROPS, SOLID_COLOURS
 
-ALL = "all regions"
-ANGLES = {"front": 0.0, "half left": math.pi / 5, "half right": -math.pi / 5, "left": math.pi / 2,
-          "right": -math.pi / 2, "behind": math.pi}  # fmt: skip
+ALL_REGIONS = "all regions"
+YAWS = {"front": 0.0, "half left": math.pi / 5, "half right": -math.pi / 5, "left": math.pi / 2,
+        "right": -math.pi / 2, "behind": math.pi}  # fmt: skip
 
 
-def draw_view(desk: EditorState, facts: StatusInfo) -> tuple[EditorState, list[Request]]:
-    """Draw the panel's tab."""
-    look = desk.look
+def draw_view(controller: Controller, _now: float) -> None:
+    """Draw the panel."""
+    view, camera = controller.state.view, controller.state.view.camera
     heading("style")
-    style = buttons(STYLES, 3, look.style)
-    look = replace(look, style=style or look.style)
-    look = replace(look, view=replace(look.view, points=checkbox("control points", look.view.points)))
-    look = replace(look, eye_contact=checkbox("eye contact: the eyes look at you", look.eye_contact))
+    style = buttons(STYLES, 3, view.style) or view.style
+    camera = replace(camera, points=checkbox("control points", camera.points))
+    eye_contact = checkbox("eye contact: the eyes look at you", view.eye_contact)
     heading("light and background")
-    look = replace(look, lights=combo_box("light", look.lights, list(LIGHTS)))
-    look = replace(look, background=combo_box("background", look.background, [*BACKDROPS, *SOLID_COLOURS]))
+    lights = combo_box("light", view.lights, list(LIGHTS))
+    background = combo_box("background", view.background, [*BACKDROPS, *SOLID_COLOURS])
     heading("direction")
-    angle = buttons(tuple(ANGLES), 3)
-    if angle:
-        look = replace(look, view=replace(look.view, yaw=ANGLES[angle], pitch=0.0))
-    if imgui.button("Reset turn, place and zoom", imgui.ImVec2(-1, 0)):
-        look = replace(look, view=look.view.reset())
-    hint("Drag turns, shift and drag moves, the wheel zooms.")
-    if look.style == "regions":
-        names = [ALL, *(f"{p.index} {p.name.replace('_', ' ')}" for p in CONTROL_POINTS)]
+    direction = buttons(tuple(YAWS), 3)
+    if direction:
+        camera = replace(camera, yaw=YAWS[direction], pitch=0.0)
+    if wide_button("Reset rotation, position and zoom"):
+        camera = camera.reset()
+    hint("Drag to rotate, shift and drag to move, scroll to zoom.")
+    influence = view.influence
+    if style == "regions":
         heading("influence")
-        chosen = combo_box("of", names[0 if look.influence is None else look.influence + 1], names)
-        look = replace(look, influence=None if chosen == ALL else int(chosen.split()[0]))
-        if look.influence is None:
+        names = [ALL_REGIONS, *(f"{p.index} {p.name.replace('_', ' ')}" for p in CONTROL_POINTS)]
+        name = combo_box("of", names[0 if influence is None else influence + 1], names)
+        influence = None if name == ALL_REGIONS else int(name.split()[0])
+        if influence is None:
             _draw_legend()
-        if facts.subject.points is None:
-            hint("Regions show when the control points are placed.")
-    return replace(desk, look=look), []
+        if controller.face.document.points is None:
+            hint("Place the control points to see the regions.")
+    view = replace(
+        view,
+        camera=camera,
+        style=style,
+        influence=influence,
+        lights=lights,
+        background=background,
+        eye_contact=eye_contact,
+    )
+    controller.state = replace(controller.state, view=view)
 
 
 def _draw_legend() -> None:
-    for i, (name, (_, colour)) in enumerate(REGIONS.items()):
+    side = imgui.get_text_line_height() * 0.8
+    for i, (name, (_, (red, green, blue))) in enumerate(REGIONS.items()):
         if i % 2:
             imgui.same_line(imgui.get_window_width() * 0.5)
-        shade = imgui.ImVec4(colour[0] / 255, colour[1] / 255, colour[2] / 255, 1.0)
-        side = imgui.get_text_line_height() * 0.8
-        imgui.color_button(f"##{name}", shade, imgui.ColorEditFlags_.no_tooltip, imgui.ImVec2(side, side))
+        colour = imgui.ImVec4(red / 255, green / 255, blue / 255, 1.0)
+        imgui.color_button(f"##{name}", colour, imgui.ColorEditFlags_.no_tooltip, imgui.ImVec2(side, side))
         imgui.same_line()
         imgui.text(name)

@@ -2,19 +2,19 @@ from collections.abc import Callable
 
 import pytest
 
-from conf.animator.commands import PlayExpression, ReleaseExpressions
-from conf.animator.gui.panels.expressions import draw_emotions
-from tests.animator.conftest import Worked
+from conf.animator.gui.panels.expressions import draw_expressions
+from tests.animator.conftest import NOW, PanelDriver
 
 
-def test_buttons_play_and_sliders_hold_action_units(work: Callable[..., Worked]) -> None:
-    panel = work(draw_emotions)
+def test_buttons_play_and_release_and_sliders_set_action_units(open_panel: Callable[..., PanelDriver]) -> None:
+    panel = open_panel(draw_expressions)
     panel.press("fear")
+    assert panel.state.expression.active(NOW) == "fear"
     panel.press("Release")
-    assert panel.requests == [PlayExpression("fear"), ReleaseExpressions()]
+    assert panel.state.expression.active(NOW) is None
     panel.press("##26 jaw drop")
-    assert panel.desk.expressing.units == {26: pytest.approx(0.5, abs=0.03)}
-    panel.press("idle life: blinks, glances, sways")
-    assert not panel.desk.expressing.idle
-    panel.press("All to zero")
-    assert panel.desk.expressing.units == {}
+    assert panel.state.expression.units == {26: pytest.approx(0.5, abs=0.03)}
+    panel.press("idle motion: blinks, glances, sway")
+    assert not panel.state.expression.idle
+    panel.press("Set all to zero")
+    assert panel.state.expression.units == {}

@@ -1,26 +1,37 @@
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from conf.animator.commands import Seek, SetLoop, StepFrames, Stop, ToggleMotionRecording, TogglePlaying
 from conf.animator.gui.panels.timeline import draw_timeline
-from conf.animator.motion_player import MotionPlayer, NamedClip
 from conf.face.formats.dpc import MotionClip
-from tests.animator.conftest import Worked
+from tests.animator.conftest import NOW, PanelDriver
 
 
-def test_the_player_is_asked_for_what_its_buttons_say(work: Callable[..., Worked]) -> None:
-    panel = work(lambda desk, facts: draw_timeline(desk, facts, 1.0))
-    panel.press("Record a take")
-    assert panel.requests == [ToggleMotionRecording()]
-    panel.requests.clear()
-    motion = MotionClip(10.0, "fapu", np.zeros((21, 50, 3), np.float32))
-    panel.facts = replace(panel.facts, player=MotionPlayer(NamedClip("a", motion)))
-    for label in ("Play", "Stop", "<", ">", "loop"):
-        panel.press(label)
-    assert panel.requests == [TogglePlaying(), Stop(), StepFrames(-1), StepFrames(1), SetLoop(False)]
+def test_buttons_and_seek_bar_work_the_player(open_panel: Callable[..., PanelDriver]) -> None:
+    panel = open_panel(lambda controller, now: draw_timeline(controller, now, 0.3))  # all buttons fit into the window
+    panel.press("Record motion")
+    assert panel.controller.recorder is not None
+    panel.press("Stop recording")
+    assert panel.controller.recorder is None
+    panel.controller.play_clip("a", MotionClip(10.0, "fapu", np.zeros((21, 50, 3), np.float32)), NOW)
+    player = panel.controller.player
+    assert player is not None
+    panel.press("Pause")
+    assert not player.clock.is_playing(NOW)
     panel.press("##seek")
-    seek = panel.requests[-1]
-    assert isinstance(seek, Seek) and seek.position == pytest.approx(1.0, abs=0.05)
+    assert player.clock.position(NOW) == pytest.approx(1.0, abs=0.05)
+    frame = player.frame(NOW)
+    panel.press("<")
+    assert player.frame(NOW) in (frame, frame - 1), "the start of the frame or the one before"
+    frame = player.frame(NOW)
+    panel.press(">")
+    assert player.frame(NOW) == frame + 1
+    panel.press("loop")
+    assert not player.clock.loop
+    panel.press("Play")
+    assert player.clock.is_playing(NOW)
+    panel.press("Stop")
+    assert not player.clock.is_playing(NOW) and player.clock.position(NOW) == 0
+    panel.press("Close")
+    assert panel.controller.player is None
