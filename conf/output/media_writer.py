@@ -37,7 +37,7 @@ def save_image(path: Path, pixels: NDArray[np.uint8]) -> Path:
     partial = _partial(path)
     is_encoded, data = cv2.imencode(path.suffix, pixels, options)
     if not is_encoded:
-        raise RecordingError(f"{path}: this picture cannot be encoded; choose another size or format")
+        raise RecordingError(f"{path}: this image cannot be encoded; choose another size or format")
     try:
         partial.write_bytes(data.tobytes())
         partial.replace(path)

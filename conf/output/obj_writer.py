@@ -44,7 +44,7 @@ def _write_texture(path: Path, texture: Path) -> Path:
     if not is_portable:
         pixels = cv2.imread(str(texture), cv2.IMREAD_UNCHANGED)
         if pixels is None:
-            raise ConfError(f"{texture}: expected a picture; remove it from the mesh's MTL file")
+            raise ConfError(f"{texture}: expected an image file; remove it from the mesh's MTL file")
         copy.write_bytes(cv2.imencode(".png", pixels)[1].tobytes())
     elif copy.resolve() != texture.resolve():
         shutil.copyfile(texture, copy)

@@ -29,7 +29,12 @@ def layout_grid(count: int, size: tuple[int, int], *, left: int = 0) -> list[Vie
     left : pixels at the left that stay free
     """
     width, height = size[0] - left, size[1]
-    columns = min(range(1, count + 1), key=lambda columns: _layout_cost(columns, count, width / height))
+
+    def cost(columns: int) -> float:  # deviation of the cells from squares, plus the fraction missing in the last row
+        rows = math.ceil(count / columns)
+        return abs(math.log(width / height * rows / columns)) + (rows * columns - count) / count
+
+    columns = min(range(1, count + 1), key=cost)
     rows = math.ceil(count / columns)
     cells: list[Viewport] = []
     for row in range(rows):
@@ -38,12 +43,6 @@ def layout_grid(count: int, size: tuple[int, int], *, left: int = 0) -> list[Vie
         edges = [left + width * i // cells_in_row for i in range(cells_in_row + 1)]
         cells += [(x, bottom, end - x, top - bottom) for x, end in pairwise(edges)]
     return cells
-
-
-def _layout_cost(columns: int, count: int, aspect: float) -> float:
-    """Return how far the cells are from squares, plus the fraction of cells missing in the last row."""
-    rows = math.ceil(count / columns)
-    return abs(math.log(aspect * rows / columns)) + (rows * columns - count) / count
 
 
 class ParticipantGrid(GpuObject):

@@ -18,12 +18,11 @@ from conf.face.mesh.mesh import Mesh
 from conf.face.mesh.winding import orient_outwards
 from conf.render.camera import ViewState, clip_matrix, view_rotation
 from conf.render.control_point_markers import ControlPointMarkers
-from conf.render.draw_call import DrawCall
 from conf.render.gpu_object import GpuObject
 from conf.render.lighting import STUDIO, Lighting
 from conf.render.materials import EYE, MOUTH, SKIN, group_triangles, material_of
 from conf.render.render_target import RenderTarget
-from conf.render.shader_programs import to_column_major
+from conf.render.shader_programs import DrawCall, to_column_major
 from conf.render.shadow_map import ShadowMap, light_matrix
 from conf.render.vertex_cache import optimise_vertex_cache
 from conf.render.vertex_normals import VertexNormals
@@ -191,7 +190,7 @@ def load_texture(ctx: moderngl.Context, mesh: Mesh) -> moderngl.Texture:
         return ctx.texture((1, 1), 4, bytes(PLAIN_SKIN))
     image = cv2.imread(str(mesh.texture), cv2.IMREAD_UNCHANGED)
     if image is None or image.dtype != np.uint8:
-        raise FileFormatError(mesh.texture, None, "expected a PNG, JPEG or WebP picture with 8 bits a channel")
+        raise FileFormatError(mesh.texture, None, "expected a PNG, JPEG or WebP image with 8 bits a channel")
     if image.ndim == 2:
         image = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
     to_rgba = cv2.COLOR_BGRA2RGBA if image.shape[2] == 4 else cv2.COLOR_BGR2RGBA

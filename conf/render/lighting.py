@@ -25,15 +25,9 @@ class Lighting:
 
     def constants(self) -> dict[str, str]:
         """Return the constants of the shaders: name -> GLSL."""
-        return {
-            "KEY": f"normalize({_vec3(self.key)})",
-            "KEY_COLOUR": _vec3(self.key_colour),
-            "FILL_COLOUR": _vec3(self.fill_colour),
-            "SKY": _vec3(self.sky),
-            "GROUND": _vec3(self.ground),
-            "RIM_COLOUR": _vec3(self.rim_colour),
-            "EXPOSURE": f"{self.exposure:.4f}",
-        }
+        colours = ("key_colour", "fill_colour", "sky", "ground", "rim_colour")
+        constants = {name.upper(): _vec3(getattr(self, name)) for name in colours}
+        return constants | {"KEY": f"normalize({_vec3(self.key)})", "EXPOSURE": f"{self.exposure:.4f}"}
 
 
 def _vec3(vector: Vector) -> str:

@@ -1,12 +1,15 @@
-"""Shader programs: GLSL files in shaders/, with `#include "file"` for shared code."""
+"""Shader programs, and draw calls with them: GLSL files in shaders/, with `#include "file"` for shared code."""
 
 import re
 from collections.abc import Mapping
 from importlib.resources import files
+from typing import Any
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
+
+from conf.render.gpu_object import GpuObject
 
 VERSION = "#version 330\n"
 _INCLUDE = re.compile(r'^#include "([\w.]+)"$', re.MULTILINE)
@@ -47,3 +50,34 @@ def set_matrix(program: moderngl.Program, name: str, matrix: bytes) -> None:
     uniform = program.get(name, None)
     if isinstance(uniform, moderngl.Uniform):
         uniform.write(matrix)
+
+
+class DrawCall(GpuObject):
+    """Indexed triangles over shared vertex buffers."""
+
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        shaders: tuple[str, str],
+        attributes: list[Any],
+        triangles: NDArray[np.integer],
+        constants: Mapping[str, str] | None = None,
+    ) -> None:
+        """Build the program and upload the indices.
+
+        shaders : names of the vertex and the fragment shader
+        attributes : buffers with format and names, as `moderngl.Context.vertex_array` takes them; attributes that
+            the shaders do not use are skipped
+        triangles : (F, 3) indices into the buffers
+        constants : name -> GLSL, replaces constants of the shaders
+        """
+        self.program = load_program(ctx, *shaders, constants)
+        indices = ctx.buffer(np.ascontiguousarray(triangles, np.int32).tobytes())
+        self._array = ctx.vertex_array(self.program, attributes, indices, skip_errors=True)
+        self._owned = (self._array, indices, self.program)
+
+    def draw(self, **matrices: bytes) -> None:
+        """Set the matrices, by name and as `to_column_major` returns them, and draw all triangles."""
+        for name, matrix in matrices.items():
+            set_matrix(self.program, name, matrix)
+        self._array.render(moderngl.TRIANGLES)

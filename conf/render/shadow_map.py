@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.mesh.mesh import Mesh
-from conf.render.draw_call import DrawCall
 from conf.render.gpu_object import GpuObject
 from conf.render.lighting import STUDIO, Vector
 from conf.render.materials import material_of
-from conf.render.shader_programs import to_column_major
+from conf.render.shader_programs import DrawCall, to_column_major
 
 SIZE = 256  # pixels a side
 EXTENT_CM = 18.0  # half of the side of the square, around the face's origin, that the map covers

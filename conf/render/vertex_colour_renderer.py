@@ -9,10 +9,9 @@ from conf.face.head_pose import HeadPose
 from conf.face.mesh.mesh import Mesh
 from conf.face.mesh.winding import orient_outwards
 from conf.render.camera import ViewState, clip_matrix, view_rotation
-from conf.render.draw_call import DrawCall
 from conf.render.gpu_object import GpuObject
 from conf.render.render_target import RenderTarget
-from conf.render.shader_programs import to_column_major
+from conf.render.shader_programs import DrawCall, to_column_major
 from conf.render.vertex_normals import VertexNormals
 
 HIDDEN_GROUPS = ("hair", "brows", "lashes")  # not drawn: they would cover the skin

@@ -3,7 +3,7 @@
 import moderngl
 
 from conf.face.mesh.mesh import Mesh
-from conf.render.draw_call import DrawCall
+from conf.render.shader_programs import DrawCall
 
 FILL_COLOUR = (0.075, 0.095, 0.125)  # sRGB; hides the edges behind
 EDGE_COLOUR = (0.45, 0.78, 0.95)  # sRGB

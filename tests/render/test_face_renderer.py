@@ -122,7 +122,7 @@ def test_the_texture_is_upright_on_the_face(window: OffscreenWindow, face: FaceM
 def test_an_invalid_texture_file_is_named(window: OffscreenWindow, face: FaceModel, tmp_path: Path) -> None:
     (tmp_path / "atlas.png").write_text("no picture")
     mesh = replace(face.mesh, texture=tmp_path / "atlas.png")
-    with pytest.raises(FileFormatError, match=r"atlas\.png: expected a PNG, JPEG or WebP picture"):
+    with pytest.raises(FileFormatError, match=r"atlas\.png: expected a PNG, JPEG or WebP image"):
         FaceRenderer(window.ctx, replace(face, mesh=mesh))
 
 
