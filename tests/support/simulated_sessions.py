@@ -70,7 +70,6 @@ class World:
         while self.now < end:
             self.settle()
             self.now += STEP_S
-            self.receiver.handle_timer(self.now)
         self.settle()
 
     def run_until(self, condition: Callable[[], bool], limit: float) -> None:

@@ -30,17 +30,17 @@ from conf.protocol.session.seal import EPOCH_LENGTH, CounterExhausted, Opener, S
 
 MAX_SESSIONS = 9
 IDLE_S = 30.0
-HINTS_PER_SECOND = 10.0
+UNKNOWN_REPLIES_PER_SECOND = 10.0
 
 
 @dataclass
 class ServerSession:
-    """One session: its two directions, where its sender was last, and when."""
+    """One session: its two directions, the sender's last address, and when it was last heard from."""
 
     opener: Opener
     sealer: Sealer
     address: Address
-    heard: float
+    last_received: float
 
 
 class SessionServer:
@@ -61,13 +61,13 @@ class SessionServer:
         self._max_sessions = max_sessions
         self._epoch_length = epoch_length
         self._responder = Responder(code, random, has_room=self._has_room, accept=self._accept)
-        self._unknown_replies = TokenBucket(HINTS_PER_SECOND, HINTS_PER_SECOND)
+        self._unknown_replies = TokenBucket(UNKNOWN_REPLIES_PER_SECOND, UNKNOWN_REPLIES_PER_SECOND)
         self._next_session = random(1)[0] % (MAX_SESSION + 1)
         self._events: deque[Event] = deque()
         self._pending: list[tuple[bytes, Address]] = []
 
     def receive_datagram(self, data: bytes, address: Address, now: float) -> None:
-        """Take a datagram, whatever its bytes: at worst it is counted in `dropped`."""
+        """Process a datagram, whatever its bytes: at worst it is counted in `dropped`."""
         try:
             packet = parse_datagram(data)
             if type(packet) is DataPacket:
@@ -78,7 +78,7 @@ class SessionServer:
             self.dropped[error.reason] += 1
 
     def seal_body(self, session: int, body: bytes) -> SealedDatagram | None:
-        """Return the datagram that carries `body` to the sender of `session`; None if it is over."""
+        """Return the datagram that carries `body` to the sender of `session`; None if the session has ended."""
         peer = self.sessions.get(session)
         if peer is None:
             return None
@@ -89,36 +89,22 @@ class SessionServer:
             self._drop(session, LossReason.EXHAUSTED)
             return None
 
-    def acknowledge(self, session: int, counter: int) -> None:
-        """Note that the sender of `session` has received our `counter`: counters travel in one byte then."""
-        if peer := self.sessions.get(session):
-            peer.sealer.acknowledge(counter)
-
     def close(self, session: int) -> None:
-        """End a session and free its place."""
+        """End a session if it has not ended yet."""
         if session in self.sessions:
             self._drop(session, LossReason.CLOSED)
 
-    def datagrams_to_send(self, _now: float) -> list[tuple[bytes, Address]]:
-        """Take what the handshakes want sent."""
-        outbox, self._pending = self._pending, []
-        return outbox
+    def datagrams_to_send(self, now: float) -> list[tuple[bytes, Address]]:
+        """Return the datagrams of the handshakes, and end the sessions that have been silent too long."""
+        self._responder.expire(now)
+        for session in [s for s, peer in self.sessions.items() if peer.last_received + IDLE_S <= now]:
+            self._drop(session, LossReason.IDLE)
+        pending, self._pending = self._pending, []
+        return pending
 
     def next_event(self) -> Event | None:
-        """Take the next event, oldest first."""
+        """Return the oldest event not returned yet."""
         return self._events.popleft() if self._events else None
-
-    def get_timer(self) -> float | None:
-        """Return when handle_timer wants to be called, None if never."""
-        times = [peer.heard + IDLE_S for peer in self.sessions.values()]
-        times += [attempt.expires for attempt in self._responder.attempts.values()]
-        return min(times, default=None)
-
-    def handle_timer(self, now: float) -> None:
-        """End the sessions that have been silent too long."""
-        self._responder.expire(now)
-        for session in [s for s, peer in self.sessions.items() if peer.heard + IDLE_S <= now]:
-            self._drop(session, LossReason.IDLE)
 
     def _receive_data(self, packet: DataPacket, address: Address, now: float) -> None:
         peer = self.sessions.get(packet.session)
@@ -128,8 +114,8 @@ class SessionServer:
             raise DatagramError(DropReason.UNKNOWN_SESSION)
         newest = peer.opener.window.highest
         counter, body = peer.opener.open(packet)
-        peer.heard = now
-        if address != peer.address and counter > newest:  # a datagram that comes late does not move the session back
+        peer.last_received = now
+        if address != peer.address and counter > newest:  # a datagram that arrives late does not move the session back
             peer.address = address
             self._events.append(AddressChanged(packet.session, address))
         self._events.append(BodyReceived(packet.session, body, address, counter))

@@ -72,7 +72,6 @@ def test_a_wrong_code_never_connects_and_is_told_on_both_sides(fates: list[list[
     assert sum(isinstance(event, WrongCode) for event in world.events(SENDER)) == 1
     assert any(event == WrongCode(4, SENDER) for event in world.events())
     assert sender.seal_body(b"") is None
-    assert sender.get_timer() is None
 
 
 def test_the_handshake_in_bytes() -> None:
@@ -114,7 +113,6 @@ def test_nobody_answers() -> None:
     world.run(40.0)
     (told,) = world.events(SENDER)
     assert isinstance(told, NoAnswer) and told.seconds == pytest.approx(5.0, abs=0.2)
-    assert sender.get_timer() is not None
     world.fate = at_once
     world.run(5.0)
     assert sender.session is not None
@@ -233,8 +231,8 @@ def test_counters_are_short_once_acknowledged() -> None:
 def test_an_exhausted_session_is_followed_by_a_new_one() -> None:
     world = connected()
     sender = world.senders[SENDER]
-    assert sender._link is not None
-    sender._link.sealer.counter = 1 << 32
+    assert sender._active is not None
+    sender._active.sealer.counter = 1 << 32
     assert sender.seal_body(b"motion") is None
     world.run(0.2)
     assert [type(event) for event in world.events(SENDER)] == [Connected, SessionEnded, Connected]
