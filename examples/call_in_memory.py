@@ -32,7 +32,7 @@ for tick in range(150):  # ten seconds of simulated time
         receiver.receive_datagram(data, SENDER, now + DELAY)
     for data, _ in receiver.datagrams_to_send(now + DELAY):
         sender.receive_datagram(data, RECEIVER, now + 2 * DELAY)
-    shown += sum(stream.frame_at(now + DELAY) is not None for stream in receiver.streams.values())
+    shown += sum(stream.motion.frame_at(now + DELAY) is not None for stream in receiver.streams.values())
 
 figures = receiver.snapshot(10.0)
 print(f"connected with {code}; {shown} frames shown, {figures.wire_bytes_per_frame:.0f} bytes a frame with headers")

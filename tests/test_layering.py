@@ -70,7 +70,6 @@ WITHOUT_TEST = {"protocol/address.py"}
 
 # Violations that are known and shall go. Each one that is repaired has to be removed here.
 KNOWN_VIOLATIONS = {
-    ("protocol/loopback.py", "os"),
     ("protocol/portrait/probability_model.py", "pathlib.Path"),
 }
 

@@ -1,6 +1,7 @@
 """`conf measure`: bytes a frame at every stage of the encoding, compared with raw pixels."""
 
 import argparse
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -54,7 +55,7 @@ def measure(clip: Path, profile: str = "live", on_progress: Callable[[int], None
     from conf.protocol.codec import PROFILES
     from conf.protocol.loopback import LoopbackCall
     from conf.protocol.messages import StreamParameters
-    from conf.protocol.sender_connection import RateOptions
+    from conf.protocol.send_budget import RateOptions
     from conf.protocol.statistics import raw_frame_bytes
     from conf.sender.capture.video import open_clip
     from conf.sender.frame_pacer import FramePacer
@@ -67,7 +68,7 @@ def measure(clip: Path, profile: str = "live", on_progress: Callable[[int], None
         size, fps = source.size, min(source.fps, float(PROFILES[profile].fps))
     extractor = MotionExtractor(read_canonical_face(fetch_models()), size)
     parameters = StreamParameters(*size, fps, CONTROL_POINT_COUNT, extractor.fapu_distances())
-    call = LoopbackCall(parameters, 0.0, link=RateOptions(profile))
+    call = LoopbackCall(parameters, 0.0, os.urandom, rate=RateOptions(profile))
     pacer, frames, jpeg_bytes = FramePacer(fps), 0, 0
     for frame, tracking in track_clip(clip, on_progress):
         now = frame.timestamp

@@ -117,19 +117,20 @@ def send(
     from conf.face.control_points import CONTROL_POINT_COUNT
     from conf.protocol.messages import StreamParameters
     from conf.protocol.portrait import ObjectSender
-    from conf.protocol.sender_connection import RateOptions, SenderConnection
+    from conf.protocol.send_budget import RateOptions
+    from conf.protocol.sender_connection import SenderConnection
     from conf.protocol.session.client import SenderSession
     from conf.sender.pipeline import SenderLoop
     from conf.transport.udp import UdpSocket
 
-    object_sender = ObjectSender(kbps=options.portrait_kbps) if options.portrait_kbps else None
+    object_sender = ObjectSender() if options.portrait_kbps else None
     with UdpSocket.open_to(*receiver) as socket, _open_source(options, object_sender) as source:
         parameters = StreamParameters(*source.size, min(FPS, source.fps), CONTROL_POINT_COUNT, source.fapu_lengths)
         now = time.monotonic()
         assert socket.remote is not None
         session = SenderSession(code, socket.remote, os.urandom, now)
-        rate = RateOptions(options.profile, options.kbps)
-        connection = SenderConnection(session, parameters, now, link=rate, portrait=object_sender)
+        rate = RateOptions(options.profile, options.kbps, options.portrait_kbps)
+        connection = SenderConnection(session, parameters, now, rate=rate, portrait=object_sender)
         return SenderLoop(source, connection, socket).run(seconds=options.seconds, on_status=on_status)
 
 

@@ -19,7 +19,7 @@ _SOURCES = {
     "MotionFrame": "messages",
     "ObjectSender": "portrait.object_sender",
     "PROFILES": "codec.profiles",
-    "RateOptions": "sender_connection",
+    "RateOptions": "send_budget",
     "ReceiverEndpoint": "receiver_endpoint",
     "SenderConnection": "sender_connection",
     "SenderSession": "session.client",
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from conf.protocol.messages import StreamParameters as StreamParameters
     from conf.protocol.portrait.object_sender import ObjectSender as ObjectSender
     from conf.protocol.receiver_endpoint import ReceiverEndpoint as ReceiverEndpoint
-    from conf.protocol.sender_connection import RateOptions as RateOptions
+    from conf.protocol.send_budget import RateOptions as RateOptions
     from conf.protocol.sender_connection import SenderConnection as SenderConnection
     from conf.protocol.session.client import SenderSession as SenderSession
     from conf.protocol.session.pairing_code import generate_code as generate_code

@@ -1,10 +1,9 @@
-"""How fast the sender may go: a ladder of profiles, a circuit breaker, a cap in kbit/s. Time is an argument.
+"""Congestion control: the rate level to send at, from the receiver's reports. Time is an argument.
 
-Strategy. Quickly down, slowly up. More than 5 % loss over the last seconds, or a queue that grows, is a step down the
-ladder; then the link gets time to show the effect. Ten calm seconds are a step up; each step up that had to be taken
-back soon doubles that time. Without any report for ten seconds nothing is sent but a small probe now and then, until a
-report comes.
-Source: RFC 8083 (circuit breaker); RFC 8085, 3.1 (datagram congestion control).
+Strategy. Down quickly, up slowly. More than 5 % loss over the last seconds or a growing queue is one level down, after
+which the link gets 3 s to show the effect. Ten good seconds are one level up. Each level up that soon had to be taken
+back doubles that time.
+Source: RFC 8085, 3.1 (congestion control of datagrams).
 """
 
 import math
@@ -16,59 +15,63 @@ from conf.protocol.feedback import Report, RoundTripEstimator
 
 @dataclass(frozen=True)
 class RateLevel:
-    """A step of the ladder: a profile, and how many times its usual number of frames share a datagram."""
+    """A codec profile and how many times its usual number of frames share a datagram.
+
+    kbps : rate that the level needs, headers included
+    """
 
     profile: str
+    kbps: float
     bundling: int = 1
 
 
-RATE_LEVELS = (RateLevel("rich"), RateLevel("live"), RateLevel("live", 2), RateLevel("narrow"))
+RATE_LEVELS = (RateLevel("rich", 11.0), RateLevel("live", 5.8), RateLevel("live", 4.0, 2), RateLevel("narrow", 2.4))
 
 MAX_LOSS = 0.05
 LOW_LOSS = 0.02
 MAX_QUEUEING_S = 0.2
-CROWDED = 0.75  # of that limit
+HIGH_QUEUE_FRACTION = 0.75  # of the queueing limit
 LOSS_WINDOW_S = 10.0
-MIN_EXPECTED = 20  # fewer datagrams than this say nothing about five per cent
+MIN_EXPECTED = 20  # fewer datagrams cannot tell 5 % from chance
 SETTLE_S = 3.0
 RECOVER_S = 10.0
 MAX_RECOVER_S = 160.0
 BACKOFF_WINDOW_S = 20.0
 
 
-class LossMeter:
-    """The fraction of datagrams lost over the last seconds, from the reports' totals."""
+class LossEstimator:
+    """The fraction of datagrams lost over the last seconds, from the totals in the reports."""
 
     def __init__(self) -> None:
-        self._totals: deque[tuple[float, int, int]] = deque()
+        self._totals: deque[tuple[float, int, int]] = deque()  # time, highest counter, lost
 
-    def reported(self, report: Report, now: float) -> None:
-        """Take a report; one that comes late, out of order, is ignored."""
+    def on_report(self, report: Report, now: float) -> None:
+        """Apply a report; one that arrives out of order is ignored."""
         if self._totals and report.highest < self._totals[-1][1]:
             return
         self._totals.append((now, report.highest, report.lost))
-        while len(self._totals) > 2 and self._totals[1][0] <= now - LOSS_WINDOW_S and self._enough_without_oldest():
+        while len(self._totals) > 2 and self._totals[1][0] <= now - LOSS_WINDOW_S and self._is_enough_without_oldest():
             self._totals.popleft()
 
     def restart(self) -> None:
-        """Forget all but the newest totals."""
+        """Drop all but the newest totals."""
         while len(self._totals) > 1:
             self._totals.popleft()
 
     @property
     def expected(self) -> int:
-        """How many datagrams the figure rests on."""
+        """Number of datagrams that the fraction is measured on."""
         return self._totals[-1][1] - self._totals[0][1] if self._totals else 0
 
     @property
-    def heavy(self) -> bool:
-        """Whether the loss is above 5 % by more than chance: by two standard deviations of what 5 % loses."""
+    def is_heavy(self) -> bool:
+        """Whether the loss exceeds 5 % by two standard deviations of what a loss of 5 % would show."""
         allowed = MAX_LOSS * self.expected
-        return self.enough and self.fraction * self.expected > allowed + 2 * math.sqrt(allowed)
+        return self.is_significant and self.fraction * self.expected > allowed + 2 * math.sqrt(allowed)
 
     @property
-    def enough(self) -> bool:
-        """Whether the figure rests on enough datagrams to mean something."""
+    def is_significant(self) -> bool:
+        """Whether the fraction is measured on enough datagrams."""
         return self.expected >= MIN_EXPECTED
 
     @property
@@ -78,52 +81,52 @@ class LossMeter:
             return 0.0
         return max(0, self._totals[-1][2] - self._totals[0][2]) / self.expected
 
-    def _enough_without_oldest(self) -> bool:
+    def _is_enough_without_oldest(self) -> bool:
         return self._totals[-1][1] - self._totals[1][1] >= MIN_EXPECTED
 
 
 class CongestionControl:
-    """The rung of the ladder to send at.
+    """Choose the rate level.
 
-    top : the highest rung allowed, an index into LADDER
+    top, start : the highest level allowed and the first, indices into RATE_LEVELS
     """
 
     def __init__(self, now: float, *, top: int = 0, start: int = 1) -> None:
-        self.loss = LossMeter()
+        self.loss = LossEstimator()
         self._top = top
         self._index = max(top, start)
-        self._changed = now
-        self._calm_since = now
+        self._changed_at = now
+        self._good_since = now
         self._recover_s = RECOVER_S
         self._raised_at: float | None = None
 
     @property
-    def rung(self) -> RateLevel:
-        """The present rung."""
+    def level(self) -> RateLevel:
+        """The level to send at."""
         return RATE_LEVELS[self._index]
 
-    def reported(self, report: Report, round_trip: RoundTripEstimator, now: float) -> None:
-        """Take a report, after `round_trip` has taken it; `rung` may have changed afterwards."""
-        self.loss.reported(report, now)
-        if now < self._changed + SETTLE_S:
+    def on_report(self, report: Report, round_trip: RoundTripEstimator, now: float) -> None:
+        """Apply a report after `round_trip` has; `level` may change."""
+        self.loss.on_report(report, now)
+        if now < self._changed_at + SETTLE_S:
             return
         queueing, queueing_limit = round_trip.queueing_s, _queueing_limit(round_trip)
-        if self.loss.heavy or queueing > queueing_limit:
-            self._calm_since = now
+        if self.loss.is_heavy or queueing > queueing_limit:
+            self._good_since = now
             self._step_down(now)
-        elif self.loss.fraction > LOW_LOSS or queueing > queueing_limit / 2 or not self.loss.enough:
-            self._calm_since = now
-        elif now >= self._calm_since + self._recover_s:
+        elif self.loss.fraction > LOW_LOSS or queueing > queueing_limit / 2 or not self.loss.is_significant:
+            self._good_since = now
+        elif now >= self._good_since + self._recover_s:
             self._step_up(now)
 
     def queue_is_high(self, round_trip: RoundTripEstimator) -> bool:
-        """Whether queues are near the limit: what can wait should, before the motion has to go a step down."""
-        return round_trip.queueing_s > CROWDED * _queueing_limit(round_trip)
+        """Return whether the queue is near its limit: data that can wait should, before the motion loses a level."""
+        return round_trip.queueing_s > HIGH_QUEUE_FRACTION * _queueing_limit(round_trip)
 
     def _step_down(self, now: float) -> None:
         if self._raised_at is not None:
-            soon = now < self._raised_at + BACKOFF_WINDOW_S
-            self._recover_s = min(2 * self._recover_s, MAX_RECOVER_S) if soon else RECOVER_S
+            is_soon = now < self._raised_at + BACKOFF_WINDOW_S
+            self._recover_s = min(2 * self._recover_s, MAX_RECOVER_S) if is_soon else RECOVER_S
             self._raised_at = None
         self._move(min(self._index + 1, len(RATE_LEVELS) - 1), now)
 
@@ -135,7 +138,7 @@ class CongestionControl:
     def _move(self, index: int, now: float) -> None:
         if index != self._index:
             self._index = index
-            self._changed = self._calm_since = now
+            self._changed_at = self._good_since = now
             self.loss.restart()
 
 

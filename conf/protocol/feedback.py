@@ -1,8 +1,8 @@
-"""What the receiver tells the sender twice a second, and the round trip that follows from it.
+"""Reception reports, twice a second from receiver to sender, and the round trip time estimated from them.
 
-Strategy. A report names the highest counter it has seen and how long ago that came, so the counter is the echo: the
-sender knows when it sent it, and no datagram need carry a time for it. Losses are counted since the start, not since
-the last report, so a lost report loses nothing. What is missing travels instead of what has come: it is mostly nothing.
+Strategy. A report names the highest counter received and how long ago that was. The counter is the echo: the sender
+knows when it sent it, so that no datagram carries a time. Losses are counted since the start, so that a lost report
+loses nothing. The report lists missing counters instead of received ones, as they are fewer.
 Source: RFC 3550, 6.4 (reports, round trip); RFC 6298 (smoothing).
 """
 
@@ -15,7 +15,7 @@ from conf.errors import ProtocolError
 from conf.protocol.session.replay_window import WINDOW, ReplayWindow
 from conf.protocol.statistics import InterarrivalJitter
 
-REPORT_EVERY_S = 0.5
+REPORT_INTERVAL_S = 0.5
 MILLISECOND = 1e-3
 MAX_MILLISECONDS = 0xFFFF
 # The largest value of each field on the wire.
@@ -25,13 +25,13 @@ MAX_REPORT_BYTES = 32
 
 @dataclass(frozen=True)
 class Report:
-    """How the sender's datagrams have come.
+    """What the receiver has received of the sender's datagrams.
 
     highest : the highest counter received
-    missing : bit i is set if counter highest - 1 - i has not come, for the 63 before the highest
+    missing : bit i is set if counter highest - 1 - i has not been received, for the 63 before the highest
     lost : datagrams lost since the start
     jitter_ms : interarrival jitter
-    hold_ms : how long ago the highest came
+    ack_delay_ms : time since the highest was received
     """
 
     highest: int
@@ -41,12 +41,12 @@ class Report:
     ack_delay_ms: int
 
     def received(self, counter: int) -> bool:
-        """Return whether the report says that `counter` has come; False also if it does not reach back so far."""
+        """Return whether the report confirms `counter`; False for one older than it covers."""
         behind = self.highest - counter
         return behind == 0 or (0 < behind < WINDOW and not self.missing >> (behind - 1) & 1)
 
     def acknowledged(self) -> list[int]:
-        """Return the counters that have come, newest first, as far back as the report reaches."""
+        """Return the counters that the report confirms, newest first."""
         return [c for c in range(self.highest, max(-1, self.highest - WINDOW), -1) if self.received(c)]
 
 
@@ -66,37 +66,37 @@ def decode_report(data: bytes) -> Report:
         raise ProtocolError("a report is not msgpack") from error
     if type(fields) is not list or len(fields) != len(_LIMITS):
         raise ProtocolError("a report is not an array of five")
-    if any(type(n) is not int or not 0 <= n <= most for n, most in zip(fields, _LIMITS, strict=True)):
+    if any(type(n) is not int or not 0 <= n <= limit for n, limit in zip(fields, _LIMITS, strict=True)):
         raise ProtocolError("a report has a field that is no small integer")
     report = Report(*fields)
     if report.lost > report.highest or report.missing >> report.highest:
-        raise ProtocolError("a report misses what was never sent")
+        raise ProtocolError("a report misses datagrams that were never sent")
     return report
 
 
 class ReceptionStats:
-    """The receiver's log of one session, from which its reports are made."""
+    """Record the datagrams of one session and make reports of them."""
 
     def __init__(self) -> None:
         self.jitter = InterarrivalJitter()
         self._window = ReplayWindow()
         self._count = 0
         self._newest = -1
-        self._highest_came = 0.0
+        self._highest_received_at = 0.0
         self._due = float("-inf")
 
     def add(self, counter: int, now: float, *, timestamp: float | None = None, decodable: bool = True) -> None:
-        """Note a datagram under a valid seal.
+        """Record an authenticated datagram.
 
         timestamp : of its newest frame, seconds on the sender's clock
-        understood : what it carried could be used; what could not is not lost, but is not acknowledged either
+        decodable : whether its body could be used; one that could not is neither lost nor acknowledged
         """
         self._count += 1
         self._newest = max(self._newest, counter)
         if not decodable:
             return
         if counter > self._window.highest:
-            self._highest_came = now
+            self._highest_received_at = now
         self._window.accept(counter)
         if timestamp is not None:
             self.jitter.add(timestamp, now)
@@ -107,66 +107,62 @@ class ReceptionStats:
         return self._newest + 1 - self._count
 
     def report(self, now: float) -> Report | None:
-        """Return a report when one is due, every half second once something has come."""
+        """Return a report if one is due: every half second after the first datagram."""
         highest = self._window.highest
         if now < self._due or highest < 0:
             return None
-        self._due = now + REPORT_EVERY_S
-        reach = min(highest, WINDOW - 1)
+        self._due = now + REPORT_INTERVAL_S
+        covered = min(highest, WINDOW - 1)
         return Report(
             highest=highest,
-            missing=~(self._window.received >> 1) & ((1 << reach) - 1),
+            missing=~(self._window.received >> 1) & ((1 << covered) - 1),
             lost=min(self.lost, highest),
             jitter_ms=_milliseconds(self.jitter.seconds),
-            ack_delay_ms=_milliseconds(now - self._highest_came),
+            ack_delay_ms=_milliseconds(now - self._highest_received_at),
         )
 
 
 class RoundTripEstimator:
-    """The time to the receiver and back, from reports.
+    """The round trip time, from reports.
 
-    smoothed_s and deviation_s : as in RFC 6298, None before the first report
+    smoothed_s : as in RFC 6298, None before the first report
     """
 
-    REMEMBERED = 512
-    FLOOR_S = 30.0
+    MAX_REMEMBERED = 512
+    MIN_RTT_WINDOW_S = 30.0
+    QUEUEING_SAMPLES = 5
 
     def __init__(self) -> None:
         self.smoothed_s: float | None = None
-        self.deviation_s: float | None = None
-        self._sent: OrderedDict[int, float] = OrderedDict()
-        self._samples: deque[tuple[float, float]] = deque()
+        self._sent_at: OrderedDict[int, float] = OrderedDict()  # by counter
+        self._samples: deque[tuple[float, float]] = deque()  # (time of the report, round trip)
 
-    def sent(self, counter: int, now: float) -> None:
-        """Note when a datagram was sent."""
-        self._sent[counter] = now
-        if len(self._sent) > self.REMEMBERED:
-            self._sent.popitem(last=False)
+    def on_sent(self, counter: int, now: float) -> None:
+        """Record when a datagram was sent."""
+        self._sent_at[counter] = now
+        if len(self._sent_at) > self.MAX_REMEMBERED:
+            self._sent_at.popitem(last=False)
 
     def on_report(self, report: Report, now: float) -> None:
-        """Take the sample that a report gives; each datagram gives at most one."""
-        sent = self._sent.pop(report.highest, None)
-        if sent is None:
+        """Apply the sample that a report gives; each datagram gives at most one."""
+        sent_at = self._sent_at.pop(report.highest, None)
+        if sent_at is None:
             return
-        sample = max(0.0, now - sent - report.ack_delay_ms * MILLISECOND)
+        sample = max(0.0, now - sent_at - report.ack_delay_ms * MILLISECOND)
         self._samples.append((now, sample))
-        while self._samples[0][0] < now - self.FLOOR_S:
+        while self._samples[0][0] < now - self.MIN_RTT_WINDOW_S:
             self._samples.popleft()
-        if self.smoothed_s is None or self.deviation_s is None:
-            self.smoothed_s, self.deviation_s = sample, sample / 2
-            return
-        self.deviation_s += (abs(sample - self.smoothed_s) - self.deviation_s) / 4
-        self.smoothed_s += (sample - self.smoothed_s) / 8
+        self.smoothed_s = sample if self.smoothed_s is None else self.smoothed_s + (sample - self.smoothed_s) / 8
 
     @property
     def min_rtt_s(self) -> float | None:
-        """The shortest round trip of the last half minute: the way without queues."""
+        """The shortest round trip of the last half minute: the path without queues."""
         return min((sample for _, sample in self._samples), default=None)
 
     @property
     def queueing_s(self) -> float:
-        """How much longer than the shortest the median of the last five round trips was: what queues add."""
-        recent = sorted(sample for _, sample in list(self._samples)[-5:])
+        """The median of the last five round trips minus the shortest: the delay in queues."""
+        recent = sorted(sample for _, sample in list(self._samples)[-self.QUEUEING_SAMPLES :])
         return recent[len(recent) // 2] - (self.min_rtt_s or 0.0) if recent else 0.0
 
 

@@ -1,76 +1,71 @@
-"""A call without a network: caller and host in one place, in simulated time. For measuring, not for showing."""
-
-import os
+"""A call in simulated time without a network, for measurements. Pure: random bytes are an argument."""
 
 from conf.protocol.messages import MotionFrame, StreamParameters
-from conf.protocol.motion.inbound import InboundMotion
 from conf.protocol.portrait import ObjectSender
+from conf.protocol.receive_leg import ReceiveLeg
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
-from conf.protocol.sender_connection import RateOptions, SenderConnection
+from conf.protocol.send_budget import RateOptions
+from conf.protocol.sender_connection import SenderConnection
 from conf.protocol.session.client import SenderSession
+from conf.protocol.session.handshake import RandomBytes
 from conf.protocol.session.pairing_code import generate_code
 from conf.protocol.session.server import SessionServer
 from conf.protocol.statistics import HEADER_BYTES
 
 SENDER, RECEIVER = ("sender", 1), ("receiver", 2)
 ONE_WAY_S = 0.05
-MOST_STEPS = 20  # of a handshake without losses
+HANDSHAKE_S = 2.0  # before the first frame
 
 
 class LoopbackCall:
-    """Every datagram arrives, ONE_WAY_S after it was sent.
+    """A connected sender and receiver. Every datagram arrives ONE_WAY_S after it was sent.
 
-    datagrams : how many the sender has sent since the handshake
-    sealed_bytes : what they held, UDP/IP headers not counted
+    datagrams : sent by the sender since the handshake; sealed_bytes : their size, UDP/IP headers not included
     """
 
     def __init__(
         self,
         parameters: StreamParameters,
         now: float,
+        random: RandomBytes,
         *,
-        link: RateOptions | None = None,
+        rate: RateOptions | None = None,
         portrait: ObjectSender | None = None,
     ) -> None:
-        code = generate_code(os.urandom)
-        begin = now - MOST_STEPS * 2 * ONE_WAY_S  # so that the handshake is over when the first frame comes
-        self.host = ReceiverEndpoint(SessionServer(code, os.urandom))
-        self.caller = SenderConnection(
-            SenderSession(code, RECEIVER, os.urandom, begin), parameters, begin, link=link, portrait=portrait
-        )
-        self._answers: list[tuple[float, bytes]] = []
+        """random : n -> n random bytes"""
+        code, time = generate_code(random), now - HANDSHAKE_S
+        self.receiver = ReceiverEndpoint(SessionServer(code, random))
+        session = SenderSession(code, RECEIVER, random, time)
+        self.sender = SenderConnection(session, parameters, time, rate=rate, portrait=portrait)
+        self._replies: list[tuple[float, bytes]] = []  # (arrival, datagram)
         self.datagrams = self.sealed_bytes = 0
-        for step in range(MOST_STEPS):
-            if not self.caller.status(now).connected:
-                self._exchange(begin + step * 2 * ONE_WAY_S)
+        while not self.sender.status(now).connected:
+            self._exchange(time)
+            time += 2 * ONE_WAY_S
         self.datagrams = self.sealed_bytes = 0
 
     @property
-    def inbound(self) -> InboundMotion:
-        """What the host has of the call."""
-        return next(iter(self.host.streams.values()))
+    def stream(self) -> ReceiveLeg:
+        """The receiving half of the call."""
+        return next(iter(self.receiver.streams.values()))
 
     @property
     def wire_bytes(self) -> int:
-        """What was sent since the handshake, headers counted."""
+        """Bytes sent since the handshake, headers included."""
         return self.sealed_bytes + HEADER_BYTES * self.datagrams
 
     def send_frame(self, frame: MotionFrame, now: float) -> None:
-        """Send one frame; what has come back by now is taken first."""
-        self.caller.send_frame(frame, now)
+        """Deliver the replies that have arrived by now, and send one frame."""
+        self.sender.send_frame(frame, now)
         self._exchange(now)
 
     def _exchange(self, now: float) -> None:
-        self._deliver_replies(now)
-        for data, _ in self.caller.datagrams_to_send(now):
+        for arrival, data in [reply for reply in self._replies if reply[0] <= now]:
+            self.sender.receive_datagram(data, RECEIVER, arrival)
+        self._replies = [reply for reply in self._replies if reply[0] > now]
+        for data, _ in self.sender.datagrams_to_send(now):
             self.datagrams += 1
             self.sealed_bytes += len(data)
-            self.host.receive_datagram(data, SENDER, now + ONE_WAY_S)
-        answers = self.host.datagrams_to_send(now + ONE_WAY_S)
-        self._answers += [(now + 2 * ONE_WAY_S, data) for data, _ in answers]
-
-    def _deliver_replies(self, now: float) -> None:
-        due = [answer for answer in self._answers if answer[0] <= now]
-        self._answers = [answer for answer in self._answers if answer[0] > now]
-        for arrival, data in due:
-            self.caller.receive_datagram(data, RECEIVER, arrival)
+            self.receiver.receive_datagram(data, SENDER, now + ONE_WAY_S)
+        replies = self.receiver.datagrams_to_send(now + ONE_WAY_S)
+        self._replies += [(now + 2 * ONE_WAY_S, data) for data, _ in replies]

@@ -4,7 +4,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from conf.protocol.messages import Presence
-from conf.protocol.motion.inbound import InboundMotion
+from conf.protocol.receive_leg import ReceiveLeg
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.statistics import TrafficSnapshot
 
@@ -54,7 +54,7 @@ class CallStatsCollector:
         """Return the current statistics."""
         traffic = self._endpoint.snapshot(now)
         calls = list(self._endpoint.streams.values())
-        parameters = next((call.parameters for call in calls if call.parameters), None)
+        parameters = next((call.motion.parameters for call in calls if call.motion.parameters), None)
         span = self._drawn[-1] - self._drawn[0] if len(self._drawn) > 1 else 0.0
         return CallStats(
             state="paused" if paused else state_of(calls, now, had_calls=traffic.datagrams > 0),
@@ -69,10 +69,10 @@ class CallStatsCollector:
         )
 
 
-def state_of(calls: list[InboundMotion], now: float, *, had_calls: bool) -> str:
+def state_of(calls: list[ReceiveLeg], now: float, *, had_calls: bool) -> str:
     """Return the state of the calls in one or two words: that of the best call."""
     if not calls:
         return "call ended" if had_calls else "waiting"
     if all(call.is_silent(now) for call in calls):
         return "lost" if any(call.traffic.count for call in calls) else "waiting"
-    return "no face" if all(call.presence is Presence.NO_FACE for call in calls) else "receiving"
+    return "no face" if all(call.motion.presence is Presence.NO_FACE for call in calls) else "receiving"

@@ -41,7 +41,7 @@ class FrameComposer(GpuObject):
         controls, streams = self.controls, self._endpoint.streams
         controls.process_events(now)
         if not controls.paused:
-            playouts = {session: stream.frame_at(now) for session, stream in streams.items()}
+            playouts = {session: stream.motion.frame_at(now) for session, stream in streams.items()}
             self._frames = {session: playout.frame if playout else None for session, playout in playouts.items()}
         frames = {s: frame and controls.expressions.apply(frame, now) for s, frame in self._frames.items()}
         if first := next((frame for frame in frames.values() if frame), None):

@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 
 from conf.errors import NetworkError
 from conf.protocol.messages import MotionFrame
-from conf.protocol.sender_connection import LinkStatus, SenderConnection
+from conf.protocol.send_leg import LinkStatus
+from conf.protocol.sender_connection import SenderConnection
 from conf.protocol.session.events import Connected, Event, NoAnswer, Refused, SessionEnded, WrongCode
 from conf.protocol.session.handshake import Refusal
 from conf.sender.frame_pacer import FramePacer

@@ -14,7 +14,7 @@ from spake2 import SPAKE2_A
 
 from conf.protocol.address import Address
 from tests.protocol.independent_decoder import PayloadReader
-from tests.support.simulated_calls import CODE, RECEIVER, End, World
+from tests.support.simulated_calls import CODE, RECEIVER, SimulatedSender, World
 
 FIELDS = {0: 48, 1: 16, 2: 40, 3: 25, 4: 25, 5: 10, 6: 1}
 COUNTS = {0: 10, 1: 2, 3: 1}  # fields of the bodies that are a plain array
@@ -22,22 +22,22 @@ Capture = list[tuple[float, Address, Address, bytes]]
 
 
 @pytest.fixture(scope="module")
-def call() -> tuple[World, End]:
+def call() -> tuple[World, SimulatedSender]:
     """Make a call of ten seconds, some of it lost, with a goodbye."""
     world = World(seed="capture")
-    end = world.call()
+    sender = world.call()
     world.run(4)
-    end.line.loss = 0.1
+    sender.line.loss = 0.1
     world.run(6)
-    end.line.loss = 0.0
-    end.motion = None
-    world._send(end.caller.close(world.now), end.address)
+    sender.line.loss = 0.0
+    sender.motion = None
+    world.send(sender.connection.close(world.now), sender.address)
     world.run(0.2)
-    return world, end
+    return world, sender
 
 
 @pytest.fixture(scope="module")
-def capture(call: tuple[World, End]) -> Capture:
+def capture(call: tuple[World, SimulatedSender]) -> Capture:
     """Return all datagrams of the call."""
     return call[0].traffic
 
@@ -125,9 +125,9 @@ def test_every_byte_is_as_wire_md_says(capture: Capture) -> None:
     assert kinds.count(0x80) > 100 and kinds.count(3) >= 1
 
 
-def test_every_payload_is_the_motion_that_was_captured(call: tuple[World, End], capture: Capture) -> None:
-    end = call[1]
-    session, from_sender, _ = secrets(handshakes(capture), random.Random(f"{end.address} capture").randbytes)
+def test_every_payload_is_the_motion_that_was_captured(call: tuple[World, SimulatedSender], capture: Capture) -> None:
+    sender = call[1]
+    session, from_sender, _ = secrets(handshakes(capture), random.Random(f"{sender.address} capture").randbytes)
     reader, number = PayloadReader(), 0
     poses, misses, moves = [], [], []
     for _, body in bodies(capture, session, from_sender, to_receiver=True):
@@ -137,7 +137,7 @@ def test_every_payload_is_the_motion_that_was_captured(call: tuple[World, End], 
         profile, stride, numbers = reader.read(body[1:], number)
         for at in numbers:
             displacements, pose = reader.motion(profile, at, stride)
-            frame = end.frames[min(end.frames, key=lambda stamp: abs(stamp - end.origin - at / 15))]
+            frame = sender.frames[min(sender.frames, key=lambda t: abs(t - sender.origin - at / 15))]
             poses.append(np.abs(pose - frame.pose))
             misses.append(displacements[:, :2] - frame.displacements[:, :2])
             moves.append(frame.displacements[:, :2])

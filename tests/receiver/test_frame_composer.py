@@ -6,8 +6,8 @@ from conf.receiver.frame_composer import FrameComposer
 from conf.render.camera import ViewState
 from conf.render.window.input_events import Event, KeyPressed
 from conf.render.window.offscreen import OffscreenWindow
-from tests.support.fake_senders import FakeCaller, new_host, talk
 from tests.support.image_measures import Pixels
+from tests.support.simulated_calls import SimulatedSender, exchange, make_receiver
 
 
 def composed(composer: FrameComposer, window: OffscreenWindow, now: float) -> Pixels:
@@ -24,7 +24,7 @@ def test_keys_switch_the_panels_over_the_image(
         events: list[Event] = [KeyPressed(key)]
         monkeypatch.setattr(window, "poll", lambda: [events.pop()] if events else [])
 
-    with FrameComposer(window, face, new_host(), idle_text="listening") as composer:
+    with FrameComposer(window, face, make_receiver(), idle_text="listening") as composer:
         first = composed(composer, window, 0.0)
         images = {}
         for key in "mh":
@@ -36,15 +36,15 @@ def test_keys_switch_the_panels_over_the_image(
 
 
 def test_a_paused_image_does_not_change(window: OffscreenWindow, face: FaceModel) -> None:
-    endpoint, caller = new_host(), FakeCaller(0.0)
+    endpoint, caller = make_receiver(), SimulatedSender(0.0)
     with FrameComposer(window, face, endpoint) as composer:
         composer.controls.view = ViewState(stats=False, centred=False)
-        now = talk(endpoint, caller, 0.0, 3.0)
+        now = exchange(endpoint, caller, 0.0, 3.0)
         moving = [composed(composer, window, now)]
-        now = talk(endpoint, caller, now, 0.3)
+        now = exchange(endpoint, caller, now, 0.3)
         moving.append(composed(composer, window, now))
         composer.controls.paused = True
-        now = talk(endpoint, caller, now, 0.3)
+        now = exchange(endpoint, caller, now, 0.3)
         moving.append(composed(composer, window, now))
     assert (moving[0] != moving[1]).any()
     np.testing.assert_array_equal(moving[1], moving[2])

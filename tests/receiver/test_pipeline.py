@@ -13,16 +13,18 @@ from conf.receiver.pipeline import RECEIVE_BATCH, LoopOptions, ReceiverLoop
 from conf.render.window import Window
 from conf.render.window.offscreen import OffscreenWindow
 from conf.transport.udp import ReceivedDatagram
-from tests.support.fake_senders import FakeCaller, new_host
+from tests.support.simulated_calls import WRONG, SimulatedSender, make_receiver, no_face, talk
 
 FPS = 8.0
 Datagrams = list[tuple[bytes, tuple[str, int]]]
+ADDRESS = ("10.0.0.7", 1234)
+MOTIONS = {"face": talk, "nobody": no_face}
 
 
 class FakeSocket:
     """A socket with callers at its other end; its clock advances while the loop waits."""
 
-    def __init__(self, *callers: FakeCaller) -> None:
+    def __init__(self, *callers: SimulatedSender) -> None:
         self.now = 0.0
         self.callers = callers
         self.arrived: Datagrams = []
@@ -36,12 +38,12 @@ class FakeSocket:
 
     def send(self, datagrams: Datagrams) -> None:
         for caller in self.callers:
-            caller.hear(datagrams, self.now)
+            caller.receive(datagrams, self.now)
 
     def wait(self, seconds: float) -> None:
         self.now += max(min(seconds, 0.02), 1e-4)
         for caller in self.callers:
-            self.arrived += caller.speak(self.now)
+            self.arrived += [(data, caller.address) for data, _ in caller.datagrams_to_send(self.now)]
 
 
 @dataclass
@@ -62,7 +64,7 @@ class LoopRunner:
     def __init__(self, monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, face: FaceModel) -> None:
         self._patch, self._window, self._face = monkeypatch, window, face
 
-    def run(self, socket: FakeSocket, seconds: float, script: dict[float, tuple[FakeCaller, str | None]]) -> Shown:
+    def run(self, socket: FakeSocket, seconds: float, script: dict[float, tuple[SimulatedSender, str | None]]) -> Shown:
         """script : time -> caller and what its camera sees from then on; "hang up" ends the call"""
         shown, remaining = Shown(), dict(script)
 
@@ -74,15 +76,16 @@ class LoopRunner:
             for time in [time for time in remaining if time <= now]:
                 caller, what = remaining.pop(time)
                 if what == "hang up":
-                    socket.arrived += caller.hang_up(now)
-                caller.shows = None if what == "hang up" else what
+                    socket.arrived += [(data, caller.address) for data, _ in caller.connection.close(now)]
+                caller.is_on = what in MOTIONS
+                caller.motion = MOTIONS.get(what)
 
         composer = "conf.receiver.frame_composer"
         self._patch.setattr(f"{composer}.draw_stats", record_stats)
         self._patch.setattr(f"{composer}.draw_toast", lambda text, anchor: shown.toasts.append(text))
         self._patch.setattr(f"{composer}.draw_label", lambda _, text, at: shown.labels.add(text))
         options = LoopOptions(FPS, "listening", record_image, shown.events.append)
-        loop = ReceiverLoop(self._window, self._face, new_host(), socket, options)  # type: ignore[arg-type]
+        loop = ReceiverLoop(self._window, self._face, make_receiver(), socket, options)  # type: ignore[arg-type]
         shown.traffic = loop.run(seconds=seconds, clock=socket.clock)
         return shown
 
@@ -97,8 +100,8 @@ def without_repetitions(words: list[str]) -> list[str]:
 
 
 def test_a_call_from_its_start_to_its_end(runner: LoopRunner) -> None:
-    caller = FakeCaller(0.0)
-    caller.shows = None
+    caller = SimulatedSender(0.0, address=ADDRESS)
+    caller.is_on = False
     script = {1.0: (caller, "face"), 3.0: (caller, "nobody"), 5.0: (caller, None), 9.5: (caller, "hang up")}
     shown = runner.run(FakeSocket(caller), 13.5, script)
     assert shown.events == ["a call from 10.0.0.7", "a call has ended"]
@@ -111,19 +114,19 @@ def test_a_call_from_its_start_to_its_end(runner: LoopRunner) -> None:
 
 
 def test_frames_are_drawn_at_their_rate(runner: LoopRunner) -> None:
-    shown = runner.run(FakeSocket(FakeCaller(0.0)), 2.0, {})
+    shown = runner.run(FakeSocket(SimulatedSender(0.0)), 2.0, {})
     assert len(shown.images) == pytest.approx(2.0 * FPS, abs=1)
 
 
 def test_a_wrong_code_is_reported_and_shows_no_caller(runner: LoopRunner) -> None:
-    shown = runner.run(FakeSocket(FakeCaller(0.0, code="acorn-tulip-river-42")), 1.5, {})
+    shown = runner.run(FakeSocket(SimulatedSender(0.0, code=WRONG, address=ADDRESS)), 1.5, {})
     assert shown.events == ["a wrong code from 10.0.0.7: 4 more tries this minute"]
     assert set(shown.states) == {"waiting"}
     assert all((image == shown.images[0]).all() for image in shown.images)
 
 
 def test_several_callers_are_labelled_with_their_addresses(runner: LoopRunner) -> None:
-    callers = FakeCaller(0.0), FakeCaller(0.0, address=("10.0.0.9", 4321))
+    callers = SimulatedSender(0.0, address=ADDRESS), SimulatedSender(0.0, address=("10.0.0.9", 4321))
     shown = runner.run(FakeSocket(*callers), 1.5, {})
     assert sorted(shown.events) == ["a call from 10.0.0.7", "a call from 10.0.0.9"]
     assert shown.labels == {"10.0.0.7:1234", "10.0.0.9:4321"}
@@ -131,7 +134,7 @@ def test_several_callers_are_labelled_with_their_addresses(runner: LoopRunner) -
 
 def test_the_loop_ends_when_it_should_not_continue(window: OffscreenWindow, face: FaceModel) -> None:
     socket = FakeSocket()
-    loop = ReceiverLoop(window, face, new_host(), socket, LoopOptions(FPS))  # type: ignore[arg-type]
+    loop = ReceiverLoop(window, face, make_receiver(), socket, LoopOptions(FPS))  # type: ignore[arg-type]
     assert loop.run(should_continue=lambda: socket.now < 0.5, clock=socket.clock).datagrams == 0
 
 
@@ -141,7 +144,7 @@ def test_a_flood_delays_a_frame_by_at_most_the_time_that_drawing_took(window: Of
     socket = SimpleNamespace(receive=lambda limit: flood, send=lambda datagrams: None)
     frames: list[float] = []
     options = LoopOptions(10.0, on_frame=lambda _, now: frames.append(now))
-    loop = ReceiverLoop(window, face, new_host(), socket, options)  # type: ignore[arg-type]
+    loop = ReceiverLoop(window, face, make_receiver(), socket, options)  # type: ignore[arg-type]
     assert loop.step(5.0) == 5.0
     for now in (5.3, 5.4, 5.5, 5.59, 5.61):
         loop.step(now)

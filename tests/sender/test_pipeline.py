@@ -9,7 +9,8 @@ from conf.errors import NetworkError
 from conf.protocol.address import Address
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
-from conf.protocol.sender_connection import RateOptions, SenderConnection
+from conf.protocol.send_budget import RateOptions
+from conf.protocol.sender_connection import SenderConnection
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import AddressChanged, Connected, LossReason, NoAnswer, Refused, SessionEnded
 from conf.protocol.session.handshake import Refusal
@@ -107,7 +108,7 @@ class Sender:
         self.receiver = ReceiverEndpoint(SessionServer(CODE, random.Random(1).randbytes))
         self.socket = FakeSocket(self.receiver)
         session = SenderSession(code, RECEIVER, random.Random(2).randbytes, 0.0)
-        connection = SenderConnection(session, PARAMETERS, 0.0, link=RateOptions("live"))
+        connection = SenderConnection(session, PARAMETERS, 0.0, rate=RateOptions("live"))
         self.source = FakeSource(self.socket, frames, has_face, tracking_s)
         self.loop = SenderLoop(self.source, connection, self.socket)  # type: ignore[arg-type]
 

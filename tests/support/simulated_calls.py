@@ -1,4 +1,4 @@
-"""A host, its callers and the network between them, in memory and in simulated time: seeded losses, delays, jitter."""
+"""Calls in memory and in simulated time: senders, a receiver, and a network of seeded losses, delays and jitter."""
 
 import heapq
 import random
@@ -10,9 +10,11 @@ import numpy as np
 
 from conf.protocol.address import Address
 from conf.protocol.messages import MotionFrame, StreamParameters
-from conf.protocol.motion.inbound import InboundMotion
+from conf.protocol.portrait import ObjectSender
+from conf.protocol.receive_leg import ReceiveLeg
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
-from conf.protocol.sender_connection import RateOptions, SenderConnection
+from conf.protocol.send_budget import RateOptions
+from conf.protocol.sender_connection import SenderConnection
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import Connected, Event
 from conf.protocol.session.server import SessionServer
@@ -24,77 +26,145 @@ WRONG = "acorn-tulip-river-43"
 RECEIVER: Address = ("192.0.2.1", 5005)
 PARAMETERS = StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1))
 STEP_S = 1 / 60
-Motion = Callable[[float], MotionFrame]
+Motion = Callable[[float], MotionFrame | None]
+Datagrams = list[tuple[bytes, Address]]
 FACES = talking(47 * 360)
 
 
 def talk(timestamp: float) -> MotionFrame:
-    """Return the talking face of tests/support/synthetic_motion.py at any time, in between its frames too."""
-    tick, share = divmod(timestamp * 15, 1)
+    """Return the talking face of tests/support/synthetic_motion.py at any time, interpolated between its frames."""
+    tick, weight = divmod(timestamp * 15, 1)
     a, b = FACES[int(tick) % len(FACES)], FACES[int(tick + 1) % len(FACES)]
     return MotionFrame(
         timestamp,
-        np.float32(1.4) * (a.displacements + np.float32(share) * (b.displacements - a.displacements)),
-        a.pose + share * (b.pose - a.pose),
+        np.float32(1.4) * (a.displacements + np.float32(weight) * (b.displacements - a.displacements)),
+        a.pose + weight * (b.pose - a.pose),
     )
+
+
+def no_face(_timestamp: float) -> None:
+    """Return the motion of an empty chair."""
+
+
+def make_receiver(code: str = CODE, seed: object = 1) -> ReceiverEndpoint:
+    """Return a receiver that knows nothing."""
+    return ReceiverEndpoint(SessionServer(code, random.Random(f"receiver {seed}").randbytes))
 
 
 @dataclass
 class Line:
-    """Both ways of one caller's network.
+    """Both directions of one sender's network.
 
-    loss : share lost; delay_s, jitter_s : for each datagram delay + up to jitter; down : nothing passes
+    loss : fraction lost; delay_s, jitter_s : each datagram takes delay + up to jitter; down : everything is lost
     """
 
     loss: float = 0.0
     delay_s: float = 0.04
     jitter_s: float = 0.0
     down: bool = False
-    chance: random.Random = field(default_factory=lambda: random.Random(1))
+    generator: random.Random = field(default_factory=lambda: random.Random(1))
 
-    def fate(self) -> float | None:
+    def delay(self) -> float | None:
         """Return the delay of one datagram, None if it is lost."""
-        lost = self.chance.random() < self.loss
-        delay = self.delay_s + self.chance.random() * self.jitter_s
+        lost = self.generator.random() < self.loss
+        delay = self.delay_s + self.generator.random() * self.jitter_s
         return None if lost or self.down else delay
 
 
-@dataclass
-class End:
-    """A caller as the world sees it.
+class SimulatedSender:
+    """A sender with a simulated camera.
 
+    motion : what the camera captures; a motion of None is no face, None captures nothing
+    is_on : whether it sends at all
     wire : (time, bytes with headers) of all that it has sent
-    shown : (time, frame, stale) of each picture
+    shown : (time, frame, age) of each frame that the receiver has drawn
     frames : what was captured, by timestamp, the newest at `captured`
     origin : timestamp of the session's first frame, where the stream's clock starts
     """
 
-    caller: SenderConnection
-    address: Address
-    motion: Motion | None
-    line: Line
-    began: float
-    wire: list[tuple[float, int]] = field(default_factory=list)
-    events: list[Event] = field(default_factory=list)
-    shown: list[tuple[float, MotionFrame, float]] = field(default_factory=list)
-    frames: dict[float, MotionFrame] = field(default_factory=dict)
-    captured: float = -1.0
-    origin: float = 0.0
-    fresh: bool = True
+    def __init__(
+        self,
+        now: float,
+        *,
+        code: str = CODE,
+        address: Address = ("198.51.100.1", 40000),
+        motion: Motion | None = talk,
+        line: Line | None = None,
+        rate: RateOptions | None = None,
+        portrait: ObjectSender | None = None,
+        seed: object = 1,
+    ) -> None:
+        self.session = SenderSession(code, RECEIVER, random.Random(f"{address} {seed}").randbytes, now)
+        self.connection = SenderConnection(self.session, PARAMETERS, now, rate=rate, portrait=portrait)
+        self.address = address
+        self.motion = motion
+        self.line = line or Line()
+        self.is_on = True
+        self.wire: list[tuple[float, int]] = []
+        self.events: list[Event] = []
+        self.shown: list[tuple[float, MotionFrame, float]] = []
+        self.frames: dict[float, MotionFrame] = {}
+        self.captured = -1.0
+        self.origin = 0.0
+        self._began = now
+        self._is_first_frame = True
+
+    def datagrams_to_send(self, now: float) -> Datagrams:
+        """Capture a frame if one is due, and return what is to be sent."""
+        if not self.is_on:
+            return []
+        while event := self.connection.next_event():
+            self.events.append(event)
+            self._is_first_frame |= isinstance(event, Connected)
+        if self.motion is not None and self.connection.status(now).connected:
+            self._capture(self.motion, now)
+        return self.connection.datagrams_to_send(now)
+
+    def receive(self, datagrams: Datagrams, now: float) -> None:
+        """Receive those datagrams that are addressed to this sender."""
+        for data, address in datagrams:
+            if address == self.address:
+                self.connection.receive_datagram(data, RECEIVER, now)
+
+    def _capture(self, motion: Motion, now: float) -> None:
+        fps = self.connection.outbound.profile.fps
+        timestamp = int((now - self._began) * fps) / fps
+        if timestamp <= self.captured:
+            return
+        self.captured = timestamp
+        if self._is_first_frame:
+            self.origin, self._is_first_frame = timestamp, False
+        frame = motion(timestamp)
+        if frame is None:
+            self.connection.send_no_face(timestamp, now)
+        else:
+            self.frames[timestamp] = frame
+            self.connection.send_frame(frame, now)
+
+
+def exchange(receiver: ReceiverEndpoint, sender: SimulatedSender, begin: float, seconds: float) -> float:
+    """Exchange datagrams without loss or delay for some seconds, 20 ms a step. Returns the time after it."""
+    now = begin
+    for step in range(int(seconds / 0.02)):
+        now = begin + step * 0.02
+        for data, _ in sender.datagrams_to_send(now):
+            receiver.receive_datagram(data, sender.address, now)
+        sender.receive(receiver.datagrams_to_send(now), now)
+    return now
 
 
 class World:
-    """Run everybody's timers, frames and datagrams. `traffic` : (time, source, target, bytes) of all datagrams."""
+    """Run all timers, frames and datagrams. `traffic` : (time, source, target, bytes) of all datagrams."""
 
     def __init__(self, *, code: str = CODE, seed: object = 1) -> None:
         self.now = 1000.0
         self.seed = seed
-        self.host = ReceiverEndpoint(SessionServer(code, random.Random(f"host {seed}").randbytes))
-        self.ends: list[End] = []
+        self.receiver = make_receiver(code, seed)
+        self.senders: list[SimulatedSender] = []
         self.events: list[Event] = []
         self.traffic: list[tuple[float, Address, Address, bytes]] = []
-        self._flying: list[tuple[float, int, Address, Address, bytes]] = []
-        self._order = count()
+        self._in_flight: list[tuple[float, int, Address, Address, bytes]] = []
+        self._order, self._calls = count(), count(1)
 
     def call(
         self,
@@ -102,37 +172,43 @@ class World:
         code: str = CODE,
         motion: Motion | None = talk,
         line: Line | None = None,
-        link: RateOptions | None = None,
-    ) -> End:
-        """Add a caller."""
-        address: Address = (f"198.51.100.{len(self.ends) + 1}", 40000)
-        session = SenderSession(code, RECEIVER, random.Random(f"{address} {self.seed}").randbytes, self.now)
-        caller = SenderConnection(session, PARAMETERS, self.now, link=link)
-        self.ends.append(End(caller, address, motion, line or Line(), self.now))
-        return self.ends[-1]
+        rate: RateOptions | None = None,
+        portrait: ObjectSender | None = None,
+    ) -> SimulatedSender:
+        """Add a sender."""
+        address: Address = (f"198.51.100.{next(self._calls)}", 40000)
+        sender = SimulatedSender(
+            self.now,
+            code=code,
+            address=address,
+            motion=motion,
+            line=line,
+            rate=rate,
+            portrait=portrait,
+            seed=self.seed,
+        )
+        self.senders.append(sender)
+        return sender
 
-    def restart_host(self, *, code: str = CODE) -> None:
-        """Replace the host by one that knows nothing."""
-        self.host = ReceiverEndpoint(SessionServer(code, random.Random(f"restarted {self.seed}").randbytes))
+    def restart_receiver(self, *, code: str = CODE) -> None:
+        """Replace the receiver by one that knows nothing."""
+        self.receiver = make_receiver(code, f"restarted {self.seed}")
 
-    def inbound(self, end: End) -> InboundMotion:
-        """Return what the host has of a caller."""
-        session = end.caller._session.session
-        assert session is not None
-        return self.host.streams[session]
+    def stream(self, sender: SimulatedSender) -> ReceiveLeg:
+        """Return what the receiver has of a sender."""
+        assert sender.session.session is not None
+        return self.receiver.streams[sender.session.session]
 
     def run(self, seconds: float) -> None:
         """Let time pass."""
         stop = self.now + seconds
         while self.now < stop:
             self._deliver()
-            for end in self.ends:
-                self._note_events(end)
-                self._capture(end)
-                self._send(end.caller.datagrams_to_send(self.now), end.address)
-            self._send(self.host.datagrams_to_send(self.now), RECEIVER)
-            self.events += iter(self.host.next_event, None)
-            self._show()
+            for sender in self.senders:
+                self.send(sender.datagrams_to_send(self.now), sender.address)
+            self.send(self.receiver.datagrams_to_send(self.now), RECEIVER)
+            self.events += iter(self.receiver.next_event, None)
+            self._draw()
             self.now += STEP_S
 
     def run_until(self, condition: Callable[[], bool], limit: float) -> float:
@@ -143,46 +219,31 @@ class World:
             self.run(STEP_S)
         return self.now - began
 
-    def _note_events(self, end: End) -> None:
-        while event := end.caller.next_event():
-            end.events.append(event)
-            end.fresh |= isinstance(event, Connected)
-
-    def _capture(self, end: End) -> None:
-        if end.motion is None or not end.caller.status(self.now).connected:
-            return
-        fps = end.caller.outbound.profile.fps
-        tick = int((self.now - end.began) * fps)
-        if tick / fps > end.captured:
-            end.captured = tick / fps
-            end.frames[end.captured] = end.motion(end.captured)
-            end.origin, end.fresh = (end.captured if end.fresh else end.origin), False
-            end.caller.send_frame(end.frames[end.captured], self.now)
-
-    def _send(self, datagrams: list[tuple[bytes, Address]], source: Address) -> None:
+    def send(self, datagrams: Datagrams, source: Address) -> None:
+        """Put datagrams on the network."""
         for data, target in datagrams:
             self.traffic.append((self.now, source, target, data))
-            end = next((e for e in self.ends if e.address in (source, target)), None)
-            if end is None:
+            sender = next((s for s in self.senders if s.address in (source, target)), None)
+            if sender is None:
                 continue
-            if source == end.address:
-                end.wire.append((self.now, len(data) + HEADER_BYTES))
-            delay = end.line.fate()
+            if source == sender.address:
+                sender.wire.append((self.now, len(data) + HEADER_BYTES))
+            delay = sender.line.delay()
             if delay is not None:
-                heapq.heappush(self._flying, (self.now + delay, next(self._order), source, target, data))
+                heapq.heappush(self._in_flight, (self.now + delay, next(self._order), source, target, data))
 
     def _deliver(self) -> None:
-        while self._flying and self._flying[0][0] <= self.now:
-            arrival, _, source, target, data = heapq.heappop(self._flying)
+        while self._in_flight and self._in_flight[0][0] <= self.now:
+            arrival, _, source, target, data = heapq.heappop(self._in_flight)
             if target == RECEIVER:
-                self.host.receive_datagram(data, source, arrival)
-            for end in self.ends:
-                if target == end.address:
-                    end.caller.receive_datagram(data, source, arrival)
+                self.receiver.receive_datagram(data, source, arrival)
+            for sender in self.senders:
+                sender.receive([(data, target)], arrival)
 
-    def _show(self) -> None:
-        for end in self.ends:
-            inbound = self.host.streams.get(-1 if (number := end.caller._session.session) is None else number)
-            playout = inbound.frame_at(self.now) if inbound else None
+    def _draw(self) -> None:
+        for sender in self.senders:
+            number = sender.session.session
+            leg = None if number is None else self.receiver.streams.get(number)
+            playout = leg.motion.frame_at(self.now) if leg else None
             if playout:
-                end.shown.append((self.now, playout.frame, playout.age_s))
+                sender.shown.append((self.now, playout.frame, playout.age_s))

@@ -72,22 +72,16 @@ class WatchedWindow(OffscreenWindow):
         self.ctx.finish()
         now = time.monotonic()
         self.pictures += [
-            (now, float(inbound._buffer._playhead), max(0.0, float(inbound._buffer._playhead) - newest))
-            for inbound in self._host.streams.values()
-            if (newest := newest_frame(inbound)) is not None
+            (now, float(leg.motion.buffer.playhead), max(0.0, float(leg.motion.buffer.playhead) - newest))
+            for leg in self._host.streams.values()
+            if (newest := leg.motion.buffer.newest) is not None
         ]
         if now >= self._due:
             self._due = now + EVERY_S
-            missed = sum(inbound.missed_references for inbound in self._host.streams.values())
+            missed = sum(leg.missed_references for leg in self._host.streams.values())
             counts = {"callers": len(self._host.streams), "missed_references": missed, "portraits": self.portraits}
             tell(at=now, memory_kb=memory_kb(), **counts, **asdict(self._host.snapshot(now)), pictures=self.pictures)
             self.pictures = []
-
-
-def newest_frame(inbound: Any) -> float | None:
-    """Return the timestamp of the newest frame that an Inbound has to play."""
-    frames = inbound._buffer._frames
-    return float(frames[-1].timestamp) if frames else None
 
 
 class WatchedReceiverLoop(ReceiverLoop):
@@ -131,7 +125,7 @@ class WatchedSendingLoop(SenderLoop):
 
         def send(datagrams: list[tuple[bytes, Address]]) -> None:
             nonlocal before
-            total = self._connection._portrait.bytes_sent if self._connection._portrait else 0
+            total = self._connection._leg.budget.chunks.bytes_sent
             if datagrams:
                 size = sum(len(data) + HEADER_BYTES for data, _ in datagrams)
                 self.datagrams.append((time.monotonic(), size, total - before))

@@ -25,7 +25,7 @@ from conf.face.loading import load_face
 from conf.protocol.codec import LIVE
 from conf.protocol.loopback import ONE_WAY_S, LoopbackCall
 from conf.protocol.messages import StreamParameters
-from conf.protocol.sender_connection import RateOptions
+from conf.protocol.send_budget import RateOptions
 from conf.render.auto_framing import AutoFraming
 from conf.render.camera import ViewState
 from conf.render.face_renderer import FaceRenderer
@@ -81,7 +81,7 @@ def run(clip: Path, face_path: Path | None = None) -> Iterator[Pair]:
         renderer = FaceRenderer(window.ctx, face)
         extractor = MotionExtractor(canonical, source.size)
         parameters = StreamParameters(*source.size, source.fps, 50, extractor.fapu_distances())
-        call = LoopbackCall(parameters, 0.0, link=RateOptions(LIVE.name))
+        call = LoopbackCall(parameters, 0.0, os.urandom, rate=RateOptions(LIVE.name))
         pace, framer, view = FramePacer(LIVE.fps), AutoFraming(), ViewState()
         for frame in iter(source.read, None):
             tracking = person.track(frame.pixels)
@@ -89,8 +89,8 @@ def run(clip: Path, face_path: Path | None = None) -> Iterator[Pair]:
             if tracking is None or pace.delay_for(now, now) is None:
                 continue
             call.send_frame(extractor.update(tracking, now), now)
-            delay = call.inbound.snapshot(now).playout_delay_ms / 1000
-            playout = call.inbound.frame_at(now + ONE_WAY_S + delay + 1e-3)
+            delay = call.stream.snapshot(now).playout_delay_ms / 1000
+            playout = call.stream.motion.frame_at(now + ONE_WAY_S + delay + 1e-3)
             if playout is None:
                 continue
             pose = framer.frame(HeadPose.from_vector(playout.frame.pose), now)

@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from conf.face.head_pose import HeadPose
 from conf.protocol.codec import Decoder, Encoder
 from conf.protocol.portrait import ObjectReceiver, ObjectSender
+from conf.protocol.portrait.chunk_budget import ChunkBudget
 from conf.receiver.portrait.portrait_renderer import PortraitRenderer
 from conf.receiver.portrait.portrait_store import PortraitStore
 from conf.render.camera import ViewState
@@ -93,7 +94,7 @@ def run(frames: Sequence[Pixels], kbps: float) -> Call:
     canonical, tracker = read_canonical_face(models), FaceTracker(models)
     extractor = MotionExtractor(canonical, SIZE)
     encoder, decoder = Encoder(), Decoder()
-    outbox, inbox, album = ObjectSender(kbps=kbps), ObjectReceiver(), PortraitStore()
+    outbox, inbox, album, budget = ObjectSender(), ObjectReceiver(), PortraitStore(), ChunkBudget(kbps)
     studio = PortraitScheduler(canonical, outbox)
     call = Call(list(frames))
     with OffscreenWindow(*SIZE) as window, OffscreenWindow(*DRAWN_SIZE) as large:
@@ -115,14 +116,14 @@ def run(frames: Sequence[Pixels], kbps: float) -> Call:
                 shot = CapturedFace(pixels, tracking.landmarks, extractor.neutral_points, extractor.fapu)
                 studio.process_frame(shot, motion, tracking.presence, now)
             encoder.acknowledge([number - ACK_FRAMES])
-            outbox.account_motion(FRAMING + len(payload), now)
-            piece = outbox.next_chunk(now, overhead=BESIDE)
+            budget.add_motion(FRAMING + len(payload), now)
+            piece = outbox.next_chunk(now, budget, overhead=BESIDE)
             call.motion_bytes.append(FRAMING + len(payload))
             call.wire_bytes.append(FRAMING + len(payload) + (len(piece) + BESIDE if piece else 0))
             if piece and (data := inbox.receive_chunk(piece)):
                 album.receive(data)
             if answer := inbox.next_ack(now):
-                outbox.receive_answer(answer)
+                outbox.receive_ack(answer)
             call.frozen.append(_at_size(album.photo.pixels) if album.photo else None)
             if not renderer.ready or displacements is None or pose is None:
                 call.shown.append(call.shown[-1] if call.shown else None)

@@ -28,7 +28,7 @@ from conf.protocol.address import Address
 from conf.protocol.codec import LIVE
 from conf.protocol.loopback import ONE_WAY_S, RECEIVER, LoopbackCall
 from conf.protocol.messages import MotionFrame, StreamParameters
-from conf.protocol.sender_connection import RateOptions
+from conf.protocol.send_budget import RateOptions
 from conf.receiver.pipeline import LoopOptions, ReceiverLoop
 from conf.render.window import Window
 from conf.render.window.glfw_window import GlfwWindow
@@ -72,7 +72,7 @@ class Recorded:
     def send(self, datagrams: list[tuple[bytes, Address]]) -> None:
         """Hand the host's answers to the caller."""
         for data, _ in datagrams:
-            self._call.caller.receive_datagram(data, RECEIVER, self.now)
+            self._call.sender.receive_datagram(data, RECEIVER, self.now)
 
     def wait(self, seconds: float) -> None:
         """Let time go by."""
@@ -108,18 +108,18 @@ def receiver_picture(window: Window, clip: Path) -> Pixels:
         for i in range(LOOPS)
         for frame in frames
     ]
-    call = LoopbackCall(parameters, 0.0, link=RateOptions(LIVE.name))
+    call = LoopbackCall(parameters, 0.0, os.urandom, rate=RateOptions(LIVE.name))
     link = Recorded(call, looped)
     shown: list[tuple[float, Pixels]] = []
 
     def keep(window: Window, now: float) -> None:
         if now > (LOOPS - 1) * length:
-            played = now - ONE_WAY_S - call.inbound.snapshot(now).playout_delay_ms / 1000
+            played = now - ONE_WAY_S - call.stream.snapshot(now).playout_delay_ms / 1000
             nearest = min(looped, key=lambda frame: abs(frame.timestamp - played))
             if not shown or liveliness(nearest) > shown[0][0]:
                 shown[:] = [(liveliness(nearest), window.read())]
 
-    loop = ReceiverLoop(window, load_face(), call.host, link, LoopOptions(FPS, on_frame=keep))  # type: ignore[arg-type]
+    loop = ReceiverLoop(window, load_face(), call.receiver, link, LoopOptions(FPS, on_frame=keep))  # type: ignore[arg-type]
     loop.run(seconds=LOOPS * length, clock=link.clock)
     return shown[0][1]
 

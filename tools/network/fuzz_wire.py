@@ -20,7 +20,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from conf.protocol.messages import MotionFrame, StreamParameters
-from conf.protocol.motion.inbound import InboundMotion
+from conf.protocol.receive_leg import ReceiveLeg
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.sender_connection import SenderConnection
 from conf.protocol.session.client import SenderSession
@@ -75,11 +75,11 @@ class LiveCall:
     def state(self) -> tuple[object, ...]:
         """Return what no datagram without a valid seal may change."""
         inbounds = [
-            (number, inbound.traffic.total, inbound.frames.count, inbound.rejected, inbound.presence)
-            for number, inbound in self.host.streams.items()
+            (number, leg.traffic.total, leg.motion.frames.count, leg.rejected, leg.motion.presence)
+            for number, leg in self.host.streams.items()
         ]
         peers = [
-            (number, peer.address, peer.heard, peer.opener.window.highest, peer.sealer.counter)
+            (number, peer.address, peer.last_received, peer.opener.window.highest, peer.sealer.counter)
             for number, peer in self.host._sessions.sessions.items()
         ]
         return (*inbounds, *peers, self.caller._session.session, self.caller.status(self.now))
@@ -105,7 +105,7 @@ def fuzz(count: int, seed: int) -> dict[str, Any]:
     """Bombard a call and return the figures. Exits with a sentence at the first fault."""
     numbers, call = random.Random(seed), LiveCall(seed)
     call.play(60)
-    bare, thrown, bare_motion = InboundMotion(), 0, 0
+    bare, thrown, bare_motion = ReceiveLeg(), 0, 0
     before, memory = call.state(), 0
     start = time.perf_counter()
     for data in datagrams(call, count, numbers):
@@ -121,7 +121,7 @@ def fuzz(count: int, seed: int) -> dict[str, Any]:
         if thrown % 1000 == 0:
             if call.state() != before:
                 sys.exit(f"the call has changed in the thousand before datagram {thrown}")
-            bare.frame_at(call.now)
+            bare.motion.frame_at(call.now)
             call.play(3)
             before = call.state()
     growth = memory_kb() - memory if thrown > WARM else 0

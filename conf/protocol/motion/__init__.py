@@ -1,1 +1,1 @@
-"""The motion stream: sending, receiving and playing out coded frames."""
+"""The motion stream: send, receive and play out coded frames."""

@@ -1,81 +1,91 @@
-"""The receiving half: pieces in any order, objects out, answers back. What does not fit is refused and counted."""
+"""Receive objects: chunks in any order in, whole objects and acknowledgements out."""
 
 from collections import OrderedDict
+from dataclasses import dataclass, field
 
 from conf.errors import ProtocolError
 from conf.protocol.portrait.chunks import (
-    MAX_FINISHED,
-    MAX_UNFINISHED,
+    MAX_COMPLETE,
+    MAX_PARTIAL,
     Ack,
-    decode_piece,
-    encode_answer,
-    piece_count,
+    chunk_count,
+    decode_chunk,
+    encode_ack,
 )
 
-ANSWER_EVERY_S = 0.5
-REMEMBERED = 256  # numbers of finished objects: their pieces that come late change nothing
+ACK_INTERVAL_S = 0.5
+MAX_REMEMBERED = 256  # numbers of complete objects, whose late chunks are ignored
+
+
+@dataclass
+class _Partial:
+    """The chunks of an object that have arrived. size : of a chunk, bytes"""
+
+    size: int
+    object_size: int
+    chunks: dict[int, bytes] = field(default_factory=dict)
 
 
 class ObjectReceiver:
-    """Collects the objects of one sender."""
+    """Receive the objects of one sender.
 
-    def __init__(self, token: int = 0) -> None:
-        """Make an empty inbox; `token`, 16 bits, tells the sender that this is not the inbox before it."""
+    rejected : chunks that were malformed or contradicted earlier ones
+    """
+
+    def __init__(self, receiver_id: int = 0) -> None:
+        """receiver_id : 16 bits by which the sender recognises this receiver"""
         self.rejected = 0
-        self._token = token & 0xFFFF
-        # By number: size of a piece, size of the object, the pieces.
-        self._parts: OrderedDict[int, tuple[int, int, dict[int, bytes]]] = OrderedDict()
-        self._finished: OrderedDict[int, None] = OrderedDict()
-        self._to_answer: OrderedDict[int, None] = OrderedDict()  # numbers the sender may not know to be whole
+        self._receiver_id = receiver_id & 0xFFFF
+        self._partial: OrderedDict[int, _Partial] = OrderedDict()  # by object number
+        self._complete: OrderedDict[int, None] = OrderedDict()
+        self._unacknowledged: OrderedDict[int, None] = OrderedDict()  # complete, but the sender may not know it
         self._ack_pending = False
-        self._gap_at_end = False  # the end of an object has come, and not all before it
-        self._answered_at = float("-inf")
+        self._gap_at_end = False  # the last chunk of an object has arrived, and not all before it
+        self._acknowledged_at = float("-inf")
 
     def receive_chunk(self, data: bytes) -> bytes | None:
-        """Take a piece's body; return the object that it completes. Counts what it refuses, never raises."""
+        """Accept a chunk's body; return the object that it completes. Counts bad chunks in `rejected`, never raises."""
         try:
-            piece = decode_piece(data)
+            chunk = decode_chunk(data)
             self._ack_pending = True
-            if piece.number in self._finished:
-                self._to_answer[piece.number] = None
+            number = chunk.object_number
+            if number in self._complete:
+                self._unacknowledged[number] = None
                 return None
-            size, total, pieces = self._parts.setdefault(piece.number, (piece.size, piece.object_size, {}))
-            if (size, total) != (piece.size, piece.object_size):
-                raise ProtocolError("a piece that contradicts those before it")
+            partial = self._partial.setdefault(number, _Partial(chunk.size, chunk.object_size))
+            if (partial.size, partial.object_size) != (chunk.size, chunk.object_size):
+                raise ProtocolError("a chunk that contradicts those before it")
         except ProtocolError:
             self.rejected += 1
             return None
-        pieces[piece.index] = piece.data
-        self._parts.move_to_end(piece.number)
-        if len(self._parts) > MAX_UNFINISHED:
-            self._parts.popitem(last=False)
-        if len(pieces) < piece_count(total, size):
-            self._gap_at_end = self._gap_at_end or piece.index == piece_count(total, size) - 1
+        partial.chunks[chunk.index] = chunk.data
+        self._partial.move_to_end(number)
+        if len(self._partial) > MAX_PARTIAL:
+            self._partial.popitem(last=False)
+        count = chunk_count(chunk.object_size, chunk.size)
+        if len(partial.chunks) < count:
+            self._gap_at_end = self._gap_at_end or chunk.index == count - 1
             return None
-        del self._parts[piece.number]
-        self._finish(piece.number)
-        return b"".join(pieces[index] for index in range(len(pieces)))
+        del self._partial[number]
+        self._complete[number] = self._unacknowledged[number] = None
+        if len(self._complete) > MAX_REMEMBERED:
+            self._complete.popitem(last=False)
+        return b"".join(partial.chunks[index] for index in range(count))
 
     def next_ack(self, now: float) -> bytes | None:
-        """Return the body of an answer when there is news and it is time."""
-        urgent = bool(self._to_answer) or self._gap_at_end
-        if not self._ack_pending or (now - self._answered_at < ANSWER_EVERY_S and not urgent):
+        """Return the body of an acknowledgement when one is due."""
+        is_urgent = bool(self._unacknowledged) or self._gap_at_end
+        if not self._ack_pending or (now - self._acknowledged_at < ACK_INTERVAL_S and not is_urgent):
             return None
-        finished = tuple(self._to_answer)[:MAX_FINISHED]
-        for number in finished:
-            del self._to_answer[number]
-        self._ack_pending, self._gap_at_end = bool(self._to_answer), False
-        self._answered_at = now
-        unfinished = tuple((number, frozenset(pieces)) for number, (_, _, pieces) in self._parts.items())
-        return encode_answer(Ack(self._token, finished, unfinished))
+        complete = tuple(self._unacknowledged)[:MAX_COMPLETE]
+        for number in complete:
+            del self._unacknowledged[number]
+        self._ack_pending, self._gap_at_end = bool(self._unacknowledged), False
+        self._acknowledged_at = now
+        partial = tuple((number, frozenset(partial.chunks)) for number, partial in self._partial.items())
+        return encode_ack(Ack(self._receiver_id, complete, partial))
 
     @property
     def held_bytes(self) -> int:
-        """Return how much of unfinished objects is kept."""
-        return sum(len(data) for _, _, pieces in self._parts.values() for data in pieces.values())
-
-    def _finish(self, number: int) -> None:
-        self._finished[number] = None
-        self._to_answer[number] = None
-        if len(self._finished) > REMEMBERED:
-            self._finished.popitem(last=False)
+        """Bytes of incomplete objects in memory."""
+        return sum(len(data) for partial in self._partial.values() for data in partial.chunks.values())

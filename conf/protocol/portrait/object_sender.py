@@ -1,180 +1,117 @@
-"""The sending half: objects in slots, cut into pieces, sent within a budget and again until they are answered for."""
+"""Send objects reliably: divided into chunks, each sent again until it is acknowledged."""
 
 from dataclasses import dataclass, field
 
-from conf.protocol.portrait.chunks import (
-    CHUNK_SIZE_UNIT,
-    MAX_OBJECT,
-    MAX_PIECES,
-    PIECE_HEADER,
-    Chunk,
-    decode_answer,
-    encode_piece,
-    piece_count,
-)
-from conf.protocol.portrait.queue_delay import QueueDelayModel
-from conf.protocol.rate_limit import TokenBucket
+from conf.protocol.portrait.chunk_budget import CHUNK_BYTES, ChunkBudget
+from conf.protocol.portrait.chunks import MAX_OBJECT_BYTES, Chunk, chunk_count, decode_ack, encode_chunk
 
-PIECE_BYTES = 76  # alone, with headers and seal, it takes a link of 16 kbit/s no longer than a frame's time
-RETRY_S = 0.8  # without an answer: answers come twice a second
-REORDERED_S = 0.15  # a piece that is missing while one sent so much later has arrived is lost
-# A call should not begin without a face: its first pieces, a draft and a photograph, may fill the link up to a multiple
-# of the usual budget, motion counted, and what is not heard of is sent again soon: there is nothing better to carry.
-START_BYTES = 9_000  # of pieces: a still face sends them alone, and their headers must not use it up
-STARTUP_RATE_FACTOR = 3.9  # 15.6 kbit/s: a link of 16 keeps up with it
-START_RETRY_S = 0.35
-BURST_CHUNKS = 3  # of a budget after a rest, as far as motion does not wait for them
-SLOWEST_LINK = 1950.0  # bytes a second: what a call with a picture is meant for, a little less than 16 kbit/s
-MAX_ADDED_DELAY_S = 1 / 15  # on such a link: a frame's time
-NUMBERS = 1 << 16
+RETRY_S = 0.8  # without an acknowledgement: they arrive twice a second
+STARTUP_RETRY_S = 0.35  # during startup there is nothing better to send
+REORDER_WINDOW_S = 0.15  # a missing chunk is lost if one sent so much later has arrived
+OBJECT_NUMBERS = 1 << 16
 
 
 @dataclass
-class _Outgoing:
-    """An object on its way."""
+class _Transfer:
+    """An object that is being sent."""
 
     number: int
     data: bytes
     priority: int
-    size: int
-    sent: dict[int, float] = field(default_factory=dict)  # piece -> when last
+    last_sent: dict[int, float] = field(default_factory=dict)  # by chunk index
     arrived: set[int] = field(default_factory=set)
 
-    @property
-    def count(self) -> int:
-        return piece_count(len(self.data), self.size)
-
-    def due(self, now: float, retry: float) -> int | None:
-        """Return the first piece that was never sent, else the first that was not heard of for too long."""
-        missing = [i for i in range(self.count) if i not in self.arrived]
-        fresh = next((i for i in missing if i not in self.sent), None)
-        return fresh if fresh is not None else next((i for i in missing if now - self.sent[i] >= retry), None)
+    def next_due(self, now: float, retry_s: float) -> int | None:
+        """Return the first chunk never sent, else the first unacknowledged for `retry_s`, else None."""
+        missing = [i for i in range(chunk_count(len(self.data), CHUNK_BYTES)) if i not in self.arrived]
+        fresh = next((i for i in missing if i not in self.last_sent), None)
+        return fresh if fresh is not None else next((i for i in missing if now - self.last_sent[i] >= retry_s), None)
 
     def on_ack(self, indices: frozenset[int]) -> None:
-        """Take note of the pieces that have arrived, and of those that were overtaken: they count as never sent."""
-        self.arrived |= {i for i in indices if i < self.count}
-        newest = max((self.sent.get(i, float("-inf")) for i in self.arrived), default=float("-inf"))
-        self.sent = {i: at for i, at in self.sent.items() if i in self.arrived or at > newest - REORDERED_S}
+        """Note the chunks that have arrived. Those overtaken by them are lost and count as never sent."""
+        self.arrived |= {i for i in indices if i < chunk_count(len(self.data), CHUNK_BYTES)}
+        newest = max((self.last_sent.get(i, float("-inf")) for i in self.arrived), default=float("-inf"))
+        kept = {i: at for i, at in self.last_sent.items() if i in self.arrived or at > newest - REORDER_WINDOW_S}
+        self.last_sent = kept
 
-    def piece(self, index: int) -> Chunk:
-        start = index * self.size
-        return Chunk(self.number, self.size, index, len(self.data), self.data[start : start + self.size])
+    def chunk(self, index: int) -> Chunk:
+        start = index * CHUNK_BYTES
+        return Chunk(self.number, CHUNK_BYTES, index, len(self.data), self.data[start : start + CHUNK_BYTES])
 
 
 class ObjectSender:
-    """Sends objects; `next_piece` is asked as often as there is room on the link."""
+    """Send the newest object of each slot."""
 
-    def __init__(self, *, kbps: float = 4.0, piece_bytes: int = PIECE_BYTES) -> None:
-        """Make an empty outbox.
-
-        kbps : what the pieces may cost, headers included, in the long run; at the start START_FACTOR times that,
-            less what `charge` tells of the motion
-        Raises ValueError if piece_bytes is no multiple of 4 that cuts the largest object into at most 255 pieces.
-        """
-        sound = piece_bytes % CHUNK_SIZE_UNIT == 0 and 0 < piece_bytes // CHUNK_SIZE_UNIT < 256
-        if not sound or piece_count(MAX_OBJECT, piece_bytes) > MAX_PIECES:
-            raise ValueError(f"piece_bytes must be a multiple of {CHUNK_SIZE_UNIT} from 52 to 1020, got {piece_bytes}")
-        self.kbps = kbps
-        self.retry = RETRY_S  # seconds; at least a round trip and the time between two answers
-        self.bytes_sent = 0
-        self._start_bytes = START_BYTES  # what is left of them
-        self._piece_bytes = piece_bytes
-        start_rate = STARTUP_RATE_FACTOR * kbps * 125
-        at_once = BURST_CHUNKS * piece_bytes
-        self._bucket = TokenBucket(kbps * 125, at_once)
-        self._link = TokenBucket(start_rate, at_once)  # motion counted
-        self._hindrance = QueueDelayModel(max(start_rate, SLOWEST_LINK))
-        self._outgoing: dict[int, _Outgoing] = {}  # by slot
-        self._delivered: dict[int, _Outgoing] = {}  # by slot: kept for a receiver that begins anew
+    def __init__(self) -> None:
+        self._transfers: dict[int, _Transfer] = {}  # by slot
+        self._delivered: dict[int, _Transfer] = {}  # by slot: kept for a receiver that starts again
         self._next_number = 0
-        self._token: int | None = None
+        self._receiver_id: int | None = None
 
     def send_object(self, slot: int, data: bytes, *, priority: int) -> None:
-        """Send an object in place of what its slot held.
+        """Send an object, and stop sending the previous one of its slot.
 
-        slot : any number; urgency : the lowest is sent first
-        Raises ValueError if the object is empty or larger than MAX_OBJECT.
+        slot : any number; priority : the lowest is sent first
+        Raises ValueError if the object is empty or larger than MAX_OBJECT_BYTES.
         """
-        if not 0 < len(data) <= MAX_OBJECT:
-            raise ValueError(f"data must be 1 to {MAX_OBJECT} bytes, got {len(data)}")
+        if not 0 < len(data) <= MAX_OBJECT_BYTES:
+            raise ValueError(f"data must be 1 to {MAX_OBJECT_BYTES} bytes, got {len(data)}")
         self._delivered.pop(slot, None)
-        self._outgoing[slot] = _Outgoing(self._next_number, data, priority, self._piece_bytes)
-        self._next_number = (self._next_number + 1) % NUMBERS
+        self._transfers[slot] = _Transfer(self._next_number, data, priority)
+        self._next_number = (self._next_number + 1) % OBJECT_NUMBERS
 
     def cancel(self, slot: int) -> None:
-        """Stop sending what is in a slot, if anything is."""
-        self._outgoing.pop(slot, None)
+        """Stop sending the object of a slot, if it has one."""
+        self._transfers.pop(slot, None)
         self._delivered.pop(slot, None)
 
     def delivered(self, slot: int) -> bool:
-        """Whether the receiver is known to have what the slot holds."""
+        """Return whether the receiver has acknowledged the whole object of the slot."""
         return slot in self._delivered
 
     @property
-    def in_startup(self) -> bool:
-        """Whether the first pieces are still on their way."""
-        return self._start_bytes > 0
-
-    @property
     def waiting_bytes(self) -> int:
-        """Return how much has not been answered for."""
-        return sum(len(o.data) - len(o.arrived) * o.size for o in self._outgoing.values())
+        """Bytes not acknowledged yet."""
+        return sum(len(t.data) - len(t.arrived) * CHUNK_BYTES for t in self._transfers.values())
 
-    def next_chunk(self, now: float, *, overhead: int = 0) -> bytes | None:
-        """Return the body of the next piece if one is due and the budget allows it.
+    def next_chunk(self, now: float, budget: ChunkBudget, *, overhead: int = 0) -> bytes | None:
+        """Return the body of the next chunk if one is due and the budget allows it.
 
-        overhead : bytes that the datagram costs beside the body, if it is sent for this piece alone
+        overhead : bytes that the datagram costs beside the body
         """
-        retry = min(self.retry, START_RETRY_S) if self.in_startup else self.retry
-        for outgoing in sorted(self._outgoing.values(), key=lambda o: (o.priority, o.number)):
-            index = outgoing.due(now, retry)
+        retry_s = STARTUP_RETRY_S if budget.in_startup else RETRY_S
+        for transfer in sorted(self._transfers.values(), key=lambda t: (t.priority, t.number)):
+            index = transfer.next_due(now, retry_s)
             if index is None:
                 continue
-            body = encode_piece(outgoing.piece(index))
-            if not self._affords(len(body) + overhead, now):
+            body = encode_chunk(transfer.chunk(index))
+            if not budget.take(len(body), now, overhead=overhead):
                 return None
-            outgoing.sent[index] = now
-            self.bytes_sent += len(body) + overhead
-            self._start_bytes -= len(body)
+            transfer.last_sent[index] = now
             return body
         return None
 
-    def account_motion(self, size: int, now: float) -> None:
-        """Note what else was sent, bytes with headers: at the start the pieces have what it leaves."""
-        self._link.force_take(size, now)
-        self._hindrance.add_motion(size, now)
+    def receive_ack(self, data: bytes) -> bool:
+        """Apply an acknowledgement. Raises ProtocolError if the bytes are none.
 
-    def _affords(self, size: int, now: float) -> bool:
-        if self._hindrance.added_delay(size, now) > MAX_ADDED_DELAY_S:
-            return False
-        if self._bucket.take(size, now):
-            self._link.force_take(size, now)
-        elif not self.in_startup or not self._link.take(size, now):
-            return False
-        self._hindrance.add(size, now)
-        return True
-
-    def receive_answer(self, data: bytes) -> None:
-        """Take note of what the receiver has. Raises ProtocolError if the bytes are no answer."""
-        answer = decode_answer(data)
-        if self._token is not None and answer.token != self._token:
+        Returns whether it is of a new receiver, to which everything is sent again.
+        """
+        ack = decode_ack(data)
+        is_new = self._receiver_id is not None and ack.receiver_id != self._receiver_id
+        if is_new:
             self.restart()
-        self._token = answer.token
-        finished = set(answer.complete)
-        for slot, outgoing in list(self._outgoing.items()):
-            if outgoing.number in finished:
-                self._delivered[slot] = self._outgoing.pop(slot)
-        partly = dict(answer.partial)
-        for outgoing in self._outgoing.values():
-            outgoing.on_ack(partly.get(outgoing.number, frozenset()))
+        self._receiver_id = ack.receiver_id
+        for slot, transfer in list(self._transfers.items()):
+            if transfer.number in ack.complete:
+                self._delivered[slot] = self._transfers.pop(slot)
+        partial = dict(ack.partial)
+        for transfer in self._transfers.values():
+            transfer.on_ack(partial.get(transfer.number, frozenset()))
+        return is_new
 
     def restart(self) -> None:
-        """Send everything again: the receiver has begun anew."""
-        self._start_bytes = START_BYTES
-        again = self._delivered | self._outgoing
-        self._outgoing, self._delivered = {}, {}
-        for slot, outgoing in sorted(again.items(), key=lambda item: item[1].number):
-            self.send_object(slot, outgoing.data, priority=outgoing.priority)
-
-
-WIRE_PIECE_BYTES = PIECE_HEADER + PIECE_BYTES
+        """Send everything again: the receiver has started again."""
+        again = self._delivered | self._transfers
+        self._transfers, self._delivered = {}, {}
+        for slot, transfer in sorted(again.items(), key=lambda item: item[1].number):
+            self.send_object(slot, transfer.data, priority=transfer.priority)

@@ -1,9 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from conf.protocol.codec import LIVE, NARROWBAND
+from conf.protocol.codec import LIVE, NARROWBAND, RICH
 from conf.protocol.messages import KeepAlive, MotionFrame, MotionPayload, Presence, StreamParameters
-from conf.protocol.motion.outbound import OutboundMotion, OutgoingBody
+from conf.protocol.motion.outbound import FAPU_TOLERANCE, MAX_IN_FLIGHT, OutboundMotion, OutgoingBody
 from conf.protocol.wire import decode_body
 
 PARAMETERS = StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1))
@@ -12,7 +14,7 @@ JAW = [0, 2, 7, 8, 9, 10, 11, 37, 42, 43]  # chin and lower lip
 
 
 def frame(timestamp: float, move: float = 1.0) -> MotionFrame:
-    """A face that shakes its head and opens its mouth, or with move 0 a still one."""
+    """Return a face that shakes its head and opens its mouth, or with move 0 a still one."""
     wave = move * np.sin(7 * timestamp)
     displacements = np.zeros((50, 3), np.float32)
     displacements[JAW, 1] = -400 * (1 + wave) * move
@@ -27,60 +29,141 @@ def run(outbound: OutboundMotion, stamps: list[float], move: float = 1.0) -> lis
     return sent
 
 
+def acknowledge(outbound: OutboundMotion, sent: list[OutgoingBody]) -> None:
+    for counter, outgoing in enumerate(sent):
+        outbound.on_sent(counter, outgoing)
+    outbound.on_acknowledged(range(len(sent)))
+
+
 def kinds(sent: list[OutgoingBody]) -> list[type]:
     return [type(decode_body(outgoing.body)) for outgoing in sent]
 
 
-def test_parameters_are_repeated_until_they_have_arrived() -> None:
+def frames(count: int, begin: float = 0.0) -> list[float]:
+    return [begin + i * FRAME_S for i in range(count)]
+
+
+def test_parameters_are_repeated_each_second_until_acknowledged() -> None:
     outbound = OutboundMotion(PARAMETERS)
-    sent = run(outbound, [i * FRAME_S for i in range(30)])
+    sent = run(outbound, frames(30))
     assert kinds(sent).count(StreamParameters) == 2 and kinds(sent)[0] is StreamParameters
+    assert decode_body(sent[0].body) == replace(PARAMETERS, clock=0.0)
     outbound.on_sent(7, sent[0])
-    outbound.on_acknowledged([7])
-    assert StreamParameters not in kinds(run(outbound, [2 + i * FRAME_S for i in range(60)]))
+    outbound.on_acknowledged([6, 7])
+    assert StreamParameters not in kinds(run(outbound, frames(60, 2.0)))
+
+
+@pytest.mark.parametrize(
+    ("changed", "is_sent"),
+    [
+        (PARAMETERS, False),
+        (replace(PARAMETERS, width=640), True),
+        (replace(PARAMETERS, fapu=(6.4 * (1 + 0.9 * FAPU_TOLERANCE), *PARAMETERS.fapu[1:])), False),
+        (replace(PARAMETERS, fapu=(6.4 * (1 - 0.9 * FAPU_TOLERANCE), *PARAMETERS.fapu[1:])), False),
+        (replace(PARAMETERS, fapu=(6.4 * (1 + 1.1 * FAPU_TOLERANCE), *PARAMETERS.fapu[1:])), True),
+        (replace(PARAMETERS, fapu=(*PARAMETERS.fapu[:-1], 1.2)), True),
+    ],
+)
+def test_acknowledged_parameters_are_sent_again_only_if_they_change(changed: StreamParameters, is_sent: bool) -> None:
+    outbound = OutboundMotion(PARAMETERS)
+    acknowledge(outbound, run(outbound, frames(1)))
+    outbound.parameters = changed
+    assert (StreamParameters in kinds(run(outbound, frames(20, 2.0)))) == is_sent
+
+
+def test_parameters_carry_the_profiles_frame_rate_and_the_stream_clock() -> None:
+    outbound = OutboundMotion(PARAMETERS, profile=RICH)
+    run(outbound, [50.0])
+    (parameters,) = [decode_body(o.body) for o in run(outbound, [51.25]) if o.parameters]
+    assert isinstance(parameters, StreamParameters)
+    assert (parameters.fps, parameters.clock) == (RICH.fps, 1.25)
 
 
 def test_a_still_face_costs_a_keep_alive_a_second() -> None:
     outbound = OutboundMotion(PARAMETERS)
-    first = run(outbound, [0.0], move=0)
-    for counter, outgoing in enumerate(first):
-        outbound.on_sent(counter, outgoing)
-    outbound.on_acknowledged([0, 1])
-    still = run(outbound, [i * FRAME_S for i in range(1, 150)], move=0)
+    acknowledge(outbound, run(outbound, [0.0], move=0))
+    still = run(outbound, frames(150)[1:], move=0)
     assert kinds(still) == [KeepAlive] * 9
-    assert decode_body(still[0].body).presence is Presence.FACE
+    assert decode_body(still[0].body) == KeepAlive(1.0, Presence.FACE)
 
 
 def test_a_still_face_whose_last_motion_was_lost_is_sent_again() -> None:
     outbound = OutboundMotion(PARAMETERS)
     run(outbound, [0.0], move=0)
-    again = run(outbound, [i * FRAME_S for i in range(1, 40)], move=0)
+    again = run(outbound, frames(40)[1:], move=0)
     assert MotionPayload in kinds(again)
 
 
-def test_no_face_is_told_once_a_second() -> None:
+def test_no_face_is_reported_once_a_second() -> None:
     outbound = OutboundMotion(PARAMETERS)
-    told = []
-    for i in range(150):
-        outbound.send_absence(i * FRAME_S, i * FRAME_S)
-        told += kinds(outbound.drain())
-    assert told.count(KeepAlive) == 10
+    reported = []
+    for stamp in frames(150):
+        outbound.send_no_face(stamp, stamp)
+        reported += outbound.drain()
+    assert kinds(reported).count(KeepAlive) == 10
+    assert decode_body(reported[1].body) == KeepAlive(0.0, Presence.NO_FACE)
 
 
-def test_frames_share_a_datagram_when_the_profile_says_so() -> None:
+def test_frames_that_wait_are_sent_before_no_face() -> None:
+    outbound = OutboundMotion(PARAMETERS)
+    outbound.set_profile(LIVE, bundling=3)
+    assert not [o for o in run(outbound, frames(2)) if o.frame_numbers]
+    outbound.send_no_face(2 * FRAME_S, 5.0)
+    assert [o.frame_numbers for o in outbound.drain() if o.frame_numbers] == [(0, 1)]
+
+
+def test_a_probe_is_a_keep_alive() -> None:
+    outbound = OutboundMotion(PARAMETERS)
+    run(outbound, [10.0])
+    assert decode_body(outbound.probe(12.5).body) == KeepAlive(2.5, Presence.FACE)
+    assert decode_body(outbound.probe(9.0).body) == KeepAlive(0.0, Presence.FACE)
+
+
+def test_frames_share_a_datagram_if_the_profile_or_the_bundling_asks_for_it() -> None:
     outbound = OutboundMotion(PARAMETERS, profile=NARROWBAND)
-    sent = run(outbound, [i * FRAME_S for i in range(60)])
-    motion = [o for o in sent if o.numbers]
-    assert all(len(o.numbers) == NARROWBAND.frames_per_datagram for o in motion)
-    numbers = [n for o in motion for n in o.numbers]
+    motion = [o for o in run(outbound, frames(60)) if o.frame_numbers]
+    assert all(len(o.frame_numbers) == NARROWBAND.frames_per_datagram for o in motion)
+    numbers = [n for o in motion for n in o.frame_numbers]
     assert numbers == sorted(set(numbers)) and len(numbers) > 50
     outbound.set_profile(LIVE, bundling=2)
-    sent = run(outbound, [10 + i * FRAME_S for i in range(60)])
-    assert {len(o.numbers) for o in sent if o.numbers} == {2}
+    assert {len(o.frame_numbers) for o in run(outbound, frames(60, 10.0)) if o.frame_numbers} == {2}
 
 
-def test_prediction_only_from_what_has_arrived() -> None:
-    """With acknowledgements a steady motion costs less than without; and never a reference that is not known."""
+def test_uneven_steps_are_not_put_in_one_datagram() -> None:
+    outbound = OutboundMotion(PARAMETERS)
+    outbound.set_profile(LIVE, bundling=3)
+    stamps = [n * FRAME_S for n in (0, 1, 3, 5, 7, 8, 30, 31, 32)]
+    sent = [o.frame_numbers for o in run(outbound, stamps) if o.frame_numbers]
+    assert sent == [(0, 1), (3, 5, 7), (8,), (30, 31, 32)]
+    assert outbound.frames_sent == 9
+
+
+def test_a_frame_that_is_not_newer_is_dropped() -> None:
+    outbound = OutboundMotion(PARAMETERS)
+    numbers = [n for o in run(outbound, [0.0, 0.2, 0.1, 0.2, 0.21, 0.3]) for n in o.frame_numbers]
+    assert numbers == [0, 3, 4]
+
+
+def test_a_new_profile_continues_the_stream_in_its_own_numbers() -> None:
+    outbound = OutboundMotion(PARAMETERS, profile=LIVE)
+    run(outbound, frames(31))
+    outbound.set_profile(RICH)
+    numbers = [n for o in run(outbound, [2.0, 2.0 + 1 / 30, 2.0 + 2 / 30]) for n in o.frame_numbers]
+    assert outbound.profile is RICH and numbers == [61, 62]
+
+
+def test_frames_that_wait_are_sent_before_the_profile_changes() -> None:
+    outbound = OutboundMotion(PARAMETERS)
+    outbound.set_profile(LIVE, bundling=2)
+    run(outbound, frames(1))
+    outbound.set_profile(LIVE, bundling=2)
+    assert not outbound.drain()
+    outbound.set_profile(RICH)
+    assert [o.frame_numbers for o in outbound.drain()] == [(0,)]
+
+
+def test_motion_is_predicted_only_from_acknowledged_frames() -> None:
+    """With acknowledgements a steady motion costs less than without."""
 
     def cost(acknowledged: bool) -> int:
         outbound = OutboundMotion(PARAMETERS)
@@ -88,7 +171,7 @@ def test_prediction_only_from_what_has_arrived() -> None:
         for i in range(150):
             for counter, outgoing in enumerate(run(outbound, [i * FRAME_S])):
                 outbound.on_sent(10 * i + counter, outgoing)
-                total += len(outgoing.body) if outgoing.numbers else 0
+                total += len(outgoing.body) if outgoing.frame_numbers else 0
                 if acknowledged:
                     outbound.on_acknowledged([10 * i + counter])
         return total
@@ -96,18 +179,40 @@ def test_prediction_only_from_what_has_arrived() -> None:
     assert cost(acknowledged=True) < 0.9 * cost(acknowledged=False)
 
 
-def test_a_new_session_starts_from_nothing() -> None:
+def test_dropped_references_are_not_used_even_if_acknowledged_later() -> None:
     outbound = OutboundMotion(PARAMETERS)
-    for counter, outgoing in enumerate(run(outbound, [0.0])):
+    fresh = OutboundMotion(PARAMETERS)
+    for counter, outgoing in enumerate(run(outbound, frames(10))):
         outbound.on_sent(counter, outgoing)
-        outbound.on_acknowledged([counter])
+    run(fresh, frames(10))
+    outbound.drop_references()
+    outbound.on_acknowledged(range(100))
+    later = [[o.body for o in run(side, frames(3, 1.0)) if o.motion] for side in (outbound, fresh)]
+    assert later[0] == later[1]
+
+
+def test_memory_of_sent_datagrams_is_bounded() -> None:
+    outbound = OutboundMotion(PARAMETERS)
+    for counter in range(2 * MAX_IN_FLIGHT):
+        outbound.on_sent(counter, OutgoingBody(b""))
+    assert list(outbound._in_flight) == list(range(MAX_IN_FLIGHT, 2 * MAX_IN_FLIGHT))
+
+
+def test_a_new_session_starts_from_nothing() -> None:
+    stamps = [102.0, 102.0 + 1 / 30]
+    outbound = OutboundMotion(PARAMETERS, profile=RICH)
+    acknowledge(outbound, run(outbound, [100.0, 100.0 + 1 / 30]))
+    run(outbound, [101.0])
     outbound.restart()
-    assert kinds(run(outbound, [FRAME_S]))[0] is StreamParameters
+    assert outbound.profile is RICH
+    sent = run(outbound, stamps)
+    assert kinds(sent) == [StreamParameters, MotionPayload] and sent[1].frame_numbers == (0, 1)
+    assert [o.body for o in sent] == [o.body for o in run(OutboundMotion(PARAMETERS, profile=RICH), stamps)]
 
 
 @pytest.mark.parametrize("fps", [7, 10, 12.5, 25, 30])
 def test_frame_numbers_rise_whatever_the_source_gives(fps: float) -> None:
     sent = run(OutboundMotion(PARAMETERS), [i / fps for i in range(100)])
-    numbers = [n for o in sent for n in o.numbers]
+    numbers = [n for o in sent for n in o.frame_numbers]
     assert numbers == sorted(set(numbers))
     assert len(numbers) == pytest.approx(100 / fps * min(fps, 15), rel=0.05)

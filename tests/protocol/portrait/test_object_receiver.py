@@ -2,58 +2,111 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.protocol.portrait import ObjectReceiver
-from conf.protocol.portrait.chunks import MAX_OBJECT, MAX_UNFINISHED, Chunk, decode_answer, encode_piece
+from conf.protocol.portrait.chunks import (
+    MAX_COMPLETE,
+    MAX_OBJECT_BYTES,
+    MAX_PARTIAL,
+    Ack,
+    Chunk,
+    decode_ack,
+    encode_chunk,
+)
+from conf.protocol.portrait.object_receiver import ACK_INTERVAL_S, MAX_REMEMBERED
 
 
-def piece(number: int, index: int, *, total: int = 160, size: int = 80) -> bytes:
-    return encode_piece(Chunk(number, size, index, total, bytes([index]) * min(size, total - size * index)))
+def chunk(number: int, index: int, *, object_size: int = 160, size: int = 80) -> bytes:
+    data = bytes([index]) * min(size, object_size - size * index)
+    return encode_chunk(Chunk(number, size, index, object_size, data))
 
 
-def test_pieces_in_any_order_make_the_object_once() -> None:
-    inbox = ObjectReceiver()
-    assert inbox.receive_chunk(piece(3, 1)) is None
-    assert inbox.receive_chunk(piece(3, 0)) == bytes(80) + b"\1" * 80
-    assert inbox.receive_chunk(piece(3, 0)) is None
+def ack(receiver: ObjectReceiver, now: float) -> Ack | None:
+    data = receiver.next_ack(now)
+    return decode_ack(data) if data else None
 
 
-def test_contradictions_and_garbage_are_refused_and_counted() -> None:
-    inbox = ObjectReceiver()
-    inbox.receive_chunk(piece(3, 0))
-    inbox.receive_chunk(piece(3, 1, total=200))
-    inbox.receive_chunk(b"garbage")
-    assert inbox.rejected == 2
-    assert inbox.receive_chunk(piece(3, 1)) is not None
+def test_chunks_in_any_order_make_the_object_once() -> None:
+    receiver = ObjectReceiver()
+    assert receiver.receive_chunk(chunk(3, 1)) is None
+    assert receiver.held_bytes == 80
+    assert receiver.receive_chunk(chunk(3, 0)) == bytes(80) + b"\1" * 80
+    assert receiver.receive_chunk(chunk(3, 0)) is None
+    assert receiver.held_bytes == 0 and receiver.rejected == 0
+
+
+def test_contradictions_and_junk_are_rejected_and_counted() -> None:
+    receiver = ObjectReceiver()
+    receiver.receive_chunk(chunk(3, 0))
+    receiver.receive_chunk(chunk(3, 1, object_size=200))
+    receiver.receive_chunk(chunk(3, 1, object_size=160, size=84))
+    receiver.receive_chunk(b"junk")
+    assert receiver.rejected == 3
+    assert receiver.receive_chunk(chunk(3, 1)) is not None
 
 
 @given(st.lists(st.tuples(st.integers(0, 65535), st.integers(0, 150)), max_size=300))
-def test_what_is_kept_is_bounded(pieces: list[tuple[int, int]]) -> None:
-    inbox = ObjectReceiver()
-    for number, index in pieces:
-        inbox.receive_chunk(piece(number, index, total=MAX_OBJECT))
-    assert inbox.held_bytes <= MAX_UNFINISHED * MAX_OBJECT
+def test_memory_is_bounded(chunks: list[tuple[int, int]]) -> None:
+    receiver = ObjectReceiver()
+    for number, index in chunks:
+        receiver.receive_chunk(chunk(number, index, object_size=MAX_OBJECT_BYTES))
+    assert receiver.held_bytes <= MAX_PARTIAL * MAX_OBJECT_BYTES
+    assert len(receiver._partial) <= MAX_PARTIAL
+
+
+def test_of_too_many_partial_objects_the_one_untouched_for_longest_is_dropped() -> None:
+    receiver = ObjectReceiver()
+    for number in (1, 2, 3, 4):
+        receiver.receive_chunk(chunk(number, 0, object_size=400))
+    receiver.receive_chunk(chunk(1, 1, object_size=400))
+    receiver.receive_chunk(chunk(5, 0, object_size=400))
+    assert list(receiver._partial) == [3, 4, 1, 5]
+
+
+def test_late_chunks_are_ignored_until_the_number_is_forgotten() -> None:
+    receiver = ObjectReceiver()
+    for number in range(MAX_REMEMBERED + 1):
+        assert receiver.receive_chunk(chunk(number, 0, object_size=4)) is not None
+    assert receiver.receive_chunk(chunk(1, 0, object_size=4)) is None
+    assert receiver.receive_chunk(chunk(0, 0, object_size=4)) is not None
 
 
 @given(st.lists(st.binary(max_size=100), max_size=50))
-def test_any_bytes_do_no_harm(pieces: list[bytes]) -> None:
-    inbox = ObjectReceiver()
-    for step, data in enumerate(pieces):
-        inbox.receive_chunk(data)
-        if answer := inbox.next_ack(step / 10):
-            decode_answer(answer)
+def test_any_bytes_are_harmless(chunks: list[bytes]) -> None:
+    receiver = ObjectReceiver()
+    for step, data in enumerate(chunks):
+        receiver.receive_chunk(data)
+        ack(receiver, step / 10)
 
 
-def test_answers_come_at_the_end_of_an_object_and_otherwise_twice_a_second() -> None:
-    inbox = ObjectReceiver(9)
-    assert inbox.next_ack(0.0) is None
-    inbox.receive_chunk(piece(1, 0, total=400))
-    assert decode_answer(inbox.next_ack(0.0) or b"").partial == ((1, frozenset({0})),)
-    inbox.receive_chunk(piece(1, 1, total=400))
-    assert inbox.next_ack(0.1) is None
-    inbox.receive_chunk(piece(1, 4, total=400))
-    assert decode_answer(inbox.next_ack(0.2) or b"").partial == ((1, frozenset({0, 1, 4})),)
+def test_acks_come_at_once_at_the_end_of_an_object_and_else_twice_a_second() -> None:
+    receiver = ObjectReceiver(9)
+    assert ack(receiver, 0.0) is None
+    receiver.receive_chunk(chunk(1, 0, object_size=400))
+    assert ack(receiver, 0.0) == Ack(9, (), ((1, frozenset({0})),))
+    receiver.receive_chunk(chunk(1, 1, object_size=400))
+    assert ack(receiver, 0.1) is None
+    receiver.receive_chunk(chunk(1, 4, object_size=400))
+    assert ack(receiver, 0.2) == Ack(9, (), ((1, frozenset({0, 1, 4})),))
     for index in (2, 3):
-        inbox.receive_chunk(piece(1, index, total=400))
-    answer = decode_answer(inbox.next_ack(0.3) or b"")
-    assert (answer.token, answer.complete, answer.partial) == (9, (1,), ())
-    inbox.receive_chunk(piece(1, 0, total=400))  # the answer was lost, the sender tries again
-    assert decode_answer(inbox.next_ack(0.4) or b"").complete == (1,)
+        receiver.receive_chunk(chunk(1, index, object_size=400))
+    assert ack(receiver, 0.3) == Ack(9, (1,), ())
+    assert ack(receiver, 9.0) is None, "nothing new"
+    receiver.receive_chunk(chunk(1, 0, object_size=400))  # the ack was lost and the sender tries again
+    assert ack(receiver, 9.1) == Ack(9, (1,), ())
+
+
+def test_the_interval_of_acks() -> None:
+    receiver = ObjectReceiver()
+    receiver.receive_chunk(chunk(1, 0, object_size=400))
+    assert ack(receiver, 10.0) is not None
+    receiver.receive_chunk(chunk(1, 1, object_size=400))
+    assert ack(receiver, 10.0 + ACK_INTERVAL_S - 0.01) is None
+    assert ack(receiver, 10.0 + ACK_INTERVAL_S) is not None
+
+
+def test_an_ack_holds_a_limited_number_of_objects_and_the_next_one_the_rest() -> None:
+    receiver = ObjectReceiver(0x1_0005)
+    for number in range(MAX_COMPLETE + 3):
+        receiver.receive_chunk(chunk(number, 0, object_size=4))
+    assert ack(receiver, 0.0) == Ack(5, tuple(range(MAX_COMPLETE)), ())
+    assert ack(receiver, 0.0) == Ack(5, tuple(range(MAX_COMPLETE, MAX_COMPLETE + 3)), ())
+    assert ack(receiver, 9.0) is None

@@ -1,4 +1,5 @@
 import random
+from collections.abc import Callable
 
 import pytest
 from hypothesis import given
@@ -6,146 +7,220 @@ from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
 from conf.protocol.portrait import ObjectReceiver, ObjectSender
-from conf.protocol.portrait.chunks import PIECE_HEADER
-from conf.protocol.portrait.object_sender import PIECE_BYTES, START_BYTES, STARTUP_RATE_FACTOR
+from conf.protocol.portrait.chunk_budget import CHUNK_BYTES, ChunkBudget
+from conf.protocol.portrait.chunks import Ack, Chunk, decode_chunk, encode_ack
+from conf.protocol.portrait.object_sender import OBJECT_NUMBERS, RETRY_S, STARTUP_RETRY_S
 
 FPS = 15
 
 
-def converse(outbox: ObjectSender, inbox: ObjectReceiver, *, seconds: float, lost: object) -> list[tuple[float, bytes]]:
-    """Let the two talk over a link that loses what `lost()` says; return the objects with their times."""
-    arrived = []
+class Unlimited(ChunkBudget):
+    """A budget that refuses nothing."""
+
+    def take(self, size: int, now: float, *, overhead: int = 0) -> bool:
+        return True
+
+
+def after_startup() -> ChunkBudget:
+    budget = Unlimited()
+    budget._startup_left = 0
+    return budget
+
+
+def transfer(
+    sender: ObjectSender,
+    receiver: ObjectReceiver,
+    *,
+    seconds: float,
+    budget: ChunkBudget | None = None,
+    lost: Callable[[], bool] = lambda: False,
+    begin: float = 0.0,
+) -> list[tuple[float, bytes]]:
+    """Run both over a link that loses what `lost()` says; return the objects with their times of arrival."""
+    arrived, budget = [], budget or ChunkBudget()
     for frame in range(round(seconds * FPS)):
-        now = frame / FPS
-        piece = outbox.next_chunk(now)
-        if piece and not lost():
-            data = inbox.receive_chunk(piece)
+        now = begin + frame / FPS
+        chunk = sender.next_chunk(now, budget)
+        if chunk and not lost():
+            data = receiver.receive_chunk(chunk)
             if data is not None:
                 arrived.append((now, data))
-        answer = inbox.next_ack(now)
-        if answer and not lost():
-            outbox.receive_answer(answer)
+        ack = receiver.next_ack(now)
+        if ack and not lost():
+            sender.receive_ack(ack)
     return arrived
 
 
+def next_chunk(sender: ObjectSender, now: float, budget: ChunkBudget) -> Chunk | None:
+    data = sender.next_chunk(now, budget)
+    return decode_chunk(data) if data else None
+
+
+def indices(sender: ObjectSender, now: float, budget: ChunkBudget) -> list[int]:
+    """Return the indices of all chunks that are due now."""
+    found = []
+    while chunk := next_chunk(sender, now, budget):
+        found.append(chunk.index)
+    return found
+
+
 @given(st.integers(0, 2**32 - 1), st.floats(0, 0.5), st.lists(st.integers(1, 900), min_size=1, max_size=5))
-def test_everything_arrives_once_and_whole_whatever_is_lost(seed: int, loss: float, sizes: list[int]) -> None:
-    rng = random.Random(seed)
-    outbox, inbox = ObjectSender(), ObjectReceiver(7)
-    objects = [rng.randbytes(size) for size in sizes]
+def test_everything_arrives_once_and_complete_whatever_is_lost(seed: int, loss: float, sizes: list[int]) -> None:
+    generator = random.Random(seed)
+    sender, receiver = ObjectSender(), ObjectReceiver(7)
+    objects = [generator.randbytes(size) for size in sizes]
     for slot, data in enumerate(objects):
-        outbox.send_object(slot, data, priority=1)
-    arrived = converse(outbox, inbox, seconds=120, lost=lambda: rng.random() < loss)
+        sender.send_object(slot, data, priority=1)
+    arrived = transfer(sender, receiver, seconds=120, lost=lambda: generator.random() < loss)
     assert sorted(data for _, data in arrived) == sorted(objects)
-    assert all(outbox.delivered(slot) for slot in range(len(objects)))
-    assert outbox.waiting_bytes == 0 and inbox.held_bytes == 0 and inbox.rejected == 0
+    assert all(sender.delivered(slot) for slot in range(len(objects)))
+    assert sender.waiting_bytes == 0 and receiver.held_bytes == 0 and receiver.rejected == 0
 
 
-def test_a_draft_is_there_in_four_seconds_over_16_kbit_s_with_5_percent_loss() -> None:
+def test_a_draft_arrives_in_four_seconds_over_16_kbit_s_with_5_percent_loss() -> None:
     for seed in range(30):
-        rng = random.Random(seed)
-        outbox, inbox = ObjectSender(), ObjectReceiver()
-        outbox.send_object(0, bytes(3300), priority=0)
-        arrived = converse(outbox, inbox, seconds=8, lost=lambda rng=rng: rng.random() < 0.05)
+        generator = random.Random(seed)
+        sender = ObjectSender()
+        sender.send_object(0, bytes(3300), priority=0)
+        arrived = transfer(
+            sender, ObjectReceiver(), seconds=8, lost=lambda generator=generator: generator.random() < 0.05
+        )
         assert arrived and arrived[0][0] < 4.0
 
 
-@given(st.integers(0, 2**32 - 1), st.booleans())
-def test_motion_never_waits_longer_than_a_frame_for_pieces(seed: int, riding: bool) -> None:
-    """A link of 16 kbit/s, motion as it comes, answers that may be lost: what both queues would be is counted here."""
-    rng = random.Random(seed)
-    outbox = ObjectSender()
-    outbox.send_object(0, bytes(12_000), priority=0)
-    with_pieces = alone = now = 0.0  # when the link will be free
-    for _ in range(600):
-        now += rng.choice((0.01, 1 / FPS, 1 / FPS, 1 / FPS, 0.2))
-        motion = rng.choice((0, 50, 55, 60, 110))
-        outbox.account_motion(motion, now)
-        overhead = 2 if riding and motion else 47
-        piece = outbox.next_chunk(now, overhead=overhead)
-        size = motion + (len(piece) + overhead if piece else 0)
-        with_pieces = max(with_pieces, now) + size / 2000
-        alone = max(alone, now) + motion / 2000
-        assert with_pieces - max(alone, now) <= 1 / FPS + 1e-9
-    assert not outbox.in_startup
+def test_chunks_are_cut_from_the_object_in_order() -> None:
+    sender = ObjectSender()
+    data = random.Random(1).randbytes(2 * CHUNK_BYTES + 5)
+    sender.send_object(0, data, priority=0)
+    chunks = [next_chunk(sender, 0.0, Unlimited()) for _ in range(3)]
+    assert b"".join(chunk.data for chunk in chunks if chunk) == data
+    assert [chunk and chunk.index for chunk in chunks] == [0, 1, 2]
+    assert next_chunk(sender, 0.0, Unlimited()) is None
 
 
-@given(st.floats(0.5, 20), st.floats(2, 12))
-def test_the_budget_holds(kbps: float, seconds: float) -> None:
-    outbox = ObjectSender(kbps=kbps)
-    for slot in range(40):
-        outbox.send_object(slot, bytes(1000), priority=1)
-    sent = 0
-    for step in range(round(seconds * 100)):
-        piece = outbox.next_chunk(step / 100, overhead=42)
-        sent += len(piece) + 42 if piece else 0
-    heads = (START_BYTES / PIECE_BYTES + 1) * (42 + PIECE_HEADER)
-    start = min(START_BYTES + heads + 128, STARTUP_RATE_FACTOR * kbps * 125 * seconds)
-    assert sent == outbox.bytes_sent <= start + kbps * 125 * seconds + 300
+def test_the_budget_is_asked_with_body_and_overhead_and_a_refused_chunk_stays_due() -> None:
+    asked = []
+
+    class Budget(ChunkBudget):
+        def take(self, size: int, now: float, *, overhead: int = 0) -> bool:
+            asked.append((size, now, overhead))
+            return len(asked) > 1
+
+    sender, budget = ObjectSender(), Budget()
+    sender.send_object(0, bytes(10), priority=0)
+    assert sender.next_chunk(5.0, budget, overhead=47) is None
+    assert sender.next_chunk(5.0, budget, overhead=2) is not None
+    assert asked == [(16, 5.0, 47), (16, 5.0, 2)]
 
 
-def test_the_start_is_faster_but_bounded_though_nobody_answers() -> None:
-    outbox = ObjectSender(kbps=4)
-    outbox.send_object(0, bytes(12_000), priority=0)
-    spent = {}
-    for step in range(6000):
-        outbox.next_chunk(step / 100, overhead=2)
-        spent[step // 1000] = outbox.bytes_sent
-    assert spent[0] > START_BYTES
-    assert spent[5] - spent[1] <= 4 * 125 * 40 + 100
+@pytest.mark.parametrize(("budget", "retry_s"), [(Unlimited(), STARTUP_RETRY_S), (after_startup(), RETRY_S)])
+def test_an_unacknowledged_chunk_is_sent_again_after_its_time(budget: ChunkBudget, retry_s: float) -> None:
+    sender = ObjectSender()
+    sender.send_object(0, bytes(2 * CHUNK_BYTES), priority=0)
+    assert indices(sender, 10.0, budget) == [0, 1]
+    assert indices(sender, 10.0 + retry_s - 0.01, budget) == []
+    assert indices(sender, 10.0 + retry_s + 0.01, budget) == [0, 1]
 
 
-def test_the_most_urgent_goes_first_and_a_newer_object_takes_the_slot() -> None:
-    outbox, inbox = ObjectSender(kbps=1000), ObjectReceiver()
-    outbox.send_object(5, b"patch", priority=2)
-    outbox.send_object(0, b"old photograph", priority=0)
-    outbox.send_object(0, b"new photograph", priority=0)
-    arrived = converse(outbox, inbox, seconds=2, lost=lambda: False)
-    assert [data for _, data in arrived] == [b"new photograph", b"patch"]
+def test_a_missing_chunk_is_sent_again_at_once_if_a_much_later_one_has_arrived() -> None:
+    sender, budget = ObjectSender(), Unlimited()
+    sender.send_object(0, bytes(5 * CHUNK_BYTES), priority=0)
+    for now in (0.0, 0.1, 0.19, 0.2):
+        next_chunk(sender, now, budget)
+    sender.receive_ack(encode_ack(Ack(1, (), ((0, frozenset({2})),))))
+    assert indices(sender, 0.25, budget) == [0, 4], "chunk 1 may only be reordered, chunk 3 was sent later"
 
 
-def test_what_is_dropped_is_not_sent() -> None:
-    outbox = ObjectSender()
-    outbox.send_object(1, b"patch", priority=2)
-    outbox.cancel(1)
-    assert outbox.next_chunk(0.0) is None
+def test_acknowledged_chunks_are_not_sent_again_and_impossible_ones_ignored() -> None:
+    sender, budget = ObjectSender(), Unlimited()
+    sender.send_object(0, bytes(3 * CHUNK_BYTES), priority=0)
+    assert sender.waiting_bytes == 3 * CHUNK_BYTES
+    indices(sender, 0.0, budget)
+    sender.receive_ack(encode_ack(Ack(1, (), ((0, frozenset({0, 2, 3, 9})), (5, frozenset({1}))))))
+    assert sender.waiting_bytes == CHUNK_BYTES
+    assert indices(sender, 9.0, budget) == [1]
 
 
-def test_a_receiver_that_begins_anew_gets_everything_again() -> None:
-    outbox = ObjectSender()
-    outbox.send_object(0, bytes(500), priority=0)
-    converse(outbox, ObjectReceiver(1), seconds=4, lost=lambda: False)
-    assert outbox.delivered(0)
-    fresh = ObjectReceiver(2)
-    # Something must be sent for a receiver to answer at all; the sender restarts when it hears another token.
-    outbox.send_object(1, b"patch", priority=1)
-    arrived = []
-    for frame in range(60):
-        now = 10 + frame / FPS
-        if (piece := outbox.next_chunk(now)) and (data := fresh.receive_chunk(piece)):
-            arrived.append(data)
-        if answer := fresh.next_ack(now):
-            outbox.receive_answer(answer)
-    assert bytes(500) in arrived and b"patch" in arrived
+def test_the_lowest_priority_number_goes_first_then_the_oldest() -> None:
+    sender, receiver = ObjectSender(), ObjectReceiver()
+    sender.send_object(5, b"patch", priority=2)
+    sender.send_object(7, b"other", priority=2)
+    sender.send_object(0, b"old photo", priority=0)
+    sender.send_object(0, b"new photo", priority=0)
+    arrived = transfer(sender, receiver, seconds=2, budget=Unlimited())
+    assert [data for _, data in arrived] == [b"new photo", b"patch", b"other"]
 
 
-def test_refuses_what_cannot_be_sent() -> None:
-    with pytest.raises(ValueError, match="data must be 1 to 12288 bytes"):
-        ObjectSender().send_object(0, bytes(20_000), priority=0)
-    with pytest.raises(ValueError, match="piece_bytes must be a multiple of 4"):
-        ObjectSender(piece_bytes=50)
+def test_an_object_whose_chunks_are_all_on_their_way_lets_the_next_go() -> None:
+    sender, budget = ObjectSender(), Unlimited()
+    sender.send_object(0, b"first", priority=0)
+    sender.send_object(1, b"second", priority=1)
+    assert [(chunk := next_chunk(sender, 0.0, budget)) and chunk.data for _ in range(3)] == [b"first", b"second", None]
+
+
+def test_a_cancelled_object_is_not_sent() -> None:
+    sender = ObjectSender()
+    sender.send_object(1, b"patch", priority=2)
+    sender.cancel(1)
+    sender.cancel(2)
+    assert sender.next_chunk(0.0, ChunkBudget()) is None
+    sender.send_object(1, b"patch", priority=2)
+    transfer(sender, ObjectReceiver(), seconds=1)
+    sender.cancel(1)
+    assert not sender.delivered(1)
+
+
+def test_a_new_object_of_a_delivered_slot_is_not_delivered() -> None:
+    sender = ObjectSender()
+    sender.send_object(1, b"patch", priority=2)
+    transfer(sender, ObjectReceiver(), seconds=1)
+    assert sender.delivered(1)
+    sender.send_object(1, b"another", priority=2)
+    assert not sender.delivered(1) and sender.waiting_bytes == 7
+
+
+def test_a_new_receiver_gets_everything_again() -> None:
+    sender = ObjectSender()
+    sender.send_object(0, bytes(500), priority=0)
+    transfer(sender, ObjectReceiver(1), seconds=4)
+    assert sender.delivered(0)
+    # Without a chunk the new receiver would not acknowledge anything.
+    sender.send_object(1, b"patch", priority=1)
+    arrived = transfer(sender, ObjectReceiver(2), seconds=4, begin=10.0)
+    assert {data for _, data in arrived} == {bytes(500), b"patch"}
+
+
+def test_an_ack_tells_whether_the_receiver_is_new() -> None:
+    sender = ObjectSender()
+    assert [sender.receive_ack(encode_ack(Ack(n, (), ()))) for n in (0, 0, 3, 3, 0)] == [
+        *(False, False, True, False, True)
+    ]
+
+
+def test_a_restart_keeps_the_order_of_the_objects() -> None:
+    sender, budget = ObjectSender(), Unlimited()
+    for slot, data in ((3, b"first"), (1, b"second"), (2, b"third")):
+        sender.send_object(slot, data, priority=0)
+    sender.receive_ack(encode_ack(Ack(0, (1,), ())))
+    assert sender.delivered(1)
+    sender.restart()
+    assert not sender.delivered(1)
+    chunks = [next_chunk(sender, 0.0, budget) for _ in range(3)]
+    assert [(c.object_number, c.data) for c in chunks if c] == [(3, b"first"), (4, b"second"), (5, b"third")]
+
+
+def test_object_numbers_wrap() -> None:
+    sender = ObjectSender()
+    sender._next_number = OBJECT_NUMBERS - 1
+    for slot in range(2):
+        sender.send_object(slot, b"x", priority=0)
+    assert {t.number for t in sender._transfers.values()} == {65535, 0}
+
+
+def test_bad_objects_and_acks_are_refused() -> None:
+    for size in (0, 12_289):
+        with pytest.raises(ValueError, match=f"data must be 1 to 12288 bytes, got {size}"):
+            ObjectSender().send_object(0, bytes(size), priority=0)
+    ObjectSender().send_object(0, bytes(12_288), priority=0)
     with pytest.raises(ProtocolError):
-        ObjectSender().receive_answer(b"?")
-
-
-def test_at_the_start_the_pieces_have_what_the_motion_leaves() -> None:
-    spent = []
-    for motion in (0, 60):
-        outbox = ObjectSender()
-        outbox.send_object(0, bytes(12_000), priority=0)
-        for frame in range(4 * FPS):
-            outbox.account_motion(motion, frame / FPS)
-            outbox.next_chunk(frame / FPS, overhead=2 if motion else 47)  # it rides, or goes by itself
-        spent.append(outbox.bytes_sent + 4 * FPS * motion)
-    assert all(total <= STARTUP_RATE_FACTOR * 4 * 125 * 4 + 300 for total in spent)
-    assert spent[1] > 0.9 * spent[0]
+        ObjectSender().receive_ack(b"?")

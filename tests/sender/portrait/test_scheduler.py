@@ -15,6 +15,7 @@ from conf.protocol.portrait import (
     decode_object,
     encode_object,
 )
+from conf.protocol.portrait.chunk_budget import ChunkBudget
 from conf.protocol.portrait.photo import MIN_LOG_SCALE
 from conf.sender.motion.eye_openness import UPPER
 from conf.sender.portrait import scheduler
@@ -33,7 +34,7 @@ class Call:
     """A scheduler whose objects arrive without loss."""
 
     def __init__(self) -> None:
-        self.objects = ObjectSender(kbps=200)
+        self.objects, self.budget = ObjectSender(), ChunkBudget(200)
         self.receiver = ObjectReceiver()
         self.scheduler = PortraitScheduler(canonical(), self.objects)
         self.received: list[object] = []
@@ -55,11 +56,11 @@ class Call:
         for _ in range(round(seconds * 15)):
             self.now += 1 / 15
             self.scheduler.process_frame(face, motion(displacements, pose), presence, self.now)
-            while chunk := self.objects.next_chunk(self.now):
+            while chunk := self.objects.next_chunk(self.now, self.budget):
                 if data := self.receiver.receive_chunk(chunk):
                     self.received.append(decode_object(data))
             if ack := self.receiver.next_ack(self.now):
-                self.objects.receive_answer(ack)
+                self.objects.receive_ack(ack)
 
     def count(self, kind: type) -> int:
         return sum(isinstance(received, kind) for received in self.received)

@@ -1,0 +1,61 @@
+"""The part of the link that portrait chunks may use."""
+
+from conf.protocol.portrait.queue_delay import QueueDelayModel
+from conf.protocol.rate_limit import TokenBucket
+
+DEFAULT_KBPS = 4.0
+CHUNK_BYTES = 76  # alone, with headers and seal, it occupies a link of 16 kbit/s no longer than a frame's time
+# A call should not begin without a face. Its first chunks, a draft and a photo, may fill the link up to a multiple of
+# the long-term budget, motion included: 15.6 kbit/s by default, which a link of 16 carries.
+STARTUP_BYTES = 9_000  # of chunks; their headers do not count, as a still face sends each chunk alone
+STARTUP_RATE_FACTOR = 3.9
+BURST_CHUNKS = 3  # token-bucket burst, in chunks
+MIN_LINK_RATE = 1950.0  # bytes a second of the slowest link that a call with a portrait is meant for: 16 kbit/s
+MAX_ADDED_DELAY_S = 1 / 15  # on such a link: a frame's time
+
+
+class ChunkBudget:
+    """Decide whether a chunk may be sent now.
+
+    kbps : long-term rate of the chunks, headers included; STARTUP_RATE_FACTOR times that, with motion, during startup
+    bytes_sent : bytes of the chunks so far, headers included
+    """
+
+    def __init__(self, kbps: float = DEFAULT_KBPS) -> None:
+        rate, burst = kbps * 125, BURST_CHUNKS * CHUNK_BYTES
+        self.bytes_sent = 0
+        self._chunks = TokenBucket(rate, burst)
+        self._link = TokenBucket(STARTUP_RATE_FACTOR * rate, burst)  # chunks and motion
+        self._queue = QueueDelayModel(max(STARTUP_RATE_FACTOR * rate, MIN_LINK_RATE))
+        self._startup_left = STARTUP_BYTES
+
+    @property
+    def in_startup(self) -> bool:
+        """Whether the first STARTUP_BYTES are still being sent."""
+        return self._startup_left > 0
+
+    def restart(self) -> None:
+        """Begin the startup again: a new receiver has nothing."""
+        self._startup_left = STARTUP_BYTES
+
+    def take(self, size: int, now: float, *, overhead: int = 0) -> bool:
+        """Return whether a chunk may be sent now, and count it if so.
+
+        size : of the chunk's body, bytes; overhead : bytes that its datagram costs beside the body
+        """
+        total = size + overhead
+        if self._queue.added_delay(total, now) > MAX_ADDED_DELAY_S:
+            return False
+        if self._chunks.take(total, now):
+            self._link.force_take(total, now)
+        elif not self.in_startup or not self._link.take(total, now):
+            return False
+        self._queue.add(total, now)
+        self.bytes_sent += total
+        self._startup_left -= size
+        return True
+
+    def add_motion(self, size: int, now: float) -> None:
+        """Count what else was sent, bytes with headers: during startup the chunks have what it leaves."""
+        self._link.force_take(size, now)
+        self._queue.add_motion(size, now)

@@ -1,0 +1,243 @@
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from conf.protocol.codec import LIVE, NARROWBAND, RICH, Profile
+from conf.protocol.messages import (
+    Bye,
+    Feedback,
+    KeepAlive,
+    MotionWithChunk,
+    PortraitAck,
+    PortraitChunk,
+    Presence,
+    RoundTripMessage,
+)
+from conf.protocol.motion.outbound import OutboundMotion
+from conf.protocol.portrait.chunks import Chunk, decode_ack, encode_chunk
+from conf.protocol.receive_leg import MAX_OBJECTS, SILENCE_S, ReceiveLeg
+from conf.protocol.wire import decode_body, encode_body
+from tests.protocol.motion.test_inbound import payload
+from tests.protocol.motion.test_outbound import PARAMETERS, frame
+
+OVERHEAD = 42
+# Radians. Interpolation over losses may be off by the curvature of the motion, a wrong frame by up to 0.8.
+MAX_ERROR = 0.25
+
+
+class Call:
+    """Outgoing motion and a receiving half joined by a lossy link without a seal; reports each half second."""
+
+    def __init__(self, profile: Profile = LIVE, delay: float = 0.05) -> None:
+        self.outbound = OutboundMotion(PARAMETERS, profile=profile)
+        self.leg = ReceiveLeg()
+        self.delay = delay
+        self.counter = 0
+        self.errors: list[float] = []
+        self._reports: list[tuple[float, bytes]] = []
+
+    def run(self, frames: int, lost: list[bool], begin: float = 0.0, *, fps: float = 15) -> None:
+        for i in range(frames):
+            stamp = begin + i / fps
+            now = 100 + stamp
+            for arrival, report in [r for r in self._reports if r[0] <= now]:
+                self._reports.remove((arrival, report))
+                feedback = decode_body(report)
+                assert isinstance(feedback, Feedback)
+                if feedback.refresh:
+                    self.outbound.drop_references()
+                self.outbound.on_acknowledged(feedback.report.acknowledged())
+            self.outbound.send_frame(frame(stamp), now)
+            for outgoing in self.outbound.drain():
+                self.outbound.on_sent(self.counter, outgoing)
+                if not (lost[self.counter % len(lost)] if lost else False):
+                    size = len(outgoing.body) + OVERHEAD
+                    self.leg.receive_body(outgoing.body, self.counter, size, now + self.delay)
+                self.counter += 1
+            self._reports += [(now + 2 * self.delay, body) for body in self.leg.bodies_to_send(now + self.delay)]
+            self._compare(now + self.delay)
+
+    def _compare(self, now: float) -> None:
+        playout = self.leg.motion.frame_at(now)
+        if playout and playout.age_s == 0:
+            truth = frame(playout.frame.timestamp)
+            self.errors.append(float(abs(playout.frame.pose[1] - truth.pose[1])))
+
+
+def receive(leg: ReceiveLeg, *bodies: bytes, now: float = 100.0, counter: int = 0) -> None:
+    for number, body in enumerate(bodies):
+        leg.receive_body(body, counter + number, len(body) + OVERHEAD, now)
+
+
+def test_a_clean_link_delivers_everything_and_counts_it() -> None:
+    call = Call()
+    call.run(150, [])
+    snapshot = call.leg.snapshot(100 + 10 + call.delay)
+    assert (snapshot.frames_received, snapshot.frames_lost) == (call.outbound.frames_sent, 0)
+    assert snapshot.frames_received > 140 and snapshot.frames_late == 0
+    assert snapshot.fps == pytest.approx(14.5, rel=0.05)
+    assert snapshot.raw_bytes_per_frame == 230_400
+    assert snapshot.raw_kbps == pytest.approx(230_400 * 15 * 8 / 1000)
+    assert snapshot.datagrams == call.counter
+    assert 43 < snapshot.wire_bytes_per_frame < 60
+    assert snapshot.wire_kbps == pytest.approx(snapshot.wire_bytes_per_frame * 14.5 * 8 / 1000, rel=0.08)
+    assert snapshot.ratio == pytest.approx(230_400 / snapshot.wire_bytes_per_frame)
+    assert snapshot.playout_delay_ms == pytest.approx(10, abs=1) and snapshot.jitter_ms < 1
+
+
+def test_figures_before_anything_has_arrived_are_zero() -> None:
+    snapshot = ReceiveLeg().snapshot(5.0)
+    assert set(vars(snapshot).values()) == {0}
+
+
+def test_rates_before_the_parameters_have_arrived_are_zero_but_bytes_count() -> None:
+    leg = ReceiveLeg()
+    receive(leg, b"\x7fjunk", b"\x7fjunk")
+    snapshot = leg.snapshot(100.0)
+    assert (snapshot.raw_bytes_per_frame, snapshot.raw_kbps, snapshot.ratio) == (0, 0.0, 0.0)
+    assert snapshot.wire_bytes_per_frame == 2 * (5 + OVERHEAD) and snapshot.rejected == 2
+
+
+@settings(max_examples=15)
+@given(st.lists(st.booleans(), min_size=5, max_size=40), st.sampled_from([LIVE, NARROWBAND, RICH]))
+def test_no_wrong_frame_is_drawn_whatever_is_lost(losses: list[bool], profile: Profile) -> None:
+    call = Call(profile)
+    call.run(120, losses, fps=profile.fps)
+    assert call.leg.rejected <= call.counter
+    assert not call.leg.missed_references
+    assert max(call.errors, default=0.0) < MAX_ERROR
+
+
+def test_loss_is_counted_and_playout_goes_on() -> None:
+    losses = [i % 4 == 3 for i in range(40)]
+    call = Call()
+    call.run(150, losses)
+    snapshot = call.leg.snapshot(110)
+    assert snapshot.frames_lost == pytest.approx(150 / 4, abs=3)
+    playout = call.leg.motion.frame_at(110.05)
+    assert playout is not None and playout.frame.timestamp > 9.7
+
+
+def test_lost_datagrams_count_as_many_frames_as_they_held() -> None:
+    call = Call(NARROWBAND)
+    call.run(150, [i % 4 == 3 for i in range(40)])
+    assert call.leg.snapshot(110).frames_lost == pytest.approx(150 / 4, abs=6)
+
+
+def test_a_receiver_that_joins_late_draws_the_face_within_a_second() -> None:
+    call = Call()
+    call.run(45, [True])
+    call.run(20, [], begin=3.0)
+    assert call.leg.motion.parameters is not None
+    assert call.leg.motion.frame_at(110) is not None
+
+
+def test_frame_numbers_survive_an_outage_of_any_length() -> None:
+    call = Call()
+    call.run(30, [])
+    call.run(15 * 20, [True], begin=2.0)
+    call.errors.clear()
+    call.run(30, [], begin=22.0)
+    playout = call.leg.motion.frame_at(100 + 24)
+    assert playout is not None and playout.frame.timestamp == pytest.approx(24, abs=0.3)
+    assert max(call.errors[3:]) < MAX_ERROR
+
+
+def test_no_face_is_passed_on_and_silence_begins_after_three_seconds() -> None:
+    leg = ReceiveLeg()
+    assert leg.is_silent(0.0)
+    receive(leg, encode_body(KeepAlive(0.0, Presence.NO_FACE)), now=10.0)
+    assert leg.motion.presence is Presence.NO_FACE
+    assert not leg.is_silent(10.0 + SILENCE_S) and leg.is_silent(10.1 + SILENCE_S)
+
+
+def test_the_other_bodies_are_applied() -> None:
+    leg = ReceiveLeg()
+    receive(leg, encode_body(RoundTripMessage(123)))
+    assert leg.round_trip_ms == 123.0 and not leg.ended
+    receive(leg, encode_body(Bye()), counter=1)
+    assert leg.ended and leg.rejected == 0
+
+
+def test_messages_for_a_sender_are_rejected() -> None:
+    leg, other = ReceiveLeg(), ReceiveLeg()
+    receive(other, encode_body(Bye()))
+    receive(leg, *other.bodies_to_send(200.0), encode_body(PortraitAck(b"\0\0\0")))
+    assert leg.rejected == 2
+
+
+def test_chunks_become_objects_alone_and_beside_motion_and_are_acknowledged() -> None:
+    leg = ReceiveLeg(receiver_id=7)
+    first, second = (PortraitChunk(encode_chunk(Chunk(3, 80, i, 100, bytes([i]) * (80 - 60 * i)))) for i in (0, 1))
+    receive(leg, encode_body(first))
+    assert not leg.received_objects and leg.motion.frames.count == 0
+    receive(leg, encode_body(MotionWithChunk(payload(0), second)), counter=1)
+    assert list(leg.received_objects) == [bytes(80) + b"\1" * 20] and leg.motion.frames.count == 1
+    report, ack = map(decode_body, leg.bodies_to_send(101.0))
+    assert isinstance(report, Feedback) and report.report.highest == 1
+    assert isinstance(ack, PortraitAck)
+    assert (decode_ack(ack.data).receiver_id, decode_ack(ack.data).complete) == (7, (3,))
+
+
+def test_objects_that_nobody_uses_are_bounded() -> None:
+    leg = ReceiveLeg()
+    for number in range(MAX_OBJECTS + 5):
+        receive(leg, encode_body(PortraitChunk(encode_chunk(Chunk(number, 4, 0, 2, number.to_bytes(2))))))
+    assert [int.from_bytes(data) for data in leg.received_objects] == list(range(5, MAX_OBJECTS + 5))
+
+
+def test_reports_come_twice_a_second_and_only_after_something_new() -> None:
+    leg = ReceiveLeg()
+    assert leg.bodies_to_send(100.0) == []
+    times = []
+    for step in range(40):
+        now = 100 + step / 10
+        if step < 20:
+            receive(leg, encode_body(RoundTripMessage(1)), now=now - 0.05, counter=step)
+        if leg.bodies_to_send(now):
+            times.append(now)
+    assert times == pytest.approx([100.0, 100.5, 101.0, 101.5, 102.0])
+
+
+@given(st.lists(st.binary(max_size=40), max_size=20))
+def test_bad_bodies_are_counted_and_never_raise(bodies: list[bytes]) -> None:
+    call = Call()
+    call.run(5, [])
+    before = call.leg.snapshot(101).frames_received
+    receive(call.leg, *(bytes([0x7F]) + body for body in bodies), now=101, counter=100)
+    assert call.leg.rejected == len(bodies)
+    assert call.leg.snapshot(101).frames_received == before
+
+
+def test_a_missing_reference_is_requested_once_and_never_guessed() -> None:
+    call = Call()
+    call.run(30, [])
+    fresh = ReceiveLeg()
+    call.leg = fresh
+    # The new receiver gets the parameters, and motion predicted from what it never had.
+    call.outbound._acknowledged_parameters = None
+    call.run(30, [], begin=2.0)
+    assert fresh.missed_references and not fresh.rejected
+    assert fresh.snapshot(105).frames_received > 10
+    assert max(call.errors) < MAX_ERROR
+
+
+def test_a_refresh_is_requested_in_one_report_and_an_undecodable_body_is_not_acknowledged() -> None:
+    sender = OutboundMotion(PARAMETERS)
+    bodies = []
+    for counter in range(12):
+        sender.send_frame(frame(counter / 15), 0.0)
+        for outgoing in sender.drain():
+            sender.on_sent(counter, outgoing)
+            bodies.append(outgoing.body)
+        sender.on_acknowledged([counter])
+    leg = ReceiveLeg()
+    predicted = bodies[-1]
+    receive(leg, encode_body(RoundTripMessage(1)), predicted)
+    (feedback,) = map(decode_body, leg.bodies_to_send(100.0))
+    assert isinstance(feedback, Feedback)
+    assert feedback.refresh and feedback.report.highest == 0 and leg.missed_references == 1
+    receive(leg, encode_body(RoundTripMessage(1)), now=101.0, counter=2)
+    (feedback,) = map(decode_body, leg.bodies_to_send(101.0))
+    assert isinstance(feedback, Feedback)
+    assert not feedback.refresh and feedback.report.lost == 0

@@ -1,0 +1,120 @@
+import pytest
+
+from conf.protocol.circuit_breaker import OPEN_AFTER_S
+from conf.protocol.congestion import RATE_LEVELS
+from conf.protocol.feedback import Report
+from conf.protocol.portrait.chunk_budget import STARTUP_BYTES
+from conf.protocol.send_budget import MAX_CHUNK_DATAGRAM, RateOptions, SendBudget, highest_level
+
+RICH, LIVE, BUNDLED, NARROW = RATE_LEVELS
+
+
+def report(budget: SendBudget, count: int, *, rtt_s: float = 0.1, begin: float = 0.0, lost: int = 0) -> float:
+    """Apply reports, two a second, each of 8 datagrams. Returns the time of the last."""
+    now = begin
+    for number in range(count):
+        now = begin + 0.5 * number
+        counter = round(now * 16) + 8
+        budget.round_trip.on_sent(counter, now - rtt_s)
+        budget.on_report(Report(counter, 0, min(lost * number, counter), 7, 0), now)
+    return now
+
+
+@pytest.mark.parametrize(
+    ("kbps", "level"),
+    [
+        (None, LIVE),
+        (100.0, LIVE),
+        (5.8, LIVE),
+        (5.7, BUNDLED),
+        (4.0, BUNDLED),
+        (3.9, NARROW),
+        (2.4, NARROW),
+        (1.0, NARROW),
+    ],
+)
+def test_the_first_level_is_the_highest_within_the_limit_but_at_most_live(kbps: float | None, level: object) -> None:
+    assert RATE_LEVELS[highest_level(kbps)] == level
+    assert SendBudget(RateOptions(kbps=kbps), 0.0).level == level
+
+
+def test_the_level_follows_the_reports_but_not_above_the_limit() -> None:
+    budget = SendBudget(RateOptions(kbps=4.5), 0.0)
+    now = report(budget, 80)
+    assert budget.level == BUNDLED
+    report(budget, 30, begin=now + 0.5, lost=4)
+    assert budget.level == NARROW and budget.loss.fraction > 0.3
+
+
+def test_a_fixed_profile_stays() -> None:
+    budget = SendBudget(RateOptions("rich"), 0.0)
+    report(budget, 60, lost=4)
+    assert (budget.level.profile, budget.level.bundling) == ("rich", 1)
+
+
+def test_reports_give_round_trip_and_jitter_and_keep_the_breaker_closed() -> None:
+    budget = SendBudget(RateOptions(), 0.0)
+    assert budget.jitter_ms is None and budget.round_trip.smoothed_s is None
+    now = report(budget, 30)
+    assert budget.jitter_ms == 7.0 and budget.round_trip.smoothed_s == pytest.approx(0.1)
+    assert not budget.is_stopped(now + OPEN_AFTER_S - 0.1) and not budget.take_probe(now + OPEN_AFTER_S - 0.1)
+    assert budget.is_stopped(now + OPEN_AFTER_S) and budget.take_probe(now + OPEN_AFTER_S)
+    budget.restart(now + OPEN_AFTER_S)
+    assert not budget.is_stopped(now + OPEN_AFTER_S)
+
+
+def test_a_restart_begins_the_startup_of_the_portrait_again() -> None:
+    budget = SendBudget(RateOptions(portrait_kbps=1e6), 0.0)
+    for step in range(STARTUP_BYTES // 80 + 1):
+        assert budget.chunks.take(80, float(step))
+    assert not budget.chunks.in_startup
+    budget.restart(0.0)
+    assert budget.chunks.in_startup
+
+
+def test_the_limit_counts_every_datagram() -> None:
+    budget, free = SendBudget(RateOptions(kbps=16.0), 0.0), SendBudget(RateOptions(), 0.0)
+    assert budget.take(1250, 0.0) and not budget.take(1, 0.0)
+    assert all(free.take(10**6, 0.0) for _ in range(10))
+
+
+def test_chunks_are_allowed_while_reports_arrive_and_the_queue_is_low() -> None:
+    budget = SendBudget(RateOptions(), 0.0)
+    now = report(budget, 10)
+    assert budget.allows_chunk(now) and not budget.allows_chunk(now + OPEN_AFTER_S)
+    now = report(budget, 5, rtt_s=0.1 + 0.149, begin=now + 0.5)
+    assert budget.allows_chunk(now), "0.75 of 0.2 s is not exceeded"
+    now = report(budget, 5, rtt_s=0.1 + 0.151, begin=now + 0.5)
+    assert not budget.allows_chunk(now)
+
+
+@pytest.mark.parametrize(("profile", "is_allowed"), [("auto", True), ("live", True), ("rich", True), ("narrow", False)])
+def test_a_modem_gets_no_chunks(profile: str, is_allowed: bool) -> None:
+    assert SendBudget(RateOptions(profile), 0.0).allows_chunk(0.0) == is_allowed
+
+
+def test_the_automatic_narrow_level_gets_chunks() -> None:
+    budget = SendBudget(RateOptions(), 0.0)
+    now = report(budget, 60, lost=4)
+    assert budget.level == NARROW and budget.allows_chunk(now)
+
+
+def test_chunks_need_headroom_under_a_limit() -> None:
+    assert MAX_CHUNK_DATAGRAM == 28 + 19 + 6 + 76
+    budget = SendBudget(RateOptions(kbps=16.0), 0.0)
+    assert budget.take(625 - MAX_CHUNK_DATAGRAM, 0.0) and budget.allows_chunk(0.0)
+    assert budget.take(1, 0.0) and not budget.allows_chunk(0.0)
+
+
+def test_what_was_sent_besides_the_chunks_counts_as_motion() -> None:
+    budget = SendBudget(RateOptions(), 0.0)
+    counted = []
+    budget.chunks.add_motion = lambda size, now: counted.append((size, now))  # type: ignore[method-assign]
+    budget.on_datagrams_sent(100, 1.0)
+    assert budget.chunks.take(80, 2.0, overhead=2)
+    budget.on_datagrams_sent(150, 2.0)
+    budget.on_datagrams_sent(50, 3.0)
+    assert budget.chunks.take(80, 100.0, overhead=2)
+    budget.on_datagrams_sent(0, 100.0)  # the chunk was dropped by the limit
+    budget.on_datagrams_sent(60, 101.0)
+    assert counted == [(100, 1.0), (68, 2.0), (50, 3.0), (60, 101.0)]
