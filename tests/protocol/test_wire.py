@@ -1,3 +1,7 @@
+"""Message bodies: each decodes to what was encoded, limits are exact, and any bytes give a body or ProtocolError."""
+
+from dataclasses import replace
+
 import msgpack
 import pytest
 from hypothesis import given
@@ -7,6 +11,7 @@ from conf.errors import ProtocolError
 from conf.protocol.feedback import Report
 from conf.protocol.messages import (
     Body,
+    Bye,
     Feedback,
     KeepAlive,
     MotionPayload,
@@ -14,32 +19,40 @@ from conf.protocol.messages import (
     PortraitAck,
     PortraitChunk,
     Presence,
+    RoundTripMessage,
     StreamParameters,
 )
 from conf.protocol.wire import MAX_BODY, decode_body, encode_body
 
-BODIES: list[Body] = [
-    MotionPayload(frame_number=77, payload=b"\x01\x02\x03"),
-    StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1), clock=12.345),
-    KeepAlive(3.25, Presence.NO_FACE),
-    Feedback(Report(highest=100, missing=5, lost=7, jitter_ms=12, ack_delay_ms=30), refresh=True),
-]
-CARRIED: list[Body] = [
-    PortraitChunk(b"piece"),
-    PortraitAck(b"answer"),
-    MotionWithChunk(MotionPayload(3, b"motion"), PortraitChunk(b"piece")),
-]
-NAMES = [type(body).__name__ for body in BODIES]
+PARAMETERS = StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1), clock=12.345)
+REPORT = Report(highest=100, missing=5, lost=7, jitter_ms=12, ack_delay_ms=30)
+FIXED: dict[bytes, Body] = {
+    bytes((0, *msgpack.packb([12345, 320, 240, 1500, 50, 6400, 4200, 2000, 5100, 1100]))): PARAMETERS,
+    bytes((1, *msgpack.packb([3250, 1]))): KeepAlive(3.25, Presence.NO_FACE),
+    bytes((1, *msgpack.packb([0, 0]))): KeepAlive(0.0, Presence.FACE),
+    bytes((2, 1, *msgpack.packb([100, 5, 7, 12, 30]))): Feedback(REPORT, refresh=True),
+    bytes((2, 0, *msgpack.packb([100, 5, 7, 12, 30]))): Feedback(REPORT, refresh=False),
+    bytes((3, *msgpack.packb([80]))): RoundTripMessage(80),
+    b"\4": Bye(),
+}
+VARIABLE: dict[bytes, Body] = {
+    b"\xcd\1\2\3": MotionPayload(77, b"\1\2\3"),
+    b"\x80": MotionPayload(0, b""),
+    b"\5chunk": PortraitChunk(b"chunk"),
+    b"\6ack": PortraitAck(b"ack"),
+    b"\7\7\x83motionchunk": MotionWithChunk(MotionPayload(3, b"motion"), PortraitChunk(b"chunk")),
+    b"\7\1\xffc": MotionWithChunk(MotionPayload(127, b""), PortraitChunk(b"c")),
+}
 
 
-@pytest.mark.parametrize("body", [*BODIES, *CARRIED], ids=lambda body: type(body).__name__)
-def test_a_body_comes_back(body: Body) -> None:
-    assert decode_body(encode_body(body)) == body
+@pytest.mark.parametrize(("data", "body"), [*FIXED.items(), *VARIABLE.items()], ids=lambda value: str(value)[:20])
+def test_bodies_have_the_bytes_of_wire_md(data: bytes, body: Body) -> None:
+    assert encode_body(body) == data
+    assert decode_body(data) == body
 
 
-@pytest.mark.parametrize("body", BODIES[1:], ids=NAMES[1:])
-def test_every_truncation_and_every_tail_is_refused(body: Body) -> None:
-    data = encode_body(body)
+@pytest.mark.parametrize("data", FIXED)
+def test_every_truncation_and_every_extra_byte_is_rejected(data: bytes) -> None:
     for length in range(len(data)):
         with pytest.raises(ProtocolError):
             decode_body(data[:length])
@@ -47,12 +60,84 @@ def test_every_truncation_and_every_tail_is_refused(body: Body) -> None:
         decode_body(data + b"\0")
 
 
-def test_motion_costs_one_byte_beside_its_payload() -> None:
-    assert len(encode_body(BODIES[0])) == 4
+def test_only_the_low_seven_bits_of_the_frame_number_are_sent() -> None:
+    assert encode_body(MotionPayload(128 * 9 + 5, b"")) == b"\x85"
+
+
+def test_a_long_round_trip_is_sent_as_the_maximum() -> None:
+    assert decode_body(encode_body(RoundTripMessage(99_999))) == RoundTripMessage(65_535)
+    assert decode_body(encode_body(RoundTripMessage(65_534))) == RoundTripMessage(65_534)
+
+
+@pytest.mark.parametrize("size", [1, MAX_BODY])
+def test_a_body_of_1_to_1100_bytes_is_accepted(size: int) -> None:
+    assert MAX_BODY == 1100
+    assert decode_body(b"\x80" * size) == MotionPayload(0, b"\x80" * (size - 1))
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        *(replace(PARAMETERS, **{side: value}) for side in ("width", "height") for value in (1, 16384)),
+        *(replace(PARAMETERS, fps=value) for value in (0.01, 240.0)),
+        *(replace(PARAMETERS, points=value) for value in (1, 64)),
+        *(replace(PARAMETERS, fapu=(1.0, 1.0, 1.0, 1.0, value)) for value in (0.001, 65.535)),
+        replace(PARAMETERS, clock=0.0),
+        replace(PARAMETERS, clock=((1 << 48) - 1) / 1000),
+    ],
+    ids=str,
+)
+def test_values_at_the_limits_are_accepted(body: Body) -> None:
+    assert decode_body(encode_body(body)) == body
+
+
+def parameters(**changes: object) -> bytes:
+    """Return the body of stream parameters, some integers replaced."""
+    names = ("clock", "width", "height", "rate", "points", *"abcde")
+    values = dict(zip(names, [12345, 320, 240, 1500, 50, 6400, 4200, 2000, 5100, 1100], strict=True)) | changes
+    return b"\0" + msgpack.packb(list(values.values()))
+
+
+@pytest.mark.parametrize(
+    ("data", "error"),
+    [
+        (b"", "a body is empty or too long"),
+        (b"\x80" * 1101, "a body is empty or too long"),
+        (b"\x08\x91\0", "unknown kind 8"),
+        (b"\x7f", "unknown kind 127"),
+        *((parameters(**{name: 0}), "out of range") for name in ("width", "height", "rate", "points", "a", "e")),
+        *((parameters(**{name: 16385}), "out of range") for name in ("width", "height")),
+        (parameters(rate=24001), "out of range"),
+        (parameters(points=65), "out of range"),
+        (parameters(c=65536), "a FAPU distance out of range"),
+        (parameters(clock=1 << 48), "not a small integer"),
+        (parameters(clock=-1), "not a small integer"),
+        (parameters(clock=True), "not a small integer"),
+        (parameters(clock=1.0), "not a small integer"),
+        (parameters(extra=1), "not msgpack"),
+        (b"\0" + msgpack.packb([1] * 9), "not an array of 10"),
+        (b"\0" + msgpack.packb(7), "not an array of 10"),
+        (b"\0" + msgpack.packb("text"), "not msgpack"),
+        (b"\1" + msgpack.packb([0, 2]), "unknown presence"),
+        (b"\2", "a report without its flag"),
+        (b"\2\1", "a report without its flag"),
+        (b"\2\2" + msgpack.packb([100, 5, 7, 12, 30]), "a report without its flag"),
+        (b"\3" + msgpack.packb([65536]), "more than a minute"),
+        (b"\4\0", "bytes after a bye"),
+        (b"\7", "not motion and a chunk"),
+        (b"\7\0\x80c", "not motion and a chunk"),
+        (b"\7\1\x80", "not motion and a chunk"),
+        (b"\7\3\x80cc", "not motion and a chunk"),
+        (b"\7\1\x7fc", "not motion and a chunk"),
+    ],
+)
+def test_invalid_bodies_are_rejected(data: bytes, error: str) -> None:
+    with pytest.raises(ProtocolError, match=error):
+        decode_body(data)
 
 
 @given(st.binary(max_size=MAX_BODY + 10))
-def test_junk_is_refused_or_understood(data: bytes) -> None:
+def test_any_bytes_give_a_body_or_protocol_error(data: bytes) -> None:
     try:
         decode_body(data)
     except ProtocolError:
@@ -69,7 +154,7 @@ VALUES = (
 
 
 @given(st.integers(0, 127), st.lists(VALUES, max_size=12))
-def test_well_formed_nonsense_is_refused_or_understood(kind: int, values: list[object]) -> None:
+def test_any_msgpack_array_gives_a_body_or_protocol_error(kind: int, values: list[object]) -> None:
     try:
         decode_body(bytes((kind,)) + msgpack.packb(values))
     except ProtocolError:

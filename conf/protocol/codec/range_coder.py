@@ -89,8 +89,6 @@ class RangeDecoder:
 
 def _shortest(low: int, width: int, bits: int) -> bytes:
     """Return the shortest bytes that, followed by zeros, lie in [low, low + width) as a number of `bits` bits."""
-    if not low:
-        return b""
     free = (width - 1).bit_length() // 8 * 8 + 8
     while True:  # no multiple of 2^free may lie in the interval: then try a finer grid
         value = -(-low >> free) << free

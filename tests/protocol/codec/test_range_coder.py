@@ -1,4 +1,4 @@
-"""The range coder: what goes in comes out, in hardly more bytes than information."""
+"""The range coder: symbols are read as they were written, in hardly more bytes than their information."""
 
 from collections.abc import Sequence
 from math import log2
@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
 from conf.protocol.codec.range_coder import TOTAL, RangeDecoder, RangeEncoder
+from tests.protocol.independent_decoder import Range
 
 Message = list[tuple[tuple[int, ...], int]]
 
@@ -37,10 +38,33 @@ def information(message: Message) -> float:
 
 
 @given(messages())
-def test_symbols_come_back(message: Message) -> None:
+def test_symbols_are_read_as_they_were_written(message: Message) -> None:
     decoder = RangeDecoder(encoded(message))
     assert [decoder.read(table) for table, _ in message] == [symbol for _, symbol in message]
     decoder.finish()
+
+
+@given(messages())
+def test_the_independent_decoder_reads_the_symbols(message: Message) -> None:
+    payload = encoded(message)
+    string = Range(payload)
+    assert [string.symbol(list(table)) for table, _ in message] == [symbol for _, symbol in message]
+    assert string.end() == payload
+
+
+def test_likely_symbols_take_no_bytes() -> None:
+    assert encoded([]) == b""
+    assert encoded([((0, TOTAL - 1, TOTAL), 0)] * 50) == b""
+    assert encoded([((0, 1, TOTAL), 1)] * 50) == b"\x01"
+    assert encoded([((0, 1, TOTAL), 0)] * 3 + [((0, 1, TOTAL), 1)]) == b"\0\0\0\0\0\1"
+
+
+def test_a_payload_above_all_symbols_is_rejected() -> None:
+    """Integer division leaves a rest of the interval without a symbol."""
+    decoder = RangeDecoder(b"\xff" * 8)
+    with pytest.raises(ProtocolError, match="outside its tables"):
+        for _ in range(4):
+            decoder.read((0, 1, TOTAL))
 
 
 @given(messages())
@@ -49,7 +73,7 @@ def test_at_most_a_byte_more_than_the_information(message: Message) -> None:
 
 
 @given(messages(), st.binary(min_size=1, max_size=3))
-def test_a_padded_payload_is_refused(message: Message, more: bytes) -> None:
+def test_a_padded_payload_is_rejected(message: Message, more: bytes) -> None:
     decoder = RangeDecoder(encoded(message) + more)
     with pytest.raises(ProtocolError, match=r"cut short or padded|outside its tables"):
         for table, _ in message:
@@ -74,14 +98,14 @@ def test_a_long_message_costs_what_constriction_needs() -> None:
     symbols = random.choice(len(chances), size=4000, p=chances).astype(np.int32)
     cumulative: Sequence[int] = [0, *np.rint(np.cumsum(chances) * TOTAL).astype(int).tolist()]
     ours = len(encoded([(tuple(cumulative), symbol) for symbol in symbols.tolist()]))
-    rival = constriction.stream.queue.RangeEncoder()
-    rival.encode(symbols, constriction.stream.model.Categorical(chances, perfect=False))
-    theirs = rival.get_compressed().nbytes
+    reference = constriction.stream.queue.RangeEncoder()
+    reference.encode(symbols, constriction.stream.model.Categorical(chances, perfect=False))
+    theirs = reference.get_compressed().nbytes
     assert ours <= theirs * 1.002 + 1
 
 
 def test_short_messages_cost_far_less_than_with_constriction() -> None:
-    """Why there is a coder here at all: theirs ends on a 32-bit word."""
+    """The reason for a range coder of our own: theirs ends on a 32-bit word."""
     random = np.random.default_rng(2)
     chances = np.array([0.62, 0.2, 0.1, 0.05, 0.03])
     cumulative = (0, *np.rint(np.cumsum(chances) * TOTAL).astype(int).tolist())
@@ -90,7 +114,7 @@ def test_short_messages_cost_far_less_than_with_constriction() -> None:
     for _ in range(200):
         symbols = random.choice(len(chances), size=26, p=chances).astype(np.int32)
         ours += len(encoded([(cumulative, symbol) for symbol in symbols.tolist()]))
-        rival = constriction.stream.queue.RangeEncoder()
-        rival.encode(symbols, model)
-        theirs += rival.get_compressed().nbytes
+        reference = constriction.stream.queue.RangeEncoder()
+        reference.encode(symbols, model)
+        theirs += reference.get_compressed().nbytes
     assert ours < theirs - 200  # a byte a message at least

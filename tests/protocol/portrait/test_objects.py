@@ -1,3 +1,6 @@
+"""Objects of a portrait: the first byte is the kind, and any bytes give an object or ProtocolError."""
+
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -5,13 +8,20 @@ from conf.errors import ProtocolError
 from conf.protocol.portrait import NeutralPoseUpdate, decode_object, encode_object
 from tests.support.portrait_objects import example_patch, example_photo
 
-THINGS = [example_photo(), example_patch(), NeutralPoseUpdate(1, example_photo().neutral, (6.4, 5.0, 2.5, 5.2, 0.9))]
-BYTES = [encode_object(thing) for thing in THINGS]
+OBJECTS = [example_photo(), NeutralPoseUpdate(1, example_photo().neutral, (6.4, 5.0, 2.5, 5.2, 0.9)), example_patch()]
+BYTES = [encode_object(portrait_object) for portrait_object in OBJECTS]
 
 
-def test_each_thing_comes_back_as_its_kind() -> None:
-    for thing, data in zip(THINGS, BYTES, strict=True):
-        assert type(decode_object(data)) is type(thing)
+def test_the_first_byte_is_the_kind() -> None:
+    for kind, (portrait_object, data) in enumerate(zip(OBJECTS, BYTES, strict=True)):
+        assert data[0] == kind
+        assert type(decode_object(data)) is type(portrait_object)
+
+
+@pytest.mark.parametrize("data", [b"", b"\3" + BYTES[0][1:], b"\xff"])
+def test_an_unknown_kind_is_rejected(data: bytes) -> None:
+    with pytest.raises(ProtocolError, match="an object of unknown kind"):
+        decode_object(data)
 
 
 @given(
@@ -19,12 +29,12 @@ def test_each_thing_comes_back_as_its_kind() -> None:
     st.lists(st.tuples(st.integers(0, 2000), st.integers(0, 255)), max_size=6),
     st.integers(0, 3000),
 )
-def test_mutations_and_truncations_give_a_thing_or_the_one_error(
+def test_mutations_and_truncations_give_an_object_or_protocol_error(
     data: bytes, changes: list[tuple[int, int]], length: int
 ) -> None:
     mutated = bytearray(data)
-    for at, value in changes:
-        mutated[at % len(mutated)] = value
+    for position, value in changes:
+        mutated[position % len(mutated)] = value
     try:
         decode_object(bytes(mutated[:length]))
     except ProtocolError:
@@ -32,7 +42,7 @@ def test_mutations_and_truncations_give_a_thing_or_the_one_error(
 
 
 @given(st.binary(max_size=200))
-def test_any_bytes_give_a_thing_or_the_one_error(data: bytes) -> None:
+def test_any_bytes_give_an_object_or_protocol_error(data: bytes) -> None:
     try:
         decode_object(data)
     except ProtocolError:

@@ -1,3 +1,6 @@
+"""The trained statistics of portraits."""
+
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,12 +10,23 @@ from conf.face.portrait import contours
 from conf.face.portrait.patch_features import FEATURES
 from conf.protocol.codec.range_coder import TOTAL
 from conf.protocol.codec.symbol_coder import SymbolReader, SymbolWriter
-from conf.protocol.portrait.probability_model import REGIONS, PointTree, PortraitModel, load_portrait_model
+from conf.protocol.portrait.probability_model import (
+    MODEL_FILE,
+    REGIONS,
+    BlockModel,
+    PointTree,
+    PortraitModel,
+    code_numbers,
+    difference_tables,
+    load_portrait_model,
+)
+from tests.protocol.independent_decoder import Range, live_tables, read_number, read_tree
 
 MODEL = load_portrait_model()
 
 
-def sound(tree: PointTree) -> bool:
+def is_valid(tree: PointTree) -> bool:
+    """Return whether every point occurs once and after its parent."""
     count = len(tree.mean)
     return (
         sorted(tree.order) == list(range(count))
@@ -22,43 +36,89 @@ def sound(tree: PointTree) -> bool:
     )
 
 
-def test_the_model_has_the_points_that_both_sides_use() -> None:
-    assert MODEL.face.mean.shape == (len(contours.PORTRAIT_LANDMARKS), 3) and MODEL.neutral_difference_scale.shape == (
-        CONTROL_POINT_COUNT,
-        3,
-    )
-    assert sound(MODEL.face)
-    assert sorted(MODEL.face.order[:CONTROL_POINT_COUNT]) == list(range(CONTROL_POINT_COUNT)), "a neutral pose is alone"
+def test_the_model_has_the_points_of_portraits() -> None:
+    assert MODEL.face.mean.shape == (len(contours.PORTRAIT_LANDMARKS), 3)
+    assert MODEL.neutral_difference_scale.shape == (CONTROL_POINT_COUNT, 3)
+    assert is_valid(MODEL.face)
+    first = sorted(MODEL.face.order[:CONTROL_POINT_COUNT])
+    assert first == list(range(CONTROL_POINT_COUNT)), "a neutral pose is coded without the other points"
 
 
 def test_the_regions_are_the_features_that_are_patched() -> None:
     assert tuple(feature.name for feature in FEATURES) == REGIONS
     for feature, region in zip(FEATURES, MODEL.regions, strict=True):
-        assert sound(region.points) and region.points.mean.shape == (len(feature.points), 2)
+        assert is_valid(region.points) and region.points.mean.shape == (len(feature.points), 2)
         assert len(region.descriptor_scale) == len(feature.descriptor(np.zeros((CONTROL_POINT_COUNT, 3))))
 
 
-def test_the_tables_of_blocks_add_up() -> None:
+def test_the_tables_of_blocks_are_complete() -> None:
     assert (MODEL.blocks.last.sum(axis=1) == TOTAL).all() and (MODEL.blocks.last > 0).all()
     assert (MODEL.blocks.coded > 0).all() and (MODEL.blocks.coded < TOTAL).all()
 
 
-def test_points_come_back_and_likely_ones_cost_less() -> None:
+def test_tables_of_blocks_are_cumulative() -> None:
+    coded, last = np.array([[1000, 30000]]), np.array([[TOTAL - 10, 7, 3]])
+    scales = np.array([[4, 5, 6]])
+    assert BlockModel(coded, last, scales).tables() == (
+        [[[0, TOTAL - 1000, TOTAL], [0, TOTAL - 30000, TOTAL]]],
+        [[0, TOTAL - 10, TOTAL - 3, TOTAL]],
+        [[4, 5, 6]],
+    )
+
+
+def test_points_are_read_as_written_and_likely_ones_cost_less() -> None:
     tree = MODEL.regions[0].points
     sizes = []
     for noise in (0, 5, 60):
-        wanted = tree.mean + np.random.default_rng(1).integers(-noise, noise + 1, tree.mean.shape)
+        points = tree.mean + np.random.default_rng(1).integers(-noise, noise + 1, tree.mean.shape)
         writer = SymbolWriter(rd_lambda=0)
-        tree.code(writer, wanted)
+        np.testing.assert_array_equal(tree.code(writer, points), points)
         data = writer.finish()
         sizes.append(len(data))
-        np.testing.assert_array_equal(tree.code(SymbolReader(data), np.zeros_like(wanted)), wanted)
+        np.testing.assert_array_equal(tree.code(SymbolReader(data), np.zeros_like(points)), points)
+        np.testing.assert_array_equal(read_tree(Range(data), "mouth"), points)
     assert sizes == sorted(sizes) and sizes[0] < tree.mean.size / 2
 
 
-def test_a_model_is_kept_in_a_file(tmp_path: Path) -> None:
-    MODEL.save(tmp_path / "portrait.npz")
-    again = PortraitModel.load(tmp_path / "portrait.npz")
-    np.testing.assert_array_equal(again.face.scale, MODEL.face.scale)
-    np.testing.assert_array_equal(again.blocks.last, MODEL.blocks.last)
-    np.testing.assert_array_equal(again.regions[1].descriptor_scale, MODEL.regions[1].descriptor_scale)
+def test_the_first_points_are_coded_alone() -> None:
+    points = MODEL.face.mean[:CONTROL_POINT_COUNT] + 3
+    writer = SymbolWriter(rd_lambda=0)
+    MODEL.face.code(writer, points)
+    read = MODEL.face.code(SymbolReader(writer.finish()), np.zeros_like(points))
+    np.testing.assert_array_equal(read, points)
+
+
+def test_coding_leaves_the_model_unchanged() -> None:
+    mean = MODEL.face.mean.copy()
+    MODEL.face.code(SymbolWriter(rd_lambda=0), mean + 5)
+    np.testing.assert_array_equal(MODEL.face.mean, mean)
+
+
+def test_numbers_are_coded_at_their_scales_with_the_tables_of_live() -> None:
+    scales = np.array([[0, 12], [20, 28]])
+    numbers = np.array([[0, 3], [-7, 40]])
+    writer = SymbolWriter(rd_lambda=0)
+    np.testing.assert_array_equal(code_numbers(writer, scales, numbers), numbers)
+    string = Range(writer.finish())
+    assert [read_number(string, live_tables(), scale) for scale in (0, 12, 20, 28)] == [0, 3, -7, 40]
+    assert np.diff(difference_tables().cumulative, axis=1).tolist() == live_tables()
+
+
+def test_a_model_is_saved_and_loaded(tmp_path: Path) -> None:
+    path = tmp_path / "portrait.npz"
+    replace(MODEL, neutral_difference_scale=MODEL.neutral_difference_scale + 1).save(path)
+    loaded = PortraitModel.load(path)
+    with np.load(MODEL_FILE) as shipped, np.load(path) as saved:
+        assert set(saved.files) == set(shipped.files)
+        for name in saved.files:
+            assert saved[name].dtype == np.int16
+            np.testing.assert_array_equal(saved[name], shipped[name] + (name == "stir_spread"))
+    for tree, expected in zip(
+        [loaded.face, *(region.points for region in loaded.regions)],
+        [MODEL.face, *(region.points for region in MODEL.regions)],
+        strict=True,
+    ):
+        for field in ("mean", "order", "parents", "scale"):
+            np.testing.assert_array_equal(getattr(tree, field), getattr(expected, field))
+    np.testing.assert_array_equal(loaded.blocks.last, MODEL.blocks.last)
+    np.testing.assert_array_equal(loaded.regions[1].descriptor_scale, MODEL.regions[1].descriptor_scale)
