@@ -1,13 +1,13 @@
-"""How fast the animator's window draws a large face: at rest, moving, and while B is built again and again.
+"""Measure how fast the animator's window draws a large face: at rest, moving, and while B is rebuilt repeatedly.
 
     xvfb-run -a python tools/bench/animator.py [--vertices 20000] [--frames 200] [--size 1280x800] [--json]
 
-The face is the shipped head cut to so many vertices, opened from a file of its own as a user's mesh is. At rest it does
-what it does by itself, blinks and sways; `moving` plays an emotion; `changing` asks for another kernel and locality as
-soon as the last B is there, and `build_ms` is what each B took meanwhile. Times are milliseconds of a whole frame of
-the running window, the display's share included. `*_cpu_ms` is the processor time of all threads: what a frame costs
-whatever else the machine does. Without a display it is drawn offscreen; waiting for such a picture keeps Python's lock,
-so that each B takes three times as long as beside a window. Where there is no GPU this is llvmpipe.
+The face is the default head cut to --vertices vertices and opened from a file, as a user's mesh is. `rest` is idle
+motion only (blinks, sway), `moving` plays an emotion, `changing` requests another kernel and locality as soon as the
+last operator B is finished; `build_ms` is the time of those builds. Times are milliseconds of a whole frame of the
+window, display included. `*_cpu_ms` is the processor time of all threads, which does not depend on other load. Without
+a display the frames are drawn offscreen; waiting for them holds Python's global lock, so that a build takes three times
+as long as beside a window. Without a GPU the driver is llvmpipe.
 """
 
 import argparse
@@ -44,20 +44,20 @@ WARM_UP = 20
 
 
 def large_face(folder: Path, vertices: int) -> FaceDocument:
-    """Return the shipped head, cut to so many vertices, as a mesh of a user's own with its control points."""
+    """Return the default head cut to so many vertices, opened from an OBJ with its PPC as a user's mesh is."""
     head = open_face_document()
     assert head.points is not None
-    places, triangles = head_of(head.mesh, vertices)
+    positions, triangles = head_of(head.mesh, vertices)
     corners = np.stack([triangles, np.full_like(triangles, -1)], axis=-1).astype(np.int64)
     path = folder / "face.obj"
-    mesh = build_mesh(RawMesh(places, np.zeros((0, 2)), corners, {}, None))
-    write_obj(path, mesh, places)
+    mesh = build_mesh(RawMesh(positions, np.zeros((0, 2)), corners, {}, None))
+    write_obj(path, mesh, positions)
     write_ppc(path.with_suffix(".ppc"), head.points)
     return open_face_document(path)
 
 
 def open_window(size: tuple[int, int]) -> GlfwWindow | OffscreenWindow:
-    """Return a window on the display, or one in memory where there is none."""
+    """Return a window on the display, or an offscreen window if there is no display."""
     try:
         return GlfwWindow(*size, "bench animator")
     except GraphicsError:
@@ -65,13 +65,13 @@ def open_window(size: tuple[int, int]) -> GlfwWindow | OffscreenWindow:
 
 
 def deformers() -> Iterator[DeformerOptions]:
-    """Return settings as a user goes through them: another kernel each time, and another locality."""
+    """Yield deformer settings, each with another kernel and another locality than the one before."""
     for name, step in zip(cycle(KERNELS), count()):
         yield DeformerOptions(name, epsilon=0.3 + 0.1 * (step % 10))
 
 
 class Bench:
-    """One animator and the times of its frames."""
+    """One animator whose frames are timed."""
 
     def __init__(self, window: GlfwWindow | OffscreenWindow, subject: FaceDocument) -> None:
         self._window = window
@@ -81,21 +81,21 @@ class Bench:
         self.frames(WARM_UP)
 
     def frames(self, number: int, between: Callable[[], None] = lambda: None) -> dict[str, float]:
-        """Draw so many frames. Returns their figures in milliseconds."""
+        """Draw so many frames and return minimum, median, 95th percentile, maximum and processor time, ms a frame."""
         wall = np.zeros(number)
         cpu = time.process_time()
         for i in range(number):
-            began = time.perf_counter()
+            start = time.perf_counter()
             self.animator.draw_frame()
             self._window.ctx.finish()
-            wall[i] = time.perf_counter() - began
+            wall[i] = time.perf_counter() - start
             between()
         cpu = time.process_time() - cpu
-        low, middle, high, most = 1e3 * np.quantile(wall, [0.0, 0.5, 0.95, 1.0])
-        return {"min": low, "median": middle, "p95": high, "max": most, "cpu": 1e3 * cpu / number}
+        minimum, median, p95, maximum = 1e3 * np.quantile(wall, [0.0, 0.5, 0.95, 1.0])
+        return {"min": minimum, "median": median, "p95": p95, "max": maximum, "cpu": 1e3 * cpu / number}
 
     def change(self) -> None:
-        """Ask for another B if the last one is there."""
+        """Request another B if the last one is finished."""
         controller = self.animator.controller
         if not controller.face.busy:
             self.builds.append(controller.face.build_ms)
@@ -103,7 +103,7 @@ class Bench:
 
 
 def measure(window: GlfwWindow | OffscreenWindow, subject: FaceDocument, frames: int) -> dict[str, float]:
-    """Return the figures of every state."""
+    """Return the figures of `rest`, `moving` and `changing`."""
     bench = Bench(window, subject)
     report: dict[str, float] = {}
     try:
@@ -113,13 +113,13 @@ def measure(window: GlfwWindow | OffscreenWindow, subject: FaceDocument, frames:
         report |= named("changing", bench.frames(frames, bench.change))
     finally:
         bench.animator.close()
-    builds = bench.builds[2:]  # the first stands for no change, the second also finds the regions
+    builds = bench.builds[2:]  # the first is of no change, the second also computes the regions
     report |= {"build_median_ms": round(float(np.median(builds)), 1), "build_max_ms": round(max(builds), 1)}
     return report | {"builds": len(builds)}
 
 
 def named(state: str, figures: dict[str, float]) -> dict[str, float]:
-    """Return the figures under the names they are printed with."""
+    """Return the figures with the names they are printed under."""
     return {f"{state}_{name}_ms": round(float(value), 2) for name, value in figures.items()}
 
 

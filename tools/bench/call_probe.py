@@ -1,13 +1,13 @@
-"""One end of a real call, watched: what `conf send` and `conf receive` do, with a note of every frame and picture.
+"""Run one end of a real call as `conf send` or `conf receive` does, and log every frame and every drawn image.
 
     python tools/bench/call_probe.py receive 127.0.0.1:0 CODE SECONDS
     python tools/bench/call_probe.py send 127.0.0.1:5005 CODE SECONDS CLIP [--portrait]
 
-It prints JSON, one object a line. The receiver: where it listens, then each second its figures, the pictures it has
-shown and when each caller's portrait was first drawn; the sender: each second its memory, when it began to call, the
-frames it has taken and the datagrams it has sent. All times are of the machine's monotonic clock, which both processes
-share. The face is drawn but not recorded. tools/network/soak.py, bench_latency.py, bench_flood.py and
-bench_portrait_start.py read it.
+Prints JSON, one object a line. The receiver prints the address it listens on, then each second its figures, the images
+it has drawn and when each caller's portrait was first drawn. The sender prints each second its memory, when the call
+started, the frames it has captured and the datagrams it has sent. All times are of the machine's monotonic clock, which
+both processes share. The face is drawn but not recorded. Used by tools/network/soak.py and by latency.py, flood.py and
+portrait_start.py in tools/bench.
 """
 
 import argparse
@@ -39,25 +39,25 @@ from conf.sender import pipeline
 from conf.sender.pipeline import SenderLoop, SenderStatus
 from conf.transport.udp import UdpSocket
 
-EVERY_S = 1.0
+LOG_INTERVAL_S = 1.0
 
 
 def memory_kb() -> int:
-    """Return the memory this process occupies (RSS) in kB."""
+    """Return the resident memory of this process (RSS), kB."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE") // 1024
 
 
-def tell(**what: Any) -> None:
-    """Print one object."""
-    print(json.dumps(what), flush=True)
+def log(**values: Any) -> None:
+    """Print one JSON object."""
+    print(json.dumps(values), flush=True)
 
 
 class WatchedWindow(OffscreenWindow):
-    """A window that notes when each picture was finished and what it showed.
+    """An offscreen window that logs when each image was finished and what it showed.
 
-    pictures : (finished at, playhead on the stream's clock, seconds the playhead is past the newest frame)
-    portraits : when each caller's was first drawn
+    pictures : (finished at, playhead on the stream's clock, s the playhead is past the newest frame)
+    portraits : time at which the portrait of each caller was first drawn
     """
 
     def __init__(self, host: ReceiverEndpoint) -> None:
@@ -68,7 +68,7 @@ class WatchedWindow(OffscreenWindow):
         self._due = 0.0
 
     def end(self) -> None:
-        """Finish the picture and note it."""
+        """Finish the image and log it."""
         self.ctx.finish()
         now = time.monotonic()
         self.pictures += [
@@ -77,15 +77,15 @@ class WatchedWindow(OffscreenWindow):
             if (newest := leg.motion.buffer.newest) is not None
         ]
         if now >= self._due:
-            self._due = now + EVERY_S
+            self._due = now + LOG_INTERVAL_S
             missed = sum(leg.missed_references for leg in self._host.streams.values())
             counts = {"callers": len(self._host.streams), "missed_references": missed, "portraits": self.portraits}
-            tell(at=now, memory_kb=memory_kb(), **counts, **asdict(self._host.snapshot(now)), pictures=self.pictures)
+            log(at=now, memory_kb=memory_kb(), **counts, **asdict(self._host.snapshot(now)), pictures=self.pictures)
             self.pictures = []
 
 
 class WatchedReceiverLoop(ReceiverLoop):
-    """A loop that notes when each caller's portrait was first drawn."""
+    """A receiver loop that logs when the portrait of each caller was first drawn."""
 
     def step(self, now: float) -> float:
         due = super().step(now)
@@ -97,14 +97,14 @@ class WatchedReceiverLoop(ReceiverLoop):
 
 
 class WatchedSendingLoop(SenderLoop):
-    """A loop that notes when the call began, when each frame was taken, and what was sent.
+    """A sender loop that logs when the call started, when each frame was captured, and what was sent.
 
-    datagrams : (sent at, bytes with headers, how many of them for the portrait)
+    datagrams : (sent at, bytes with headers, bytes of the portrait among them)
     """
 
     frames: list[tuple[float, float]]
     datagrams: list[tuple[float, int, int]]
-    began = taken = due = 0.0
+    began = captured_at = due = 0.0
 
     def run(
         self,
@@ -113,14 +113,14 @@ class WatchedSendingLoop(SenderLoop):
         on_status: Callable[[SenderStatus], None] | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> SenderStatus:
-        """Note the time and send."""
+        """Send, logging from now on."""
         self.began = time.monotonic()
         self.datagrams = []
         put, before = self._socket.send, 0
         track = self._source.motion
 
         def motion() -> MotionFrame | None:
-            self.taken = time.monotonic()
+            self.captured_at = time.monotonic()
             return track()
 
         def send(datagrams: list[tuple[bytes, Address]]) -> None:
@@ -137,35 +137,34 @@ class WatchedSendingLoop(SenderLoop):
         return super().run(seconds=seconds, on_status=on_status, clock=clock)
 
     def _send(self, timestamp: float, motion: MotionFrame | None) -> None:
-        self.frames = [*getattr(self, "frames", []), (self.taken, timestamp)]
+        self.frames = [*getattr(self, "frames", []), (self.captured_at, timestamp)]
         super()._send(timestamp, motion)
-        if self.taken >= self.due:
-            self.due = self.taken + EVERY_S
-            status = asdict(self.status(self._now))
-            what = {"frames": self.frames, "datagrams": self.datagrams}
-            tell(at=self.taken, began=self.began, memory_kb=memory_kb(), **what, **status)
+        if self.captured_at >= self.due:
+            self.due = self.captured_at + LOG_INTERVAL_S
+            logged = {"frames": self.frames, "datagrams": self.datagrams, **asdict(self.status(self._now))}
+            log(at=self.captured_at, began=self.began, memory_kb=memory_kb(), **logged)
             self.frames, self.datagrams = [], []
 
 
 def receive(address: tuple[str, int], code: str, seconds: float) -> None:
-    """Receive as `conf receive` does, at the rate of its window."""
+    """Receive as `conf receive` does, at the frame rate of its window."""
     callers = ReceiverEndpoint(SessionServer(code, os.urandom))
     window = WatchedWindow(callers)
     with UdpSocket.bind(*address) as link, window:
-        tell(listening="{}:{}".format(*link.address))
+        log(listening="{}:{}".format(*link.address))
         loop = WatchedReceiverLoop(window, load_face(None), callers, link, LoopOptions(WINDOW_FPS))
         final = loop.run(seconds=seconds)
-        tell(at=time.monotonic(), memory_kb=memory_kb(), **asdict(final), pictures=window.pictures)
+        log(at=time.monotonic(), memory_kb=memory_kb(), **asdict(final), pictures=window.pictures)
 
 
-def send(receiver: tuple[str, int], code: str, what: SendOptions) -> None:
+def send(receiver: tuple[str, int], code: str, send_options: SendOptions) -> None:
     """Send a looped clip as `conf send` does."""
     pipeline.SenderLoop = WatchedSendingLoop  # type: ignore[misc]
-    send_face(receiver, code, what)
+    send_face(receiver, code, send_options)
 
 
 def start(*arguments: object) -> subprocess.Popen[str]:
-    """Start a probe in a process of its own."""
+    """Start this program in another process."""
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     command = [sys.executable, __file__, *map(str, arguments)]
     return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
@@ -179,7 +178,7 @@ def start_receiver(code: str, seconds: float) -> tuple[subprocess.Popen[str], st
 
 
 def read_lines(stream: IO[str], into: list[dict[str, Any]]) -> None:
-    """Take every object that a probe prints, until it ends; for a thread."""
+    """Append every object that a probe prints, until it ends; meant to run in a thread."""
     for line in stream:
         into.append(json.loads(line))
 
@@ -191,21 +190,23 @@ def split_address(text: str) -> tuple[str, int]:
 
 
 def main() -> None:
-    """Be one end of the call."""
+    """Run one end of the call."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("side", choices=["receive", "send"])
     parser.add_argument("address", type=split_address)
     parser.add_argument("code")
     parser.add_argument("seconds", type=float)
     parser.add_argument("clip", type=Path, nargs="?")
-    parser.add_argument("--portrait", action="store_true", help="let pictures of the person be sent")
+    parser.add_argument("--portrait", action="store_true", help="send images of the person too")
     options = parser.parse_args()
     if options.side == "receive":
         receive(options.address, options.code, options.seconds)
         return
-    what = SendOptions(file=options.clip, loop=True, seconds=options.seconds)
+    send_options = SendOptions(file=options.clip, loop=True, seconds=options.seconds)
+    if options.portrait:
+        send_options = replace(send_options, portrait_kbps=4.0)
     try:
-        send(options.address, options.code, replace(what, portrait_kbps=4.0) if options.portrait else what)
+        send(options.address, options.code, send_options)
     except NetworkError as error:
         sys.exit(str(error))
 

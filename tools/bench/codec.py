@@ -1,9 +1,8 @@
-"""What the motion codec costs and how true it is: bytes a frame, kbit/s with headers, errors, losses, time.
+"""Measure rate, error and speed of the motion codec: bytes a frame, kbit/s with headers, errors, losses, time.
 
     python tools/bench/codec.py TRACK.npz... [--profile live] [--ack-delay 2] [--loss 0.1] [--seed 0] [--json]
 
-Without a track, those that the shipped tables were not trained on. tools/bench/codec_link.py says how errors are
-measured.
+Without a track, the tracks held out of the training of the shipped tables. tools/bench/codec_link.py defines the error.
 """
 
 import argparse
@@ -40,12 +39,12 @@ def main() -> None:
     parser.add_argument("tracks", nargs="*", type=Path, metavar="TRACK.npz")
     parser.add_argument("--profile", choices=PROFILES, default="live")
     parser.add_argument("--ack-delay", type=int, default=2, help="frames until a frame is acknowledged; 0: never")
-    parser.add_argument("--loss", type=float, default=0.0, help="share of datagrams and acknowledgements that are lost")
-    parser.add_argument("--seed", type=int, default=0, help="of the losses")
+    parser.add_argument("--loss", type=float, default=0.0, help="loss probability of datagrams and of acknowledgements")
+    parser.add_argument("--seed", type=int, default=0, help="random seed of the losses")
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     if arguments.ack_delay < 0 or not 0 <= arguments.loss < 1:
-        parser.error("--ack-delay is at least 0 and --loss at least 0 and below 1")
+        parser.error("--ack-delay must be at least 0; --loss must be at least 0 and below 1")
     profile = PROFILES[arguments.profile]
     link = Link(ack_delay=arguments.ack_delay, loss=arguments.loss, seed=arguments.seed)
     paths = arguments.tracks or [MOTION / f"{name}.npz" for name in HELD_OUT]

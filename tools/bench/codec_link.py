@@ -1,9 +1,9 @@
-"""A simulated call for measuring the codec: every frame of a track coded, sent over a lossy link, decoded, compared.
+"""Simulate a call to measure the codec: code every frame of a track, send it over a lossy link, decode, compare.
 
-What the errors are. The codec is given the smoothed motion that the sender makes of a track. Of every frame that is
-shown, the 50 control points as given and as decoded are put on the mean face with the person's FAPU, turned, moved and
-scaled by the given and the decoded pose, and their distance in the picture is divided by the distance of the outer eye
-corners (landmarks 33 and 263) in that frame. The mean is over points and frames, the 95th percentile too.
+Definition of the error: the codec codes the smoothed motion that the sender extracts from a track. For every decoded
+frame the 50 control points, original and decoded, are added to the mean face with the person's FAPU and projected with
+the original and the decoded pose. Their distance in the image is divided by the distance of the outer eye corners
+(landmarks 33 and 263) in that frame. Mean and 95th percentile are over points and frames.
 """
 
 import time
@@ -18,18 +18,24 @@ from conf.protocol.codec.model import CodecModel
 from conf.protocol.statistics import HEADER_BYTES
 from tools.bench.tracks import Track
 
-HELD_OUT = ("grid_lbax4n", "man_smiles", "talk_1", "talk_4", "talk_9")  # every fifth file: not in the shipped tables
+HELD_OUT = (
+    "grid_lbax4n",
+    "man_smiles",
+    "talk_1",
+    "talk_4",
+    "talk_9",
+)  # every fifth file, not used to train the shipped tables
 
-FRAMING_BYTES = 15  # framing and seal of a datagram 14, and the byte that says motion and its number
+FRAMING_BYTES = 15  # framing and seal of a datagram 14, message kind and frame number 1
 
 
 @dataclass(frozen=True)
 class Link:
-    """How frames and acknowledgements travel.
+    """Properties of the simulated link.
 
-    ack_delay : ticks after a frame that its acknowledgement is there, 0 for never
-    loss : share of datagrams, and of acknowledgements, that are lost
-    seed : of the losses
+    ack_delay : ticks from a frame to the arrival of its acknowledgement, 0 for never
+    loss : probability of losing a datagram or an acknowledgement
+    seed : random seed of the losses
     """
 
     ack_delay: int = 2
@@ -39,9 +45,9 @@ class Link:
 
 @dataclass(frozen=True)
 class Result:
-    """What was measured.
+    """Measured figures.
 
-    frames_recovered : decoded although a frame before was lost
+    frames_recovered : frames decoded although an earlier one was lost
     errors : (frames played, n) per cent of the eye distance
     times : seconds to encode and decode each payload
     """
@@ -62,7 +68,7 @@ class Result:
 
     @property
     def payload_bytes_per_frame(self) -> float:
-        """Return the codec's bytes."""
+        """Return the bytes of the codec's payload a frame, without headers."""
         return self.payload_bytes / self.frames
 
     @property
@@ -81,7 +87,7 @@ class Result:
         return float(np.percentile(self.errors, 95)) if self.errors.size else float("nan")
 
     def summary(self) -> dict[str, float]:
-        """Return the figures by the names that --json prints."""
+        """Return the figures under the names that --json prints."""
         return {
             "payload_bytes_per_frame": self.payload_bytes_per_frame,
             "wire_bytes_per_frame": self.wire_bytes / self.frames,
@@ -110,36 +116,36 @@ def total(results: Sequence[Result], /) -> Result:
 
 
 def measure(track: Track, profile: Profile, link: Link, /, *, models: Mapping[str, CodecModel] | None = None) -> Result:
-    """Send a track through the codec over a link. The last frames, if they fill no bundle, make a shorter one."""
+    """Send a track through the codec over a link. The last datagram may hold fewer frames than the profile's."""
     random = np.random.default_rng(link.seed)
     encoder, decoder = Encoder(profile, models), Decoder(models)
-    acknowledged: dict[int, list[int]] = {}  # numbers by the tick at which the sender hears of them
+    acknowledged: dict[int, list[int]] = {}  # frame numbers by the tick at which their acknowledgement arrives
     sizes, errors, times = [], [], []
     lost = recovered = 0
     for number in range(0, len(track.frames), profile.frames_per_datagram):
         for tick in [tick for tick in acknowledged if tick <= number]:
             encoder.acknowledge(acknowledged.pop(tick))
         frames = track.frames[number : number + profile.frames_per_datagram]
-        began = time.perf_counter()
+        start = time.perf_counter()
         payload = encoder.encode(frames, number)
-        encoded = time.perf_counter() - began
+        encoded = time.perf_counter() - start
         sizes.append(len(payload))
         if random.random() < link.loss:
             lost += len(frames)
             continue
-        began = time.perf_counter()
+        start = time.perf_counter()
         try:
             decoded = decoder.decode(payload, number)
         except MissingReferenceError:
             lost += len(frames)
             continue
-        times.append(encoded + time.perf_counter() - began)
+        times.append(encoded + time.perf_counter() - start)
         recovered += len(decoded) if lost else 0
         for frame in decoded:
             errors.append(track.picture_errors(frame.frame_number, frame.displacements, frame.pose))
         if link.ack_delay and random.random() >= link.loss:
-            heard = decoded[-1].frame_number + link.ack_delay
-            acknowledged.setdefault(heard, []).extend(frame.frame_number for frame in decoded)
+            arrival = decoded[-1].frame_number + link.ack_delay
+            acknowledged.setdefault(arrival, []).extend(frame.frame_number for frame in decoded)
     return Result(
         fps=profile.fps,
         frames=len(track.frames),

@@ -1,10 +1,10 @@
-"""Measure what a call adds between a frame's capture and the picture that shows it, on loopback, at `live`.
+"""Measure the latency that a call adds from a frame's capture to the image that shows it, on loopback, at `live`.
 
     python tools/bench/latency.py [--seconds 20] [--json]
 
-Two processes (tools/bench/call_probe.py) share the machine's monotonic clock. For each frame: from the moment its turn
-comes in the sender, before it is tracked, to the first finished picture whose playhead has reached it. The camera's own
-time is not in it; the wait for the next picture is.
+Two processes (tools/bench/call_probe.py) share the machine's monotonic clock. Latency of a frame: from its capture in
+the sender, before tracking, to the end of the first image whose playhead has reached it. The latency of the camera is
+not included; the wait for the next image is.
 """
 
 import argparse
@@ -20,26 +20,26 @@ from conf.sender.tracking.model_files import fetch_demo_clip
 from tools.network.impair import Faults
 from tools.network.soak import Lines, call
 
-SETTLE_S = 5.0  # the first frames load models and fill caches
+SETTLE_S = 5.0  # excluded: the first frames load models and fill caches
 TARGET_MS = 67.0
 
 
 def latencies(sent: Lines, received: Lines) -> list[float]:
-    """Return for each frame the seconds from its capture to the picture that shows it."""
+    """Return for each frame the seconds from its capture to the image that shows it."""
     captures = [frame for line in sent for frame in line["frames"]]
-    pictures = [picture for line in received for picture in line["pictures"]]
-    result, at = [], 0
-    for captured, stamp in captures:
-        stream_time = stamp - captures[0][1]
-        while at < len(pictures) and pictures[at][1] < stream_time:
-            at += 1
-        if at < len(pictures) and captured > captures[0][0] + SETTLE_S:
-            result.append(pictures[at][0] - captured)
+    images = [image for line in received for image in line["pictures"]]
+    result, index = [], 0
+    for captured, timestamp in captures:
+        stream_time = timestamp - captures[0][1]
+        while index < len(images) and images[index][1] < stream_time:
+            index += 1
+        if index < len(images) and captured > captures[0][0] + SETTLE_S:
+            result.append(images[index][0] - captured)
     return result
 
 
 def figures(sent: Lines, received: Lines) -> dict[str, Any]:
-    """Return the quantiles in milliseconds and what they are made of."""
+    """Return the quantiles of the latency and its main parts, ms."""
     times = sorted(1000 * seconds for seconds in latencies(sent, received))
     return {
         "frames": len(times),

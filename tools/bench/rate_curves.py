@@ -1,7 +1,7 @@
-"""What a face does over time, as nine curves: the measure of a true picture.
+"""Nine curves over time that describe a face, to compare a drawing with the person.
 
-All lengths are taken with the head pose removed and divided by the distance of the outer eye corners (landmarks 33 and
-263), angles are in degrees.
+Lengths are measured with the head pose removed and divided by the distance of the outer eye corners (landmarks 33 and
+263); angles are in degrees.
 """
 
 import numpy as np
@@ -33,14 +33,14 @@ def face_curves(aligned: NDArray[np.floating], pose: HeadPose, /) -> dict[str, f
 
 
 def _gap(aligned: NDArray[np.floating], pairs: list[tuple[int, int]]) -> float:
-    """Mean distance in the picture's plane: depth from one camera is a guess."""
+    """Return the mean distance in the image plane; depth from one camera is too inaccurate."""
     return float(np.mean([np.linalg.norm(aligned[a, :2] - aligned[b, :2]) for a, b in pairs]))
 
 
 def compare(source: NDArray[np.floating], shown: NDArray[np.floating], /) -> tuple[float, float]:
     """Return correlation and gain (slope of shown over source by least squares).
 
-    source, shown : (N,) one curve on the person and on the drawing. A curve that does not move has neither: NaN.
+    source, shown : (N,) one curve of the person and of the drawing. Both results are NaN for a constant curve.
     """
     a, b = source - source.mean(), shown - shown.mean()
     energy, shown_energy = float(a @ a), float(b @ b)
