@@ -18,13 +18,8 @@ from conf.protocol.codec.model import CodecModel
 from conf.protocol.statistics import HEADER_BYTES
 from tools.bench.tracks import Track
 
-HELD_OUT = (
-    "grid_lbax4n",
-    "man_smiles",
-    "talk_1",
-    "talk_4",
-    "talk_9",
-)  # every fifth file, not used to train the shipped tables
+# Every fifth file: not used to train the shipped tables.
+HELD_OUT = ("grid_lbax4n", "man_smiles", "talk_1", "talk_4", "talk_9")
 
 FRAMING_BYTES = 15  # framing and seal of a datagram 14, message kind and frame number 1
 
@@ -142,7 +137,7 @@ def measure(track: Track, profile: Profile, link: Link, /, *, models: Mapping[st
         times.append(encoded + time.perf_counter() - start)
         recovered += len(decoded) if lost else 0
         for frame in decoded:
-            errors.append(track.picture_errors(frame.frame_number, frame.displacements, frame.pose))
+            errors.append(track.image_errors(frame.frame_number, frame.displacements, frame.pose))
         if link.ack_delay and random.random() >= link.loss:
             arrival = decoded[-1].frame_number + link.ack_delay
             acknowledged.setdefault(arrival, []).extend(frame.frame_number for frame in decoded)

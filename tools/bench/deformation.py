@@ -1,16 +1,16 @@
-"""Measure the deformer: what it costs, beside solving the RBF system for every frame, and how true it is.
+"""Measure speed and accuracy of the deformer; the rival solves the RBF system for every frame.
 
     python tools/bench/deformation.py [--json]
 
-Cost, on the default head cut to 5,000, 10,000 and 20,000 vertices, one BLAS thread, medians. `build` is all that
-happens once a face and kernel: distances along the surface, regions, solve, matrix. `apply` is one frame: B times
-(50, 3) plus the neutral vertices. `rival` is scipy's RBFInterpolator made anew for the frame, as the thesis did it;
-`difference` is the largest between the two where no regions are split, for displacements of about 1 cm.
+Speed, on the default head cut to 5,000, 10,000 and 20,000 vertices, one BLAS thread, medians. `build` is all that is
+computed once for a face and kernel: distances along the surface, regions, solve, matrix. `apply` is one frame: B times
+(50, 3) plus the neutral vertices. `rival` is scipy's RBFInterpolator built for each frame, as in the thesis;
+`difference` is the maximum difference of the two without regions, for displacements of about 1 cm.
 
-Truth: each of the 52 sculpted shapes is left out in turn, the operator is learned from the other 51, and the
-left-out shape is rebuilt from the displacements of its 50 control points. The error is the RMS over all vertices of the
-skin, as `rms_mm`; `rms_moving_mm` counts only those that the shape moves by more than 0.1 mm; `generic` is the split
-RBF alone.
+Accuracy: each of the 52 sculpted blendshapes is left out in turn, the operator is trained on the other 51, and the
+left-out shape is rebuilt from the displacements of its 50 control points. `rms_mm` is the RMS error over all vertices
+of the skin; `rms_moving_mm` is over those that the shape moves by more than 0.1 mm; `generic` is the RBF without
+training.
 """
 
 import argparse
@@ -50,15 +50,15 @@ SIZES = (5_000, 10_000, 20_000)
 KERNEL = KERNELS["multiquadric"]
 SMOOTHING = DeformerOptions().smoothing
 MOVING_CM = 0.01
-MM = 10.0  # in a cm
+MM = 10.0  # millimetres in a centimetre
 CORNERS = control_point_indices("inner_lip_corner", "outer_lip_corner")
-CORNER_CM = 1.0  # nearer to a corner of the mouth both lips move together
-LIP_CM = 0.5  # what lies nearer to a lip's point is that lip
+CORNER_CM = 1.0  # distance from a corner of the mouth within which both lips move together
+LIP_CM = 0.5  # distance from a lip's control point within which a vertex belongs to that lip
 
 
 @dataclass(frozen=True)
 class Cost:
-    """Medians for one size in ms, and the largest difference to the rival in cm."""
+    """Median times for one size, and the maximum difference to the rival."""
 
     vertices: int
     build_ms: float
@@ -68,7 +68,7 @@ class Cost:
 
 
 def median_ms(work: Callable[[], object], repeats: int) -> float:
-    """Return the median time of the work in milliseconds."""
+    """Return the median time of a function, ms."""
     times = []
     for _ in range(repeats):
         start = time.perf_counter()
@@ -78,7 +78,7 @@ def median_ms(work: Callable[[], object], repeats: int) -> float:
 
 
 def head_of(mesh: Mesh, count: int) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """Return vertices and triangles of the head, cut finer if need be, without what lies farthest from the face."""
+    """Return the `count` vertices nearest to the face, subdivided if there are fewer, and their triangles."""
     vertices, triangles = mesh.vertices, mesh.triangles.astype(np.int64)
     while len(vertices) < count:
         edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
@@ -104,11 +104,11 @@ def rbf_matrix(vertices: NDArray[np.float64], points: NDArray[np.float64], regio
 
 
 def measure_cost(mesh: Mesh, points: NDArray[np.float64], count: int) -> Cost:
-    """Time building and applying B at one size, and the rival."""
+    """Measure the time of building B, of applying it and of the rival at one size."""
     vertices, triangles = head_of(mesh, count)
     neutral = vertices.astype(np.float32)
     displacements = np.random.default_rng(1).normal(size=points.shape)
-    few = displacements.astype(np.float32)
+    displacements_f4 = displacements.astype(np.float32)
 
     def build() -> NDArray[np.float32]:
         anchors = choose_anchors(vertices, points, eye_distance=ES0_CM)
@@ -124,20 +124,20 @@ def measure_cost(mesh: Mesh, points: NDArray[np.float64], count: int) -> Cost:
     out = np.empty_like(neutral)
 
     def apply() -> None:
-        np.matmul(matrix, few, out=out)
+        np.matmul(matrix, displacements_f4, out=out)
         np.add(out, neutral, out=out)
 
     whole = build_operator(vertices, points, kernel=KERNEL, epsilon=KERNEL.epsilon).matrix
-    difference = float(np.abs(whole @ few - rival()).max())
+    difference = float(np.abs(whole @ displacements_f4 - rival()).max())
     return Cost(count, build_ms, median_ms(apply, 300), median_ms(rival, 9), difference)
 
 
 @dataclass(frozen=True)
-class Truth:
-    """How true the learned operator is.
+class Accuracy:
+    """Accuracy of the trained operator.
 
-    rms, rms_moving, generic : error of each sculpted shape in mm, left out of learning
-    leak : largest entry of one lip's columns of B on the other lip
+    rms, rms_moving, generic : error of each sculpted blendshape when it is left out of training, mm
+    leak : maximum entry of one lip's columns of B on the vertices of the other lip
     """
 
     rms: dict[str, float]
@@ -146,15 +146,15 @@ class Truth:
     leak: float
 
 
-def measure_truth(mesh: Mesh, points: NDArray[np.float64], joints: RigJoints, shapes: Blendshapes) -> Truth:
-    """Leave each of the sculpted shapes out in turn and rebuild it from its control points."""
+def measure_accuracy(mesh: Mesh, points: NDArray[np.float64], joints: RigJoints, shapes: Blendshapes) -> Accuracy:
+    """Leave each sculpted blendshape out of training and rebuild it from its control points."""
     surface = SurfaceGraph(mesh.vertices, mesh.triangles)
     anchors = choose_anchors(mesh.vertices, points, eye_distance=ES0_CM, initial=joints.anchors)
     regions = split_regions(surface, points, anchors=anchors).excluding(PUPILS)
     matrix = rbf_matrix(mesh.vertices, points, regions)
     moved = shapes.offsets[:, surface.nearest_vertices(points, tolerance=0.0)]
     skin = mesh.group_vertices("skin")
-    truth = Truth({}, {}, {}, lip_leak(load_face().operator, surface, points))
+    accuracy = Accuracy({}, {}, {}, lip_leak(load_face().operator, surface, points))
     for i, name in enumerate(shapes.names):
         others = [j for j in range(len(shapes.names)) if j != i]
         subset = Blendshapes(tuple(shapes.names[j] for j in others), shapes.offsets[others])
@@ -165,10 +165,10 @@ def measure_truth(mesh: Mesh, points: NDArray[np.float64], joints: RigJoints, sh
         rebuilt[jaw.vertices] += jaw_offsets(jaw.weighted_offsets, jaw.weights, jaw.estimate_motion(points, moved[i]))
         sculpted = shapes.offsets[i, skin]
         moving = np.linalg.norm(sculpted, axis=1) > MOVING_CM
-        truth.rms[name] = rms_mm(rebuilt[skin] - sculpted)
-        truth.rms_moving[name] = rms_mm((rebuilt[skin] - sculpted)[moving])
-        truth.generic[name] = rms_mm(matrix[skin] @ moved[i] - sculpted)
-    return truth
+        accuracy.rms[name] = rms_mm(rebuilt[skin] - sculpted)
+        accuracy.rms_moving[name] = rms_mm((rebuilt[skin] - sculpted)[moving])
+        accuracy.generic[name] = rms_mm(matrix[skin] @ moved[i] - sculpted)
+    return accuracy
 
 
 def rms_mm(errors: NDArray[np.floating]) -> float:
@@ -177,7 +177,7 @@ def rms_mm(errors: NDArray[np.floating]) -> float:
 
 
 def lip_leak(matrix: NDArray[np.float32], surface: SurfaceGraph, points: NDArray[np.float64]) -> float:
-    """Return how much one lip's points move the other lip, at most, away from the corners of the mouth."""
+    """Return the maximum weight of one lip's points on the other lip, except near the corners of the mouth."""
     seeds = surface.nearest_vertices(points, tolerance=0.0)
     far = surface.distances(seeds[CORNERS], limit=1.0) >= CORNER_CM
     largest = 0.0
@@ -188,7 +188,7 @@ def lip_leak(matrix: NDArray[np.float32], surface: SurfaceGraph, points: NDArray
 
 
 def main() -> None:
-    """Print what was measured."""
+    """Print the tables, or one JSON object."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     options = parser.parse_args()
@@ -196,12 +196,12 @@ def main() -> None:
     sculpted = DEFAULT_HEAD.with_name("shapes.npz")
     costs = [measure_cost(mesh, points, size) for size in SIZES]
     shapes = load_blendshapes(sculpted, len(mesh.vertices)) if sculpted.is_file() else None
-    truth = None if shapes is None else measure_truth(mesh, points, default_joints(), shapes)
-    print_json(costs, truth) if options.json else print_tables(costs, truth)
+    accuracy = None if shapes is None else measure_accuracy(mesh, points, default_joints(), shapes)
+    print_json(costs, accuracy) if options.json else print_tables(costs, accuracy)
 
 
-def print_json(costs: list[Cost], truth: Truth | None) -> None:
-    """Print one object: the figures of the largest size at the top, all sizes below."""
+def print_json(costs: list[Cost], accuracy: Accuracy | None) -> None:
+    """Print one object: the figures of the largest size, then those of all sizes."""
     largest = costs[-1]
     report: dict[str, object] = {
         "vertices": largest.vertices,
@@ -211,25 +211,25 @@ def print_json(costs: list[Cost], truth: Truth | None) -> None:
         "max_difference_cm": largest.difference_cm,
         "sizes": [asdict(cost) for cost in costs],
     }
-    if truth is not None:
-        report |= {"rms_mm": truth.rms, "rms_moving_mm": truth.rms_moving, "rms_generic_mm": truth.generic}
-        report["lip_leak"] = truth.leak
+    if accuracy is not None:
+        report |= {"rms_mm": accuracy.rms, "rms_moving_mm": accuracy.rms_moving, "rms_generic_mm": accuracy.generic}
+        report["lip_leak"] = accuracy.leak
     print(json.dumps(report))
 
 
-def print_tables(costs: list[Cost], truth: Truth | None) -> None:
-    """Print the same for people."""
+def print_tables(costs: list[Cost], accuracy: Accuracy | None) -> None:
+    """Print the figures as tables."""
     print(f"{'vertices':>10} {'build ms':>9} {'apply ms':>9} {'rival ms':>9} {'difference cm':>14}")
     for cost in costs:
         times = f"{cost.build_ms:9.1f} {cost.apply_ms:9.3f} {cost.rival_ms:9.2f}"
         print(f"{cost.vertices:10} {times} {cost.difference_cm:14.1e}")
-    if truth is None:
-        print("no sculpted shapes beside the default head: no table of errors")
+    if accuracy is None:
+        print("the default head has no sculpted blendshapes: no table of errors")
         return
-    print(f"\n{'left-out shape, mm':22} {'learned':>8} {'moving':>8} {'generic':>8}")
-    for name, error in truth.rms.items():
-        print(f"{name:22} {error:8.2f} {truth.rms_moving[name]:8.2f} {truth.generic[name]:8.2f}")
-    print(f"\none lip's columns on the other lip: at most {truth.leak:.4f}")
+    print(f"\n{'left-out shape, mm':22} {'trained':>8} {'moving':>8} {'generic':>8}")
+    for name, error in accuracy.rms.items():
+        print(f"{name:22} {error:8.2f} {accuracy.rms_moving[name]:8.2f} {accuracy.generic[name]:8.2f}")
+    print(f"\none lip's columns on the other lip: at most {accuracy.leak:.4f}")
 
 
 if __name__ == "__main__":

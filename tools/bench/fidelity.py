@@ -1,8 +1,9 @@
-"""How true is the drawn face to the person? Track a clip, send it, draw it, track the drawing, compare the curves.
+"""Measure how well the drawn face follows the person: track a clip, send it, draw it, track the drawing, compare.
 
     python tools/bench/fidelity.py CLIP [--face FACE.obj] [--pictures FOLDER] [--json]
 
-The clip goes through the whole path, datagrams included, in simulated time, so that frame and drawing belong together.
+The clip passes through the whole path, datagrams included, in simulated time, so that each drawing has its frame. The
+curves that are compared are those of tools/bench/rate_curves.py.
 """
 
 import argparse
@@ -40,7 +41,7 @@ from conf.sender.tracking.tracker import FaceTracker
 from tools.bench.rate_curves import CURVES, compare, face_curves
 
 SIZE = (480, 480)
-MOVES = {  # a curve whose spread on the person is below the tracker's own noise says nothing
+MIN_SPREAD = {  # standard deviation of a curve on the person, below which it is the tracker's noise
     "mouth_opening": 0.01, "mouth_width": 0.01, "lid_right": 0.006, "lid_left": 0.006,
     "brow_inner": 0.006, "brow_outer": 0.006, "yaw": 1.0, "pitch": 1.0, "roll": 1.0,
 }  # fmt: skip
@@ -48,7 +49,7 @@ MOVES = {  # a curve whose spread on the person is below the tracker's own noise
 
 @dataclass(frozen=True)
 class Pair:
-    """One frame of the person and the drawing made of it, each with its curves."""
+    """One frame of the person and its drawing, each with its curves."""
 
     pixels: NDArray[np.uint8]
     drawing: NDArray[np.uint8]
@@ -60,14 +61,14 @@ def main() -> None:
     """Print the table, or one JSON object."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("clip", type=Path)
-    parser.add_argument("--face", type=Path, help="another face, with its PPC beside it")
+    parser.add_argument("--face", type=Path, help="mesh of another face, with its PPC in the same folder")
     parser.add_argument("--pictures", type=Path, help="write person and drawing side by side into this folder")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     pairs = list(run(options.clip, options.face))
     result = summary(pairs)
     if options.pictures:
-        write_pictures(pairs, options.pictures)
+        write_images(pairs, options.pictures)
     print(json.dumps(result) if options.json else table(result, pairs))
 
 
@@ -76,7 +77,7 @@ def run(clip: Path, face_path: Path | None = None) -> Iterator[Pair]:
     models = fetch_models()
     canonical = read_canonical_face(models)
     face = load_face(face_path)
-    person, again = FaceTracker(models), FaceTracker(models)
+    source_tracker, drawing_tracker = FaceTracker(models), FaceTracker(models)
     with open_clip(clip) as source, OffscreenWindow(*SIZE) as window:
         renderer = FaceRenderer(window.ctx, face)
         extractor = MotionExtractor(canonical, source.size)
@@ -84,7 +85,7 @@ def run(clip: Path, face_path: Path | None = None) -> Iterator[Pair]:
         call = LoopbackCall(parameters, 0.0, os.urandom, rate=RateOptions(LIVE.name))
         pace, framer, view = FramePacer(LIVE.fps), AutoFraming(), ViewState()
         for frame in iter(source.read, None):
-            tracking = person.track(frame.pixels)
+            tracking = source_tracker.track(frame.pixels)
             now = frame.timestamp
             if tracking is None or pace.delay_for(now, now) is None:
                 continue
@@ -98,7 +99,7 @@ def run(clip: Path, face_path: Path | None = None) -> Iterator[Pair]:
             renderer.draw(face.deform(playout.frame.displacements), pose, view, window.framebuffer)
             window.end()
             drawing = window.read()
-            drawn = again.track(drawing)
+            drawn = drawing_tracker.track(drawing)
             aligned, source_pose = remove_head_pose(tracking.landmarks, canonical, source.size)
             shown = None
             if drawn is not None:
@@ -108,45 +109,45 @@ def run(clip: Path, face_path: Path | None = None) -> Iterator[Pair]:
 
 
 def summary(pairs: list[Pair]) -> dict[str, dict[str, float | None]]:
-    """Return correlation and gain of each curve; None where the person does not move it."""
-    seen = [(pair.source, pair.shown) for pair in pairs if pair.shown is not None]
+    """Return correlation and gain of each curve; None for a curve that the person does not move."""
+    tracked_pairs = [(pair.source, pair.shown) for pair in pairs if pair.shown is not None]
     result: dict[str, dict[str, float | None]] = {}
     for name in CURVES:
-        source = np.array([a[name] for a, _ in seen])
-        shown = np.array([b[name] for _, b in seen])
-        moves = source.std() >= MOVES[name]
+        source = np.array([a[name] for a, _ in tracked_pairs])
+        shown = np.array([b[name] for _, b in tracked_pairs])
+        moves = source.std() >= MIN_SPREAD[name]
         correlation, gain = compare(source, shown)
         result[name] = {
             "correlation": round(correlation, 3) if moves else None,
             "gain": round(gain, 3) if moves else None,
             "source_spread": round(float(source.std()), 4),
         }
-    return result | {"lids_when_shut": shut_lids(seen)}
+    return result | {"lids_when_shut": closed_lids(tracked_pairs)}
 
 
-def shut_lids(seen: list[tuple[dict[str, float], dict[str, float]]]) -> dict[str, float | None]:
-    """Return how far the lids of the drawing stand open, as a share of their usual gap, when the person's are shut."""
-    source = np.array([[a["lid_right"], a["lid_left"]] for a, _ in seen]).mean(axis=1)
-    shown = np.array([[b["lid_right"], b["lid_left"]] for _, b in seen]).mean(axis=1)
-    usual = np.median(source)
-    shut = source < 0.5 * usual
-    if not shut.any():
+def closed_lids(tracked_pairs: list[tuple[dict[str, float], dict[str, float]]]) -> dict[str, float | None]:
+    """Return the smallest eyelid gap, relative to its median, of person and drawing in frames with closed eyes."""
+    source = np.array([[a["lid_right"], a["lid_left"]] for a, _ in tracked_pairs]).mean(axis=1)
+    shown = np.array([[b["lid_right"], b["lid_left"]] for _, b in tracked_pairs]).mean(axis=1)
+    median_gap = np.median(source)
+    closed = source < 0.5 * median_gap
+    if not closed.any():
         return {"source": None, "shown": None}
     return {
-        "source": round(float(source[shut].min() / usual), 3),
-        "shown": round(float(shown[shut].min() / np.median(shown)), 3),
+        "source": round(float(source[closed].min() / median_gap), 3),
+        "shown": round(float(shown[closed].min() / np.median(shown)), 3),
     }
 
 
 def table(result: dict[str, dict[str, float | None]], pairs: list[Pair]) -> str:
-    """Return the result for people to read."""
+    """Return the result as a table."""
     lines = [f"{'curve':<16}{'correlation':>12}{'gain':>8}{'spread':>9}"]
     for name in CURVES:
         row = result[name]
         lines.append(f"{name:<16}{_cell(row['correlation']):>12}{_cell(row['gain']):>8}{row['source_spread']:>9}")
     lids = result["lids_when_shut"]
     lines.append(
-        f"lids at their most shut: person {_cell(lids['source'])}, drawing {_cell(lids['shown'])} of the usual gap"
+        f"smallest eyelid gap: person {_cell(lids['source'])}, drawing {_cell(lids['shown'])} of the median gap"
     )
     lost = sum(pair.shown is None for pair in pairs)
     lines.append(f"{len(pairs)} frames, {lost} drawings in which the tracker found no face")
@@ -157,14 +158,14 @@ def _cell(value: float | None) -> str:
     return "still" if value is None else f"{value:.3f}"
 
 
-def write_pictures(pairs: list[Pair], folder: Path) -> None:
-    """Write a sheet of telling moments: the widest mouth, shut lids, largest turns, and an even sample."""
+def write_images(pairs: list[Pair], folder: Path) -> None:
+    """Write person and drawing side by side at the extremes of each curve and in nine evenly spaced frames."""
     folder.mkdir(parents=True, exist_ok=True)
-    picked = set(np.linspace(0, len(pairs) - 1, 9).astype(int).tolist())
+    selected = set(np.linspace(0, len(pairs) - 1, 9).astype(int).tolist())
     for name in CURVES:
         values = [pair.source[name] for pair in pairs]
-        picked |= {int(np.argmax(values)), int(np.argmin(values))}
-    for index in sorted(picked):
+        selected |= {int(np.argmax(values)), int(np.argmin(values))}
+    for index in sorted(selected):
         person = pairs[index].pixels
         scale = SIZE[1] / person.shape[0]
         person = cv2.resize(person, (round(person.shape[1] * scale), SIZE[1]))

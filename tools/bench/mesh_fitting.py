@@ -1,10 +1,10 @@
-"""How well does `conf fit` place the control points? Fit heads whose points are known and print the errors in mm.
+"""Measure the errors of the control points that `conf fit` finds, on heads whose points are known.
 
     python tools/bench/mesh_fitting.py [--wheels FOLDER] [--heads FOLDER] [--only NAME...] [--pictures FOLDER] [--json]
 
-Millimetres at 64 mm between the eyes. `lips` is the largest entry of the operator that moves a vertex of one lip, away
-from the corners, by a control point of the other. --heads keeps the meshes with their PPC files, upright, for
-`bench_fidelity.py CLIP --face`.
+Errors are in mm at 64 mm between the eyes. `lips` is the maximum weight in the operator of a control point of one lip
+on a vertex of the other, away from the corners. --heads keeps the meshes, rotated upright, and their PPC files, for
+`tools/bench/fidelity.py CLIP --face`.
 """
 
 import argparse
@@ -38,9 +38,9 @@ from conf.sender.tracking.model_files import fetch_models
 from tools.assets.head.source import Source, fetch_wheel
 from tools.bench.fit_heads import Head, write_heads, write_mesh
 
-PICTURE = 900  # pixels
+IMAGE_SIZE = 900  # width and height, px
 SIDES = ((0.0, 0.0), (40.0, 0.0))  # yaw and pitch of the two drawings, degrees
-AWAY_FROM_CORNERS = 0.6  # of the way from the middle of the mouth to its corner
+AWAY_FROM_CORNERS = 0.6  # maximum distance from the middle of the mouth, relative to that of its corner
 
 
 @dataclass(frozen=True)
@@ -60,34 +60,36 @@ class Row:
 def main() -> None:
     """Print the table, or one JSON object."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("--wheels", type=Path, default=Path.home() / ".cache" / "conf", help="folder of the wheel")
-    parser.add_argument("--heads", type=Path, help="keep the heads and their control points here")
+    parser.add_argument(
+        "--wheels", type=Path, default=Path.home() / ".cache" / "conf", help="folder of the wheel of the base figure"
+    )
+    parser.add_argument("--heads", type=Path, help="folder to keep the heads and their control points in")
     parser.add_argument("--only", nargs="+", help="names of the heads to fit")
-    parser.add_argument("--pictures", type=Path, help="write numbered pictures into this folder")
+    parser.add_argument("--pictures", type=Path, help="folder to write images with numbered points into")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         folder = options.heads or Path(temporary)
-        for made in (folder, options.wheels, options.pictures):
-            if made:
-                made.mkdir(parents=True, exist_ok=True)
+        for needed in (folder, options.wheels, options.pictures):
+            if needed:
+                needed.mkdir(parents=True, exist_ok=True)
         heads = write_heads(Source(fetch_wheel(options.wheels)), read_canonical_face(fetch_models()), folder)
         rows = [measure(head, options.pictures) for head in heads if not options.only or head.name in options.only]
     print(json.dumps({row.head: asdict(row) for row in rows}) if options.json else table(rows))
 
 
-def measure(head: Head, pictures: Path | None) -> Row:
-    """Fit one head, stand it upright beside its file and compare."""
+def measure(head: Head, images: Path | None) -> Row:
+    """Fit one head, write it upright next to its file, and return the errors."""
     ppc = head.path.with_suffix(".ppc")
     start = cv2.getTickCount()
-    fit(head.path, ppc)  # how it stands is found, too
+    fit(head.path, ppc)  # the axes are detected too
     seconds = (cv2.getTickCount() - start) / cv2.getTickFrequency()
-    points, turn = read_ppc(ppc), axes_rotation(*head.axes)
+    points, rotation = read_ppc(ppc), axes_rotation(*head.axes)
     if head.axes != ("y", "z"):
         mesh = load_mesh(head.path)
         upright = head.path.with_name(f"{head.name}_upright.obj")
-        write_mesh(upright, mesh.vertices @ turn.T, mesh.triangles)
-        write_ppc(upright.with_suffix(".ppc"), points @ turn.T)
+        write_mesh(upright, mesh.vertices @ rotation.T, mesh.triangles)
+        write_ppc(upright.with_suffix(".ppc"), points @ rotation.T)
         face = load_face(upright)
     else:
         face = load_face(head.path)
@@ -95,9 +97,9 @@ def measure(head: Head, pictures: Path | None) -> Row:
         head.truth[CONTROL_POINT_INDEX["pupil_l"]] - head.truth[CONTROL_POINT_INDEX["pupil_r"]]
     )
     errors = np.linalg.norm(points - head.truth, axis=1) * 64 / eye_distance
-    if pictures:
-        truth = (head.truth - points) @ turn.T * 6.4 / np.linalg.norm(points[16] - points[17]) + face.control_points
-        cv2.imwrite(str(pictures / f"{head.name}.png"), picture(face, truth))
+    if images:
+        truth = (head.truth - points) @ rotation.T * 6.4 / np.linalg.norm(points[16] - points[17]) + face.control_points
+        cv2.imwrite(str(images / f"{head.name}.png"), draw_points(face, truth))
     worst = int(errors.argmax())
     return Row(
         head=head.name,
@@ -112,33 +114,30 @@ def measure(head: Head, pictures: Path | None) -> Row:
 
 
 def lip_leak(face: FaceModel) -> float:
-    """Return the largest share that a vertex of one lip's edge has in a point of the other, away from the corners."""
+    """Return the maximum weight of a lip's control point on an edge vertex of the other lip, away from the corners."""
     surface = SurfaceGraph(face.mesh.vertices, face.mesh.triangles)
     points = face.control_points
     worst = 0.0
-    corner = (
-        abs(points[CONTROL_POINT_INDEX["inner_lip_corner_l"], 0] - points[CONTROL_POINT_INDEX["inner_lip_corner_r"], 0])
-        / 2
-    )
-    middle = points[[CONTROL_POINT_INDEX["inner_lip_corner_l"], CONTROL_POINT_INDEX["inner_lip_corner_r"]], 0].mean()
+    left, right = (points[CONTROL_POINT_INDEX[f"inner_lip_corner_{side}"], 0] for side in "lr")
+    middle, half_width = (left + right) / 2, abs(left - right) / 2
     reach = [
         surface.distances(surface.nearest_vertices(points[lip], tolerance=0.3), limit=0.8)
         for lip in (UPPER_LIP, LOWER_LIP)
     ]
-    near_middle = np.abs(face.mesh.vertices[:, 0] - middle) < AWAY_FROM_CORNERS * corner
-    for own, other, strangers in ((0, 1, LOWER_LIP), (1, 0, UPPER_LIP)):
+    near_middle = np.abs(face.mesh.vertices[:, 0] - middle) < AWAY_FROM_CORNERS * half_width
+    for own, other, opposite in ((0, 1, LOWER_LIP), (1, 0, UPPER_LIP)):
         lip = near_middle & (reach[own] < 0.3) & (reach[other] > 2 * reach[own])
         if lip.any():
-            worst = max(worst, float(np.abs(face.operator[np.ix_(lip, strangers)]).max()))
+            worst = max(worst, float(np.abs(face.operator[np.ix_(lip, opposite)]).max()))
     return worst
 
 
-def picture(face: FaceModel, truth: NDArray[np.float64]) -> NDArray[np.uint8]:
-    """Return drawings side by side: placed points red and numbered, true ones green."""
+def draw_points(face: FaceModel, truth: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """Return drawings side by side: fitted points red and numbered, true points green."""
     from conf.mesh_fitting.multiview import camera_pose
 
     drawings = []
-    with OffscreenWindow(PICTURE, PICTURE) as window:
+    with OffscreenWindow(IMAGE_SIZE, IMAGE_SIZE) as window:
         renderer = FaceRenderer(window.ctx, face)
         for side in SIDES:
             pose = camera_pose(side, height=20.0, centre=(0.0, -1.5))
@@ -148,7 +147,7 @@ def picture(face: FaceModel, truth: NDArray[np.float64]) -> NDArray[np.uint8]:
             drawing = window.read()
             clip = clip_matrix(pose, ViewState(), aspect=1.0)
             for points, colour in ((truth, (60, 220, 60)), (face.control_points, (40, 40, 240))):
-                for number, (x, y) in enumerate(project(points, clip, (PICTURE, PICTURE)).round().astype(int)):
+                for number, (x, y) in enumerate(project(points, clip, (IMAGE_SIZE, IMAGE_SIZE)).round().astype(int)):
                     cv2.circle(drawing, (x, y), 3, colour, -1, cv2.LINE_AA)
                     if points is not truth:
                         cv2.putText(drawing, str(number), (x + 4, y - 3), 0, 0.36, colour, 1, cv2.LINE_AA)
@@ -158,7 +157,7 @@ def picture(face: FaceModel, truth: NDArray[np.float64]) -> NDArray[np.uint8]:
 
 
 def table(rows: list[Row]) -> str:
-    """Return the errors for people to read."""
+    """Return the errors as a table."""
     lines = [f"{'head':<14}{'mean':>6}{'95 %':>6}{'worst':>7}  {'worst point':<24}{'> 4 mm':>6}{'lips':>8}{'s':>6}"]
     lines += [
         f"{r.head:<14}{r.mean_mm:>6.2f}{r.p95_mm:>6.2f}{r.worst_mm:>7.2f}  {r.worst_point:<24}{r.over_4_mm:>6}"

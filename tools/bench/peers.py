@@ -1,11 +1,11 @@
-"""What a talking face costs, and how true it is: conf beside video codecs and other senders of faces.
+"""Compare bit rate and error of conf with those of video codecs and of other programs that send facial motion.
 
     python tools/bench/peers.py CLIP [--plot OUT.png] [--json]
 
-The clip is cut to 320x240 and 15 frames a second. Rates count every header: 28 B of UDP/IPv4 a datagram, 12 more of RTP
-for video. Errors are mean distances in per cent of the eye distance (outer corners): for video, of the landmarks that
-the tracker finds on what the receiver sees from those it finds on the source; for senders of motion, of the control
-points as decoded from those that were tracked, both with the head's pose.
+The clip is converted to 320x240 at 15 frames/s. Rates include all headers: 28 B of UDP/IPv4 a datagram, and 12 B of RTP
+for video. Errors are mean distances in per cent of the distance of the outer eye corners: for video, between the
+landmarks tracked in the decoded and in the source frame; for senders of motion, between the decoded and the tracked
+control points, both with the head pose.
 """
 
 import argparse
@@ -37,11 +37,11 @@ from tools.bench.portrait_peers import CODECS, HEADERS, transmit
 from tools.bench.scatter_chart import ScatterPoint, scatter_chart
 from tools.bench.tracks import LEFT_EYE, RIGHT_EYE, Track
 
-VIDEO_KBPS = (12.0, 16.0, 24.0, 48.0)  # with headers; the encoders stay above some of them whatever they are told
+VIDEO_KBPS = (12.0, 16.0, 24.0, 48.0)  # targets, with headers; some encoders stay above the lowest
 JPEG_QUALITIES = (5, 15, 30)
-REPORT_DELAY = 6  # frames until a frame is acknowledged: reports twice a second, and the way there and back
+REPORT_DELAY = 6  # frames until a frame is acknowledged: two reports a second, and the round trip
 
-# Bytes of one frame's datagram without UDP/IP headers, from each program's own format.
+# Bytes of the datagram of one frame without UDP/IP headers, from the format of each program.
 PACKETS = {
     "OpenSeeFace": 1785,  # its fixed packet: 68 landmarks in 2D and 3D, pose, eye and mouth features
     "VMC, blendshapes and bones": 2596,  # OSC bundles
@@ -53,7 +53,7 @@ PACKETS = {
 
 @dataclass(frozen=True)
 class Row:
-    """One sender. error_percent is None where the tracker finds no face in most pictures, or none was measured."""
+    """One sender. error_percent is None if no face was found in most images or the error was not measured."""
 
     name: str
     kbps: float
@@ -71,13 +71,13 @@ def main() -> None:
     frames = load_frames(options.clip)
     rows = list(run(frames))
     if options.plot:
-        dots = [
+        points = [
             ScatterPoint(row.name, row.kbps, row.error_percent, row.ours)
             for row in rows
             if row.error_percent is not None
         ]
-        title = "a talking face: what it costs and how true it is"
-        save_image(options.plot, scatter_chart(title, ("kbit/s with headers", "landmark error, %"), dots))
+        title = "a talking face: bit rate and error"
+        save_image(options.plot, scatter_chart(title, ("kbit/s with headers", "landmark error, %"), points))
     print(json.dumps({"peers": [asdict(row) for row in rows]}) if options.json else table(rows))
 
 
@@ -105,51 +105,51 @@ def run(frames: Sequence[Pixels]) -> Iterator[Row]:
 
 
 def ours(profile: Profile, source: Sequence[TrackedFace | None]) -> Row:
-    """Send the tracked motion through the codec; rich gets its frames in between by interpolation."""
+    """Return the row of a profile; motion at a higher frame rate than the clip's is interpolated."""
     extractor = MotionExtractor(read_canonical_face(fetch_models()), SIZE)
-    seen = [tracking for tracking in source if tracking is not None]
-    steps = np.arange(0, len(seen) - 1, FPS / profile.fps)
-    motion, eyes = [], []
-    for count, at in enumerate(steps):
-        landmarks = between(seen, float(at))
-        tracking = TrackedFace(landmarks, seen[round(at)].blendshapes, 1.0)
-        motion.append(extractor.update(tracking, count / profile.fps))
-        eyes.append(float(np.linalg.norm(landmarks[LEFT_EYE, :2] - landmarks[RIGHT_EYE, :2])) / SIZE[1])
-    track = Track(profile.name, motion, np.array(eyes), extractor.fapu.lengths())
+    tracked = [tracking for tracking in source if tracking is not None]
+    steps = np.arange(0, len(tracked) - 1, FPS / profile.fps)
+    motion, eye_distances = [], []
+    for number, index in enumerate(steps):
+        landmarks = interpolate(tracked, float(index))
+        tracking = TrackedFace(landmarks, tracked[round(index)].blendshapes, 1.0)
+        motion.append(extractor.update(tracking, number / profile.fps))
+        eye_distances.append(float(np.linalg.norm(landmarks[LEFT_EYE, :2] - landmarks[RIGHT_EYE, :2])) / SIZE[1])
+    track = Track(profile.name, motion, np.array(eye_distances), extractor.fapu.lengths())
     result = measure(track, profile, Link(ack_delay=REPORT_DELAY))
     return Row(f"conf {profile.name}", result.kbps, result.error_mean_percent, ours=True)
 
 
-def between(seen: Sequence[TrackedFace], at: float) -> NDArray[np.float32]:
-    """Return the landmarks between two frames."""
-    low = int(at)
-    share = np.float32(at - low)
-    high = min(low + 1, len(seen) - 1)
-    return np.asarray(seen[low].landmarks * (1 - share) + seen[high].landmarks * share, np.float32)
+def interpolate(tracked: Sequence[TrackedFace], index: float) -> NDArray[np.float32]:
+    """Return the landmarks at a fractional frame index, linearly interpolated."""
+    low = int(index)
+    weight = np.float32(index - low)
+    high = min(low + 1, len(tracked) - 1)
+    return np.asarray(tracked[low].landmarks * (1 - weight) + tracked[high].landmarks * weight, np.float32)
 
 
 def video_error(shown: Sequence[Pixels], source: Sequence[TrackedFace | None]) -> float | None:
-    """Return the mean error of the landmarks the tracker finds on decoded pictures."""
+    """Return the mean error of the landmarks that the tracker finds in decoded frames, or None."""
     tracker = FaceTracker(fetch_models())
     errors = []
     for pixels, truth in zip(shown, source, strict=True):
-        again = tracker.track(pixels)
-        if truth is not None and again is not None:
-            eyes = np.linalg.norm(truth.landmarks[LEFT_EYE, :2] - truth.landmarks[RIGHT_EYE, :2])
-            offsets = np.linalg.norm(again.landmarks[:, :2] - truth.landmarks[:, :2], axis=1)
-            errors.append(float(100 * offsets.mean() / eyes))
+        tracking = tracker.track(pixels)
+        if truth is not None and tracking is not None:
+            eye_distance = np.linalg.norm(truth.landmarks[LEFT_EYE, :2] - truth.landmarks[RIGHT_EYE, :2])
+            offsets = np.linalg.norm(tracking.landmarks[:, :2] - truth.landmarks[:, :2], axis=1)
+            errors.append(float(100 * offsets.mean() / eye_distance))
     found = sum(truth is not None for truth in source)
     return float(np.mean(errors)) if len(errors) > found / 2 else None
 
 
 def kbps(size: int, frames: int, *, packet: int) -> float:
-    """Return the rate of `size` bytes sent in packets, with RTP's, UDP's and IP's headers."""
+    """Return the rate of `size` bytes in so many frames, sent in packets with RTP, UDP and IP headers."""
     packets = max(frames, -(-size // packet))
     return (size + HEADERS * packets) * 8 * FPS / frames / 1000
 
 
 def table(rows: list[Row]) -> str:
-    """Return the rows for people to read, the cheapest first."""
+    """Return the rows as a table, by ascending rate."""
     lines = [f"{'sender':<42}{'kbit/s':>10}{'error':>14}"]
     for row in sorted(rows, key=lambda row: row.kbps):
         error = "not measured" if row.error_percent is None else f"{row.error_percent:.2f} %"

@@ -1,4 +1,4 @@
-"""What video codecs make of the same frames at a few kbit/s, every packet paid with its headers."""
+"""Encode and decode frames with video codecs at a few kbit/s, headers of every packet included."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from tools.bench.portrait_clip import FPS, SIZE
 
-HEADERS = 40  # bytes of RTP, UDP and IPv4 a datagram
+HEADERS = 40  # RTP, UDP and IPv4, bytes a datagram
 MTU = 1200
-LEAST_BITRATE = 1000
+MIN_BITRATE = 1000
 
-# One key frame at the start, and careful settings. AV1 may even reorder frames, which adds delay that no call would
-# bear: made to code them as they come, its pictures are far worse (face SSIM .81, not .89, on grid_swiz3n at 8 kbit/s).
+# One key frame at the start, and slow presets of high quality. AV1 may reorder frames, which adds more delay than a
+# call allows: without reordering its quality is much lower (face SSIM 0.81 instead of 0.89 on grid_swiz3n at 8 kbit/s).
 CODECS = {
     "av1": ("libsvtav1", {"preset": "5", "svtav1-params": "rc=1:pred-struct=2:lookahead=0"}),
     "vp9": ("libvpx-vp9", {"deadline": "good", "cpu-used": "3", "lag-in-frames": "0", "undershoot-pct": "0"}),
@@ -27,20 +27,20 @@ DECODERS = {"libsvtav1": "libdav1d", "libaom-av1": "libdav1d", "libvpx-vp9": "vp
 
 @dataclass(frozen=True)
 class Video:
-    """Decoded frames, one for each that went in, and what each cost on the wire in bytes."""
+    """One decoded frame for each source frame, and the bytes of each on the wire."""
 
     frames: list[NDArray[np.uint8]]
     wire_bytes: list[int]
 
 
 def transmit(frames: Sequence[NDArray[np.uint8]], codec: str, kbps: float, /) -> Video:
-    """Encode frames so that packets and headers together cost about `kbps`, and decode them."""
+    """Encode frames at about `kbps` including headers, and decode them."""
     name, options = CODECS[codec]
     encoder: Any = av.CodecContext.create(name, "w")
     encoder.width, encoder.height = SIZE
     encoder.pix_fmt = "yuv420p"
     encoder.time_base, encoder.framerate = Fraction(1, FPS), Fraction(FPS)
-    encoder.bit_rate = max(LEAST_BITRATE, round(kbps * 1000 - HEADERS * 8 * FPS))
+    encoder.bit_rate = max(MIN_BITRATE, round(kbps * 1000 - HEADERS * 8 * FPS))
     encoder.gop_size = 10_000
     encoder.options = options
     packets: list[Any] = []
@@ -49,7 +49,7 @@ def transmit(frames: Sequence[NDArray[np.uint8]], codec: str, kbps: float, /) ->
         frame.pts = number
         packets += encoder.encode(frame)
     packets += encoder.encode(None)
-    return Video(_decode(packets, name, len(frames)), _cost(packets, len(frames)))
+    return Video(_decode(packets, name, len(frames)), _wire_bytes(packets, len(frames)))
 
 
 def _decode(packets: list[Any], encoder: str, count: int) -> list[NDArray[np.uint8]]:
@@ -59,13 +59,13 @@ def _decode(packets: list[Any], encoder: str, count: int) -> list[NDArray[np.uin
         for frame in decoder.decode(packet):
             by_time[int(frame.pts)] = frame.to_ndarray(format="bgr24")
     shown: list[NDArray[np.uint8]] = []
-    for number in range(count):  # a frame that the encoder left out: the one before it stays
+    for number in range(count):  # where the encoder skipped a frame, the previous one is repeated
         shown.append(by_time.get(number, shown[-1] if shown else np.zeros((SIZE[1], SIZE[0], 3), np.uint8)))
     return shown
 
 
-def _cost(packets: list[Any], count: int) -> list[int]:
-    cost = [0] * count
+def _wire_bytes(packets: list[Any], count: int) -> list[int]:
+    result = [0] * count
     for packet in packets:
-        cost[int(packet.pts)] += packet.size + HEADERS * -(-packet.size // MTU)
-    return cost
+        result[int(packet.pts)] += packet.size + HEADERS * -(-packet.size // MTU)
+    return result

@@ -1,13 +1,13 @@
-"""How soon is the caller's own face shown? Calls over a slow link that loses, from the first datagram on.
+"""Measure the time from the start of a call until the portrait is shown, over a slow link with losses.
 
     python tools/bench/portrait_start.py [CLIP...] [--calls 10] [--kbps 16] [--loss 0.05] [--delay-ms 40] [--json]
 
 Sender and receiver are two processes (tools/bench/call_probe.py) that do what `conf send --portrait` and `conf receive`
-do, tools/network/impair.py between them: its rate counts UDP/IP headers, what waits for longer than a second is
-dropped, and both ways are impaired alike. Each call has its own seed; the clips take turns. Counted is from the moment
-the sender begins to call, handshake included, to the end of the first picture that shows the portrait. Beside it: how
-long motion waits until it is through the link, as the sender's datagrams would queue there one by one, and how much of
-that is the picture's doing: the same queue without it.
+do, with tools/network/impair.py between them: its rate includes UDP/IP headers, datagrams queued for more than 1 s are
+dropped, and both directions are impaired alike. Each call has its own seed; the clips are used in turn. The time runs
+from the start of the call in the sender, handshake included, to the end of the first image that shows the portrait.
+Also printed: the time that motion needs through the link, simulated as a queue of the sender's datagrams, and the part
+of it that the portrait adds: the difference to the same queue without the portrait.
 """
 
 import argparse
@@ -27,14 +27,12 @@ from tools.network.soak import Lines, call
 
 SECONDS = 15.0  # of each call
 TARGET_S = 6.0
-TARGET_ADDED_MS = 67  # a frame's time
+TARGET_ADDED_MS = 67  # one frame at 15 frames/s
+SUMMARY = "median {median_s} s, worst {worst_s} s; the portrait delayed motion by {added_ms_worst} ms at most"
 
 
-SUMMARY = "median {median_s} s, worst {worst_s} s; the picture added {added_ms_worst} ms to motion's way at the worst"
-
-
-def started(sent: Lines, received: Lines) -> dict[str, float | None]:
-    """Return the seconds of one call from its beginning to the first frame taken, and to the portrait shown."""
+def start_times(sent: Lines, received: Lines) -> dict[str, float | None]:
+    """Return the seconds from the start of a call to the first captured frame, and to the portrait."""
     began = sent[0]["began"]
     shown = min((at for line in received for at in line["portraits"].values()), default=None)
     return {
@@ -43,22 +41,22 @@ def started(sent: Lines, received: Lines) -> dict[str, float | None]:
     }
 
 
-def waits(sent: Lines, kbps: float) -> tuple[list[float], list[float]]:
-    """Return for each datagram of motion the seconds until it is through the link, and those that the picture adds."""
+def motion_delays(sent: Lines, kbps: float) -> tuple[list[float], list[float]]:
+    """Return for each datagram of motion the seconds through the link, and those that the portrait adds."""
     rate = kbps * 125
-    free_at = alone_at = 0.0  # when the link has sent everything, and when it would have without the picture
-    through, added = [], []
-    for at, size, pieces in (datagram for line in sent for datagram in line["datagrams"]):
+    free_at = alone_at = 0.0  # times at which the link is free, with and without the portrait
+    delays, added = [], []
+    for at, size, chunks in (datagram for line in sent for datagram in line["datagrams"]):
         free_at = max(free_at, at) + size / rate
-        if size > pieces:
-            alone_at = max(alone_at, at) + (size - pieces) / rate
-            through.append(free_at - at)
+        if size > chunks:
+            alone_at = max(alone_at, at) + (size - chunks) / rate
+            delays.append(free_at - at)
             added.append(free_at - alone_at)
-    return through, added
+    return delays, added
 
 
 def figures(calls: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the calls and what they say together; a portrait that was never shown counts as a whole call."""
+    """Return all calls and their totals; a portrait that was never shown counts as SECONDS."""
     times = [one["shown_s"] or SECONDS for one in calls]
     return {
         "median_s": round(median(times), 2),
@@ -71,7 +69,7 @@ def figures(calls: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Make the calls and print how they began."""
+    """Make the calls and print the times of their start."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("clips", type=Path, nargs="*")
     parser.add_argument("--calls", type=int, default=10)
@@ -86,9 +84,9 @@ def main() -> None:
     for number in range(options.calls):
         clip = clips[number % len(clips)]
         sent, received = call(clip, SECONDS, faults, seed=2 * number + 1, portrait=True)
-        times = started(sent, received)
-        through, added = ([1000 * seconds for seconds in part] for part in waits(sent, options.kbps))
-        motion = {"motion_ms_p95": round(float(np.percentile(through, 95))), "added_ms_worst": round(max(added))}
+        times = start_times(sent, received)
+        delays, added = ([1000 * seconds for seconds in part] for part in motion_delays(sent, options.kbps))
+        motion = {"motion_ms_p95": round(float(np.percentile(delays, 95))), "added_ms_worst": round(max(added))}
         calls.append({"seed": 2 * number + 1, "clip": clip.stem, **times, **motion})
         if not options.json:
             print("  ".join(f"{name} {value}" for name, value in calls[-1].items()), flush=True)

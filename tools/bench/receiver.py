@@ -1,9 +1,9 @@
-"""How long the receiver needs for one picture, step by step: medians in milliseconds.
+"""Measure the time of each step of the receiver for one frame: medians in milliseconds.
 
     python tools/bench/receiver.py [--size 640x480] [--frames 300] [--meter] [--json]
 
-Every frame is a payload of the codec that is decoded, moves the shipped head, is drawn offscreen and read back. `fps`
-is what the whole frame allows. Where there is no GPU this is llvmpipe; LP_NUM_THREADS sets its threads.
+Every frame is a codec payload that is decoded, deforms the default head, is drawn offscreen and read back. `fps` is the
+frame rate that the total time allows. Without a GPU the driver is llvmpipe; LP_NUM_THREADS sets its threads.
 """
 
 import argparse
@@ -38,7 +38,7 @@ STATS = CallStats("receiving", 60.0, TRAFFIC, 50, 320, 240, 24.0, tuple(7.0 + np
 
 
 def motion(count: int) -> list[bytes]:
-    """Return coded frames of a head that nods and a face that moves all over."""
+    """Return coded frames of a nodding head with motion of all control points."""
     rng = np.random.default_rng(7)
     phases, speeds = rng.uniform(0, 6, (50, 3)), rng.uniform(0.05, 0.3, (50, 3))
     frames = (
@@ -61,30 +61,30 @@ def measure(size: tuple[int, int], frames: int, *, meter: bool) -> tuple[np.ndar
         renderer, overlay = FaceRenderer(window.ctx, face), ImGuiOverlay(window.ctx)
         vertices, decoder = face.neutral.copy(), Decoder()
         for i, data in enumerate(motion(WARM_UP + frames)):
-            marks = [time.perf_counter()]
+            times_of_frame = [time.perf_counter()]
             (frame,) = decoder.decode(data, i)
-            marks.append(time.perf_counter())
+            times_of_frame.append(time.perf_counter())
             face.deform(frame.displacements, out=vertices)
-            marks.append(time.perf_counter())
+            times_of_frame.append(time.perf_counter())
             pose = HeadPose.from_vector(frame.pose)
             renderer.prepare(vertices, pose)
-            marks.append(time.perf_counter())
+            times_of_frame.append(time.perf_counter())
             renderer.upload()
-            marks.append(time.perf_counter())
+            times_of_frame.append(time.perf_counter())
             window.begin()
             renderer.draw_uploaded(pose, ViewState(), window.framebuffer)
             window.end()
             window.ctx.finish()
-            marks.append(time.perf_counter())
+            times_of_frame.append(time.perf_counter())
             if meter:
                 with overlay.frame(window):
                     draw_stats(overlay, STATS)
                 window.ctx.finish()
-            marks.append(time.perf_counter())
+            times_of_frame.append(time.perf_counter())
             window.read()
-            marks.append(time.perf_counter())
+            times_of_frame.append(time.perf_counter())
             if i >= WARM_UP:
-                times[i - WARM_UP] = np.diff(marks)
+                times[i - WARM_UP] = np.diff(times_of_frame)
         driver = str(window.ctx.info["GL_RENDERER"])
         overlay.release()
         renderer.release()
@@ -96,7 +96,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--size", default="640x480", help="width x height in pixels")
     parser.add_argument("--frames", type=int, default=300)
-    parser.add_argument("--meter", action="store_true", help="draw the meter too")
+    parser.add_argument("--meter", action="store_true", help="draw the statistics overlay too")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     width, height = (int(side) for side in options.size.split("x"))

@@ -1,9 +1,9 @@
-"""Measure what the session costs: sealing, opening, junk of each kind, a handshake.
+"""Measure the time of the session layer: sealing, opening, junk of each kind, a handshake.
 
     python tools/bench/session.py [--json] [--fuzz N]
 
-Medians over 15 runs, the fastest run beside it. `--fuzz N` throws N mutated and random datagrams at a receiver with a
-live session afterwards and checks that nothing but the counts has changed.
+Median and fastest of 15 runs. `--fuzz N` then sends N mutated and random datagrams to both ends of a live session and
+checks that only the counters of dropped datagrams change.
 """
 
 import argparse
@@ -27,24 +27,24 @@ RUNS = 15
 
 
 def connect() -> tuple[SenderSession, SessionServer, list[bytes]]:
-    """Return both ends of a session, and the datagrams that made it."""
+    """Return both ends of a session, and the datagrams of its handshake."""
     receiver = SessionServer(CODE, os.urandom)
     sender = SenderSession(CODE, RECEIVER, os.urandom, 0.0)
-    seen = []
+    datagrams = []
     while sender.session is None:
         for data, _ in sender.datagrams_to_send(0.0):
-            seen.append(data)
+            datagrams.append(data)
             receiver.receive_datagram(data, SENDER, 0.0)
         for data, _ in receiver.datagrams_to_send(0.0):
-            seen.append(data)
+            datagrams.append(data)
             sender.receive_datagram(data, RECEIVER, 0.0)
     drain(receiver)
     drain(sender)
-    return sender, receiver, seen
+    return sender, receiver, datagrams
 
 
 def drain(side: SenderSession | SessionServer) -> int:
-    """Take all events; return how many there were."""
+    """Discard all events and return their number."""
     count = 0
     while side.next_event() is not None:
         count += 1
@@ -63,11 +63,11 @@ def microseconds(work: Callable[[], object], times: int) -> dict[str, float]:
 
 
 def measure() -> dict[str, dict[str, float]]:
-    """Return the cost of each case."""
+    """Return the time of each case."""
     sender, receiver, _ = connect()
     session = sender.session
     assert session is not None
-    numbers = random.Random(1)
+    rng = random.Random(1)
 
     def junk(data: bytes) -> Callable[[], None]:
         return lambda: receiver.receive_datagram(data, ("203.0.113.9", 1), 1.0)
@@ -86,32 +86,32 @@ def measure() -> dict[str, dict[str, float]]:
 
     head = bytes((0x94, VERSION, session, 5, 0xC4, 40))
     long_head = bytes((0x94, VERSION, session, 5, 0xC5)) + (1190).to_bytes(2)
-    stranger = bytes((0x94, VERSION, session ^ 1, 5, 0xC4, 40))
+    unknown = bytes((0x94, VERSION, session ^ 1, 5, 0xC4, 40))
     hello = handshake_datagram(Kind.HELLO, bytes(8), bytes(8), bytes(32))
     confirm = handshake_datagram(Kind.CONFIRM, bytes(8), 0, bytes(16))
-    share = sender_share(CODE, os.urandom)[1]
-    first_byte_only = bytes((0x94,)) + numbers.randbytes(45)
+    key_share = sender_share(CODE, os.urandom)[1]
+    first_byte_only = bytes((0x94,)) + rng.randbytes(45)
     fifty = microseconds(fifty_hellos(hello), 1)
     return {
         "seal": microseconds(seal_only, 2000),
         "seal_and_open": microseconds(body, 2000),
-        "junk_random": microseconds(junk(numbers.randbytes(46)), 5000),
+        "junk_random": microseconds(junk(rng.randbytes(46)), 5000),
         "junk_empty": microseconds(junk(b""), 5000),
         "junk_right_first_byte": microseconds(junk(first_byte_only), 5000),
-        "junk_data_of_live_session": microseconds(junk(head + numbers.randbytes(40)), 5000),
-        "junk_data_of_live_session_1197_B": microseconds(junk(long_head + numbers.randbytes(1190)), 2000),
-        "junk_data_of_unknown_session": microseconds(junk(stranger + numbers.randbytes(40)), 5000),
+        "junk_data_of_live_session": microseconds(junk(head + rng.randbytes(40)), 5000),
+        "junk_data_of_live_session_1197_B": microseconds(junk(long_head + rng.randbytes(1190)), 2000),
+        "junk_data_of_unknown_session": microseconds(junk(unknown + rng.randbytes(40)), 5000),
         "junk_hello": microseconds(junk(hello), 5000),
         "junk_hello_damaged": microseconds(junk(hello[:-1] + b"x"), 5000),
         "junk_confirm": microseconds(junk(confirm), 5000),
         "hello_answered_with_cookie": {name: round(us / 50, 2) for name, us in fifty.items()},
         "curve_work_sender_start": microseconds(lambda: sender_share(CODE, os.urandom), 5),
-        "curve_work_receiver": microseconds(lambda: receiver_secrets(CODE, bytes(8), share, os.urandom), 5),
+        "curve_work_receiver": microseconds(lambda: receiver_secrets(CODE, bytes(8), key_share, os.urandom), 5),
     }
 
 
 def fifty_hellos(hello: bytes) -> Callable[[], None]:
-    """Return a call that sends a new receiver fifty hellos, all of which it answers with a cookie."""
+    """Return a function that sends a new receiver fifty hellos, each of which it answers with a cookie."""
 
     def work() -> None:
         receiver = receivers.pop()
@@ -123,54 +123,54 @@ def fifty_hellos(hello: bytes) -> Callable[[], None]:
 
 
 def fuzz(count: int) -> dict[str, float]:
-    """Throw `count` datagrams, half random, half mutated from real ones, at both ends of a live session."""
-    sender, receiver, seen = connect()
+    """Send `count` datagrams, half of them random, half mutated, to both ends of a live session."""
+    sender, receiver, datagrams = connect()
     for _ in range(100):
         sealed = sender.seal_body(os.urandom(random.randrange(40)))
         assert sealed is not None
-        seen.append(sealed.datagram)
+        datagrams.append(sealed.datagram)
         receiver.receive_datagram(sealed.datagram, SENDER, 0.0)
     drain(receiver)
-    originals, numbers = set(seen), random.Random(2)
+    originals, rng = set(datagrams), random.Random(2)
     sessions = {number: vars(peer.opener.window).copy() for number, peer in receiver.sessions.items()}
     tracemalloc.start()
     before, done, start = tracemalloc.get_traced_memory()[0], 0, time.perf_counter()
     while done < count:
-        data = mutate(numbers.choice(seen), numbers) if done % 2 else numbers.randbytes(numbers.randrange(80))
+        data = mutate(rng.choice(datagrams), rng) if done % 2 else rng.randbytes(rng.randrange(80))
         if data in originals:
             continue
         done += 1
         receiver.receive_datagram(data, SENDER, 0.0)
         sender.receive_datagram(data, RECEIVER, 0.0)
         if sum(len(answer) for answer, _ in receiver.datagrams_to_send(0.0)) > len(data):
-            sys.exit(f"a larger answer to {data.hex()}")
+            sys.exit(f"the answer is larger than the datagram {data.hex()}")
         if drain(receiver) or drain(sender):
-            sys.exit(f"an event after {data.hex()}")
+            sys.exit(f"the datagram caused an event: {data.hex()}")
     seconds, growth = time.perf_counter() - start, tracemalloc.get_traced_memory()[0] - before
     if sessions != {number: vars(peer.opener.window) for number, peer in receiver.sessions.items()}:
-        sys.exit("a session has changed")
+        sys.exit("the state of a session has changed")
     dropped = {str(reason): number for reason, number in sorted(receiver.dropped.items())}
     return {"datagrams": done, "seconds": round(seconds, 1), "memory_growth_bytes": growth, **dropped}
 
 
-def mutate(data: bytes, numbers: random.Random) -> bytes:
-    """Return a datagram with some bits flipped, sometimes cut or with a tail."""
+def mutate(data: bytes, rng: random.Random) -> bytes:
+    """Return a datagram with up to three bits flipped, in some cases truncated or extended."""
     result = bytearray(data)
-    for _ in range(numbers.randint(0, 3)):
-        bit = numbers.randrange(8 * len(result))
+    for _ in range(rng.randint(0, 3)):
+        bit = rng.randrange(8 * len(result))
         result[bit // 8] ^= 1 << bit % 8
-    if numbers.random() < 0.3:
-        del result[numbers.randrange(len(result)) :]
-    if numbers.random() < 0.2:
-        result += numbers.randbytes(numbers.randrange(1, 5))
+    if rng.random() < 0.3:
+        del result[rng.randrange(len(result)) :]
+    if rng.random() < 0.2:
+        result += rng.randbytes(rng.randrange(1, 5))
     return bytes(result)
 
 
 def main() -> None:
     """Print the figures."""
-    parser = argparse.ArgumentParser(description="What the session costs.")
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
-    parser.add_argument("--fuzz", type=int, default=0, metavar="N", help="throw N bad datagrams at a live session")
+    parser.add_argument("--fuzz", type=int, default=0, metavar="N", help="send N bad datagrams to a live session")
     options = parser.parse_args()
     costs = measure()
     result: dict[str, object] = {"handshake_bytes": [len(data) for data in connect()[2]], **costs}

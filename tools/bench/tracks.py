@@ -1,7 +1,7 @@
-"""Facial motion tracks as the sender would send them: what the codec is trained on and measured with.
+"""Read facial motion tracks as the sender would send them, to train and to measure the codec.
 
-A track holds the landmarks of a clip. They are resampled to the profile's frame rate and go through the sender's own
-blendshapes, calibration, smoothing and FAPU, so that the codec meets here what it meets in a call.
+A track holds the landmarks of a clip. They are resampled to the frame rate of the profile and processed by the sender's
+blendshapes, calibration, smoothing and FAPU, so that the codec gets the same motion as in a call.
 """
 
 from collections.abc import Iterator
@@ -21,16 +21,16 @@ from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.pose_removal import remove_head_pose
 from conf.sender.tracking.tracker import TrackedFace
 
-RIGHT_EYE, LEFT_EYE = 33, 263  # the outer corners: their distance is what errors are measured against
+RIGHT_EYE, LEFT_EYE = 33, 263  # landmarks of the outer corners; errors are relative to their distance
 
 
 @dataclass(frozen=True)
 class Track:
-    """One clip's motion at one frame rate.
+    """Motion of one clip at one frame rate.
 
     frames : N frames, timestamps from 0
-    eye_distance : (N,) float64, between the outer eye corners in the picture, picture heights
-    lengths : (n, 3) float64, cm, one FAPU unit of each axis of each control point, of this person
+    eye_distance : (N,) float64, between the outer eye corners in the image, image heights
+    lengths : (n, 3) float64, cm, FAPU of this person for each axis of each control point
     """
 
     name: str
@@ -38,26 +38,25 @@ class Track:
     eye_distance: NDArray[np.float64]
     lengths: NDArray[np.float64]
 
-    def picture_errors(
+    def image_errors(
         self, index: int, displacements: NDArray[np.floating], pose: NDArray[np.floating], /
     ) -> NDArray[np.float64]:
-        """Return how far the control points of decoded motion lie from those of frame `index`.
+        """Return the (n,) distances of decoded control points from those of frame `index`, % of its eye distance.
 
-        Both are put on the mean face with this person's FAPU and seen by the camera that the pose tells.
-        Returns (n,) per cent of the eye distance in that frame.
+        Both are added to the mean face with this person's FAPU and projected with their pose.
         """
-        true = self.frames[index]
-        shown = project(displacements * self.lengths, pose)
-        meant = project(true.displacements * self.lengths, true.pose)
-        return np.asarray(100 * np.linalg.norm(shown - meant, axis=1) / self.eye_distance[index])
+        frame = self.frames[index]
+        decoded = project(displacements * self.lengths, pose)
+        original = project(frame.displacements * self.lengths, frame.pose)
+        return np.asarray(100 * np.linalg.norm(decoded - original, axis=1) / self.eye_distance[index])
 
 
 @dataclass(frozen=True)
 class StillFace:
-    """One frame.
+    """One frame as a photo of the person.
 
-    landmarks : (478, 3) px; aligned : the same in cm, without the head's pose; size : of the picture, px
-    neutral : (n, 3) cm, control points of the neutral pose in use
+    landmarks : (478, 3) px; aligned : the same in cm, head pose removed; size : of the image, px
+    neutral : (n, 3) cm, control points of the current neutral pose
     """
 
     landmarks: NDArray[np.float32]
@@ -68,23 +67,23 @@ class StillFace:
 
 
 def project(offsets: NDArray[np.floating], pose: NDArray[np.floating], /) -> NDArray[np.float64]:
-    """Return where control points moved by `offsets` (n, 3) cm are in the picture, (n, 2) picture heights."""
+    """Return the (n, 2) image positions, image heights, of control points moved by `offsets` (n, 3), cm."""
     head = HeadPose.from_vector(pose)
     turned = (MEAN_FACE + offsets) @ head.matrix().T
     return np.asarray(np.exp(head.log_scale) * turned[:, :2] + head.position)
 
 
 class TrackReader:
-    """Reads track files and turns them into motion."""
+    """Reads track files and extracts their motion."""
 
     def __init__(self) -> None:
-        """Open the tracker's files, fetching them if need be. Raises ModelError."""
+        """Open the tracker's files; fetch them if they are missing. Raises ModelError."""
         models = fetch_models()
         self._canonical = read_canonical_face(models)
         self._blendshapes = BlendshapeNetwork(models)
 
     def read(self, path: Path, /, *, fps: float) -> Track:
-        """Read the first unbroken run of frames with a face, resampled to `fps` by linear interpolation."""
+        """Return the first uninterrupted run of frames with a face, resampled to `fps` by linear interpolation."""
         landmarks, size = _load(path, fps)
         extractor = MotionExtractor(self._canonical, size)
         frames = [self._motion(extractor, points, number / fps) for number, points in enumerate(landmarks)]
@@ -93,7 +92,7 @@ class TrackReader:
         return Track(path.stem, frames, eye_distance, extractor.fapu.lengths())
 
     def still_faces(self, path: Path, /, *, fps: float) -> Iterator[StillFace]:
-        """Yield the frames of `read` as a photograph would have them."""
+        """Yield the frames of `read` as photos."""
         landmarks, size = _load(path, fps)
         extractor = MotionExtractor(self._canonical, size)
         for number, points in enumerate(landmarks):
@@ -106,7 +105,7 @@ class TrackReader:
 
 
 def _load(path: Path, fps: float) -> tuple[NDArray[np.float32], tuple[int, int]]:
-    """Return (N, 478, 3) px and the picture's width and height."""
+    """Return the landmarks, (N, 478, 3) px, and width and height of the image."""
     with np.load(path) as file:
         landmarks = file["landmarks"][_first_run(file["tracked"])] / float(file["scale"])
         size = int(file["width"]), int(file["height"])
@@ -121,8 +120,8 @@ def _first_run(tracked: NDArray[np.bool_]) -> slice:
 
 
 def _resample(values: NDArray[np.floating], step: float) -> NDArray[np.float64]:
-    """Return the values at every `step`-th frame, in between by linear interpolation."""
-    at = np.arange(0, len(values) - 1 + 1e-9, step)
-    before = np.minimum(at.astype(int), len(values) - 2)
-    share = (at - before)[:, None, None]
-    return np.asarray(values[before] * (1 - share) + values[before + 1] * share)
+    """Return the values at multiples of `step` frames, linearly interpolated."""
+    positions = np.arange(0, len(values) - 1 + 1e-9, step)
+    before = np.minimum(positions.astype(int), len(values) - 2)
+    weight = (positions - before)[:, None, None]
+    return np.asarray(values[before] * (1 - weight) + values[before + 1] * weight)

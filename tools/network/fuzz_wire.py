@@ -1,11 +1,11 @@
-"""Throw mutated and random datagrams, and every truncation of every golden file, at a live call.
+"""Send mutated and random datagrams, and every truncation of every golden file, to a live call.
 
     python tools/network/fuzz_wire.py [--datagrams 1000000] [--seed 1] [--json]
 
-Both ends of a call that plays are bombarded with datagrams, and a motion receiver of its own with bodies that a peer
-under a valid seal might send. It ends with an error at the first exception, at an answer larger than what it answers,
-at any change of the call's state, or when memory grows. One datagram in eight is a random one, the others are real
-ones or golden files, damaged.
+The datagrams are sent to both ends of a running call, and as message bodies, as a peer with a valid seal could send
+them, to a separate motion receiver. The program ends with an error at the first exception, at an answer larger than the
+datagram it answers, at any change of the call's state, or when memory grows. One datagram in eight is random, the
+others are damaged datagrams of the call or damaged golden files.
 """
 
 import argparse
@@ -32,49 +32,52 @@ from tools.golden.codec import FOLDER
 STATM = Path("/proc/self/statm")
 PAGE_KB = 4
 
-STRANGER = ("203.0.113.9", 9)
-MAX_GROWTH_KB = 8_000  # of the whole process: counts, caches and what the limits on strangers remember
-WARM = 20_000  # datagrams before memory is measured: by then every bounded buffer is full
+UNKNOWN = ("203.0.113.9", 9)
+MAX_GROWTH_KB = 8_000  # of the process: counters, caches, and the state that limits unknown addresses
+WARM_UP = 20_000  # datagrams before memory is measured: then every bounded buffer is full
 PARAMETERS = StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1))
 
 
 def memory_kb() -> int:
-    """Return what this process occupies, 0 where the system does not tell."""
+    """Return the resident memory of this process, kB, or 0 if the system does not report it."""
     return int(STATM.read_text().split()[1]) * PAGE_KB if STATM.exists() else 0
 
 
 class LiveCall:
-    """A caller and a host without a network in between; `seen` : every datagram so far."""
+    """A sender and a receiver without a network.
+
+    recent : the last 500 datagrams of the call; valid : the same as a set
+    """
 
     def __init__(self, seed: int) -> None:
-        numbers = random.Random(seed)
-        self.host = ReceiverEndpoint(SessionServer(CODE, numbers.randbytes))
-        self.caller = SenderConnection(SenderSession(CODE, RECEIVER, numbers.randbytes, 0.0), PARAMETERS, 0.0)
-        self.seen: list[bytes] = []
-        self.genuine: set[bytes] = set()
+        rng = random.Random(seed)
+        self.host = ReceiverEndpoint(SessionServer(CODE, rng.randbytes))
+        self.caller = SenderConnection(SenderSession(CODE, RECEIVER, rng.randbytes, 0.0), PARAMETERS, 0.0)
+        self.recent: list[bytes] = []
+        self.valid: set[bytes] = set()
         self.frames: list[MotionFrame] = talking(200)
         self.now = 0.0
 
     def play(self, frames: int) -> None:
-        """Let the call go on for so many frames."""
+        """Continue the call for so many frames."""
         for _ in range(frames):
             self.now += 1 / 15
             frame = self.frames[round(self.now * 15) % len(self.frames)]
             self.caller.send_frame(MotionFrame(self.now, frame.displacements, frame.pose), self.now)
             for data, _ in self.caller.datagrams_to_send(self.now):
-                self.seen.append(data)
+                self.recent.append(data)
                 self.host.receive_datagram(data, SENDER, self.now)
             for data, _ in self.host.datagrams_to_send(self.now):
-                self.seen.append(data)
+                self.recent.append(data)
                 self.caller.receive_datagram(data, RECEIVER, self.now)
-        del self.seen[:-500]
-        self.genuine = set(self.seen)
+        del self.recent[:-500]
+        self.valid = set(self.recent)
         while self.host.next_event() or self.caller.next_event():
             pass
 
     def state(self) -> tuple[object, ...]:
-        """Return what no datagram without a valid seal may change."""
-        inbounds = [
+        """Return the state that a datagram without a valid seal must not change."""
+        legs = [
             (number, leg.traffic.total, leg.motion.frames.count, leg.rejected, leg.motion.presence)
             for number, leg in self.host.streams.items()
         ]
@@ -82,55 +85,55 @@ class LiveCall:
             (number, peer.address, peer.last_received, peer.opener.window.highest, peer.sealer.counter)
             for number, peer in self.host._sessions.sessions.items()
         ]
-        return (*inbounds, *peers, self.caller._session.session, self.caller.status(self.now))
+        return (*legs, *peers, self.caller._session.session, self.caller.status(self.now))
 
 
-def datagrams(call: LiveCall, count: int, numbers: random.Random) -> Iterator[bytes]:
-    """Yield every truncation of every golden file, then `count` damaged and random datagrams, none of them genuine."""
+def datagrams(call: LiveCall, count: int, rng: random.Random) -> Iterator[bytes]:
+    """Yield every truncation of every golden file, then `count` damaged and random datagrams, none of them valid."""
     golden = [path.read_bytes() for path in sorted(FOLDER.glob("*.bin"))]
     for data in golden:
         yield from (data[:size] for size in range(len(data) + 1))
     number = 0
     while number < count:
         if number % 8 == 0:
-            data = numbers.randbytes(numbers.randrange(1300 if number % 64 == 0 else 80))
+            data = rng.randbytes(rng.randrange(1300 if number % 64 == 0 else 80))
         else:
-            data = mutate(numbers.choice(call.seen if number % 2 else golden) or b"\0", numbers)
-        if data not in call.genuine:
+            data = mutate(rng.choice(call.recent if number % 2 else golden) or b"\0", rng)
+        if data not in call.valid:
             number += 1
             yield data
 
 
 def fuzz(count: int, seed: int) -> dict[str, Any]:
-    """Bombard a call and return the figures. Exits with a sentence at the first fault."""
-    numbers, call = random.Random(seed), LiveCall(seed)
+    """Send `count` datagrams to a call and return the figures. Exits with a message at the first fault."""
+    rng, call = random.Random(seed), LiveCall(seed)
     call.play(60)
-    bare, thrown, bare_motion = ReceiveLeg(), 0, 0
+    leg, sent, bodies = ReceiveLeg(), 0, 0
     before, memory = call.state(), 0
     start = time.perf_counter()
-    for data in datagrams(call, count, numbers):
-        thrown += 1
-        _throw(call, data)
-        if thrown % 5 == 0 and 0 < len(data) <= 1200:
-            bare.receive_body(data, thrown, len(data), call.now)
-            bare_motion += 1
-        if thrown == WARM:
+    for data in datagrams(call, count, rng):
+        sent += 1
+        _send(call, data)
+        if sent % 5 == 0 and 0 < len(data) <= 1200:
+            leg.receive_body(data, sent, len(data), call.now)
+            bodies += 1
+        if sent == WARM_UP:
             memory = memory_kb()
-        if thrown % 100_000 == 0:
-            print(thrown, f"{time.perf_counter() - start:.0f} s", file=sys.stderr)
-        if thrown % 1000 == 0:
+        if sent % 100_000 == 0:
+            print(sent, f"{time.perf_counter() - start:.0f} s", file=sys.stderr)
+        if sent % 1000 == 0:
             if call.state() != before:
-                sys.exit(f"the call has changed in the thousand before datagram {thrown}")
-            bare.motion.frame_at(call.now)
+                sys.exit(f"the state of the call changed within the 1000 datagrams before number {sent}")
+            leg.motion.frame_at(call.now)
             call.play(3)
             before = call.state()
-    growth = memory_kb() - memory if thrown > WARM else 0
+    growth = memory_kb() - memory if sent > WARM_UP else 0
     if growth > MAX_GROWTH_KB:
-        sys.exit(f"memory has grown by {growth} kB")
+        sys.exit(f"memory grew by {growth} kB; at most {MAX_GROWTH_KB} kB are allowed")
     return {
-        "datagrams": thrown,
-        "bodies": bare_motion,
-        "bodies_refused": bare.rejected + bare.missed_references,
+        "datagrams": sent,
+        "bodies": bodies,
+        "bodies_refused": leg.rejected + leg.missed_references,
         "seconds": round(time.perf_counter() - start, 1),
         "memory_growth_kb": growth,
         "dropped": {str(k): v for k, v in sorted(call.host._sessions.dropped.items())},
@@ -138,15 +141,15 @@ def fuzz(count: int, seed: int) -> dict[str, Any]:
     }
 
 
-def _throw(call: LiveCall, data: bytes) -> None:
+def _send(call: LiveCall, data: bytes) -> None:
     try:
-        call.host.receive_datagram(data, STRANGER, call.now)
+        call.host.receive_datagram(data, UNKNOWN, call.now)
         call.caller.receive_datagram(data, RECEIVER, call.now)
     except Exception as error:
         sys.exit(f"{error!r} after {data.hex()}")
     answers = call.host._sessions.datagrams_to_send(call.now)
     if sum(len(answer) for answer, _ in answers) > len(data):
-        sys.exit(f"a larger answer to {data.hex()}")
+        sys.exit(f"the answer is larger than the datagram {data.hex()}")
 
 
 def main() -> None:

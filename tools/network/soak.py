@@ -1,11 +1,12 @@
-"""A long call over a bad link: a looped clip through tools/network/impair.py, and what changes with time.
+"""Make a long call over a lossy link, a looped clip through tools/network/impair.py, and print figures over time.
 
     python tools/network/soak.py [--minutes 60] [--loss 0.05] [--clip CLIP] [--json]
 
-Sender and receiver are two processes (tools/bench/call_probe.py). Each row is a share of the call: memory of both ends,
-frames received, lost and late, playout delay, the median time from a frame's capture to the picture that shows it, the
-longest time between two captures, and the longest stall: how long the playhead was past the newest frame. In a call of
-any length no column may grow; a stall beside a capture gap as long is the machine's, which stood still for both.
+Sender and receiver are two processes (tools/bench/call_probe.py). Each row is a tenth of the call: memory of both ends,
+frames received, lost and late, playout delay, the median time from a frame's capture to the image that shows it, the
+longest time between two captures, and the longest stall, which is the time of the playhead past the newest frame. No
+column may grow with the length of the call. A stall next to a capture gap of the same length was caused by other load
+on the machine, which stopped both processes.
 """
 
 import argparse
@@ -26,22 +27,22 @@ from tools.network.impair import Faults, Relay
 
 CODE = "amber-canoe-tiger-7"
 ROWS = 10
-STARTING_S = 60.0  # that processes may take to start on a busy machine
-START_S = 3.0  # a call's first seconds: handshake, calibration, memory that is taken once
+STARTING_S = 60.0  # maximum time for the processes to start on a busy machine
+START_S = 3.0  # excluded from growth: handshake, calibration, memory that is allocated once
 Lines = list[dict[str, Any]]
 
 
 def call(clip: Path, seconds: float, faults: Faults, *, seed: int = 1, portrait: bool = False) -> tuple[Lines, Lines]:
-    """Make a call through a relay; return what sender and receiver told."""
+    """Make a call through a relay; return the log lines of sender and receiver."""
     receiver, address = start_receiver(CODE, seconds + STARTING_S)
     relay = Relay(("127.0.0.1", 0), split_address(address), faults, seed=seed)
     sender = start("send", "{}:{}".format(*relay.address), CODE, seconds, clip, *(["--portrait"] if portrait else []))
     sent: Lines = []
     received: Lines = []
-    over = threading.Event()
+    finished = threading.Event()
     assert sender.stdout is not None and receiver.stdout is not None
     threads = [
-        threading.Thread(target=_relay_until, args=(relay, over)),
+        threading.Thread(target=_relay_until, args=(relay, finished)),
         threading.Thread(target=read_lines, args=(sender.stdout, sent)),
         threading.Thread(target=read_lines, args=(receiver.stdout, received)),
     ]
@@ -50,7 +51,7 @@ def call(clip: Path, seconds: float, faults: Faults, *, seed: int = 1, portrait:
             thread.start()
         sender.wait(seconds + STARTING_S)
     finally:
-        over.set()
+        finished.set()
         for process in (sender, receiver):
             process.kill()
         for thread in threads:
@@ -61,22 +62,22 @@ def call(clip: Path, seconds: float, faults: Faults, *, seed: int = 1, portrait:
     return sent, received
 
 
-def _relay_until(relay: Relay, over: threading.Event) -> None:
-    while not over.is_set():
+def _relay_until(relay: Relay, finished: threading.Event) -> None:
+    while not finished.is_set():
         relay.run(0.5)
 
 
 def figures(sent: Lines, received: Lines) -> dict[str, Any]:
-    """Return the rows and what they say together."""
+    """Return the rows and the totals."""
     captures = [frame for line in sent for frame in line["frames"]]
-    began = captures[0][0]
+    start_time = captures[0][0]
     end = captures[-1][0]
-    length = (end - began) / ROWS
-    rows = [_row(sent, received, captures, began + i * length, length) for i in range(ROWS)]
+    length = (end - start_time) / ROWS
+    rows = [_row(sent, received, captures, start_time + i * length, length) for i in range(ROWS)]
     steady = [row for row in rows if row["from_s"] >= START_S] or rows
     last = received[-1]
     return {
-        "minutes": round((end - began) / 60, 2),
+        "minutes": round((end - start_time) / 60, 2),
         "frames_sent": sent[-1]["frames_sent"],
         "frames_received": last["frames_received"],
         "frames_lost": last["frames_lost"],
@@ -91,33 +92,33 @@ def figures(sent: Lines, received: Lines) -> dict[str, Any]:
 
 
 def _row(sent: Lines, received: Lines, captures: list[list[float]], begin: float, length: float) -> dict[str, float]:
-    ours = [line for line in received if begin <= line["at"] <= begin + length]
-    theirs = [line for line in sent if begin <= line["at"] <= begin + length]
-    pictures = [p for line in received for p in line["pictures"] if begin <= p[0] <= begin + length]
-    stamps = [at for at, _ in captures if begin <= at <= begin + length]
+    receiver = [line for line in received if begin <= line["at"] <= begin + length]
+    sender = [line for line in sent if begin <= line["at"] <= begin + length]
+    images = [image for line in received for image in line["pictures"] if begin <= image[0] <= begin + length]
+    times = [at for at, _ in captures if begin <= at <= begin + length]
     counted = ("frames_received", "frames_lost", "frames_late")
-    counts = {name: ours[-1][name] - ours[0][name] if ours else 0 for name in counted}
+    counts = {name: receiver[-1][name] - receiver[0][name] if receiver else 0 for name in counted}
     return {
         "from_s": round(begin - captures[0][0], 1),
-        "sender_kb": max((line["memory_kb"] for line in theirs), default=0),
-        "receiver_kb": max((line["memory_kb"] for line in ours), default=0),
+        "sender_kb": max((line["memory_kb"] for line in sender), default=0),
+        "receiver_kb": max((line["memory_kb"] for line in receiver), default=0),
         **counts,
-        "playout_delay_ms": round(median([line["playout_delay_ms"] for line in ours] or [0]), 1),
-        "latency_ms": round(latency(captures, pictures) * 1000, 1),
-        "longest_capture_gap_s": round(max((b - a for a, b in pairwise(stamps)), default=0.0), 3),
-        "longest_stall_s": round(max((p[2] for p in pictures), default=0.0), 3),
+        "playout_delay_ms": round(median([line["playout_delay_ms"] for line in receiver] or [0]), 1),
+        "latency_ms": round(latency(captures, images) * 1000, 1),
+        "longest_capture_gap_s": round(max((b - a for a, b in pairwise(times)), default=0.0), 3),
+        "longest_stall_s": round(max((image[2] for image in images), default=0.0), 3),
     }
 
 
-def latency(captures: list[list[float]], pictures: list[list[float]]) -> float:
-    """Return the median time from the capture of what a picture shows to the picture."""
-    stamps = [stamp - captures[0][1] for _, stamp in captures]
-    behind = []
-    for at, playhead, _ in pictures:
-        newest = bisect_right(stamps, playhead) - 1  # the newest frame that the picture's playhead has reached
+def latency(captures: list[list[float]], images: list[list[float]]) -> float:
+    """Return the median time from the capture of the frame that an image shows to the image, s."""
+    timestamps = [timestamp - captures[0][1] for _, timestamp in captures]
+    latencies = []
+    for at, playhead, _ in images:
+        newest = bisect_right(timestamps, playhead) - 1  # the newest frame that the playhead has reached
         if newest >= 0:
-            behind.append(at - captures[newest][0] - (playhead - stamps[newest]))
-    return median(behind) if behind else 0.0
+            latencies.append(at - captures[newest][0] - (playhead - timestamps[newest]))
+    return median(latencies) if latencies else 0.0
 
 
 def main() -> None:

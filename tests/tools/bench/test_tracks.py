@@ -1,5 +1,3 @@
-"""Tracks as the sender would send them."""
-
 from pathlib import Path
 
 import numpy as np
@@ -8,12 +6,12 @@ import pytest
 from tools.bench.tracks import TrackReader
 
 
-def test_a_track_is_resampled_and_its_error_measured_in_the_picture(shared: Path) -> None:
+def test_a_track_is_resampled_and_its_error_is_measured_in_the_image(shared: Path) -> None:
     reader = TrackReader()
     track = reader.read(shared / "motion" / "man_smiles.npz", fps=15)
     assert len(track.frames) == 36  # 72 frames at 30 a second
     assert np.diff([frame.timestamp for frame in track.frames]) == pytest.approx(1 / 15)
     frame = track.frames[10]
-    assert track.picture_errors(10, frame.displacements, frame.pose).max() == 0
+    assert track.image_errors(10, frame.displacements, frame.pose).max() == 0
     moved = frame.pose + 0.01 * track.eye_distance[10] * np.eye(6)[3]
-    assert track.picture_errors(10, frame.displacements, moved) == pytest.approx(np.ones(50), abs=1e-6)
+    assert track.image_errors(10, frame.displacements, moved) == pytest.approx(np.ones(50), abs=1e-6)
