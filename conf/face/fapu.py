@@ -1,7 +1,7 @@
-"""FAPU: the face's own units, that make one motion fit many faces.
+"""FAPU: facial animation parameter units, in which one motion fits every face.
 
-A displacement travels as a number of units. The unit of each axis of each control point is 1/1024 of the distance that
-governs it in the neutral face, as in MPEG-4: what is a wide smile on a small mouth is a wide smile on a large one.
+Displacements are transmitted in these units. The unit of each axis of each control point is 1/1024 of the distance that
+governs it in the neutral face, as in MPEG-4: a wide smile of a small mouth is a wide smile of a large one.
 Source: ISO/IEC 14496-2, Annex C, table of facial animation parameter units.
 """
 
@@ -17,13 +17,13 @@ UNITS_PER_DISTANCE = 1024
 
 @dataclass(frozen=True)
 class Fapu:
-    """The five distances of a neutral face, in the face's own length unit.
+    """The five distances of a neutral face, in the face's length unit.
 
     es0 : between the pupils
     ens0 : from the eye line to the nose
     mns0 : from the nose to the mouth
     mw0 : mouth width
-    irisd0 : how far an upper lid travels to close, mean of both eyes
+    irisd0 : travel of an upper lid that closes, mean of both eyes
     """
 
     es0: float
@@ -38,11 +38,11 @@ class Fapu:
 
     @classmethod
     def measure(cls, points: NDArray[np.floating], /, *, closed_lid_gap: float = 0.0) -> "Fapu":
-        """Measure the units on a neutral face.
+        """Measure the distances of a neutral face.
 
         points : (n, 3) control points of the neutral face, any length unit
-        closed_lid_gap : what still separates the two lid points of this face when the eye is shut, as a share of the
-            open gap: a drawn face closes to nothing, a tracker's landmarks do not
+        closed_lid_gap : distance of the lid points of a closed eye, relative to the open eye: 0 for a rendered face,
+            more for a tracker's landmarks
         Raises ValueError if a distance is not positive.
         """
         at = {name: np.asarray(points[i], dtype=np.float64) for name, i in CONTROL_POINT_INDEX.items()}
@@ -66,7 +66,7 @@ class Fapu:
 
 _FIELDS = ("es0", "ens0", "mns0", "mw0", "irisd0")
 
-# Which distance governs x, y and z of each feature point group; a name wins over its group.
+# The distances that govern x, y and z of each feature point group; a name takes precedence over its group.
 _BY_NAME = {
     "eyelid": ("es0", "irisd0", "es0"),
     "nose": ("ens0", "ens0", "ens0"),
@@ -84,8 +84,8 @@ _BY_GROUP = {
 def _governing_distances() -> NDArray[np.intp]:
     table = np.empty((CONTROL_POINT_COUNT, 3), dtype=np.intp)
     for point in CONTROL_POINTS:
-        named = _BY_NAME.get(point.name.split("_")[0])
-        axes = named or _BY_GROUP[point.feature_point.split(".")[0]]
+        by_name = _BY_NAME.get(point.name.split("_")[0])
+        axes = by_name or _BY_GROUP[point.feature_point.split(".")[0]]
         table[point.index] = [_FIELDS.index(axis) for axis in axes]
     return table
 

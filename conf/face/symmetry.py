@@ -1,4 +1,4 @@
-"""Left and right of a face: the mirror image of a motion, and the half of it that belongs to one side."""
+"""Left and right of a face: the mirror image of a motion, and the part of it that belongs to one side."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,12 +9,12 @@ OTHER_SIDE = {"l": "r", "r": "l"}
 
 
 def mirror_motion(displacements: NDArray[np.float32], /) -> NDArray[np.float32]:
-    """Return the displacements, (..., n, 3) along face axes, that the face in the mirror makes."""
+    """Return the mirror image of displacements, (..., n, 3) along face axes."""
     return displacements[..., MIRROR_INDICES, :] * np.array([-1, 1, 1], np.float32)
 
 
 def side_weighted(displacements: NDArray[np.float32], side: str, /) -> NDArray[np.float32]:
-    """Return the (..., n, 3) displacements of one side, "l" or "r" of the subject, and half of the middle's."""
+    """Return (..., n, 3) displacements of one side, "l" or "r" of the subject, with half of those in the middle."""
     return displacements * SIDE_WEIGHTS[side][:, None]
 
 
@@ -24,11 +24,10 @@ def _mirror_name(name: str) -> str:
 
 
 def _side_weights(side: str) -> NDArray[np.float32]:
-    shares = {side: 1.0, OTHER_SIDE[side]: 0.0}
-    return np.array([shares.get(point.name.rpartition("_")[2], 0.5) for point in CONTROL_POINTS], np.float32)
+    weights = {side: 1.0, OTHER_SIDE[side]: 0.0}
+    return np.array([weights.get(point.name.rpartition("_")[2], 0.5) for point in CONTROL_POINTS], np.float32)
 
 
-MIRROR_INDICES = [
-    CONTROL_POINT_INDEX[_mirror_name(point.name)] for point in CONTROL_POINTS
-]  # of each control point, on the other side
-SIDE_WEIGHTS = {side: _side_weights(side) for side in OTHER_SIDE}  # (n,) how far each control point belongs to a side
+# (n,) index of the control point on the other side; of itself in the middle
+MIRROR_INDICES = [CONTROL_POINT_INDEX[_mirror_name(point.name)] for point in CONTROL_POINTS]
+SIDE_WEIGHTS = {side: _side_weights(side) for side in OTHER_SIDE}  # (n,) 1 on the side, 0.5 in the middle

@@ -16,7 +16,7 @@ from conf.face.control_points import (
 )
 
 
-def test_fifty_points_each_with_its_own_name_number_and_landmark() -> None:
+def test_fifty_points_have_distinct_names_numbers_and_landmarks() -> None:
     assert CONTROL_POINT_COUNT == 50
     assert [point.index for point in CONTROL_POINTS] == list(range(50))
     for column in ("name", "feature_point", "landmark"):
@@ -24,24 +24,24 @@ def test_fifty_points_each_with_its_own_name_number_and_landmark() -> None:
     assert CONTROL_POINT_LANDMARKS.max() < 478
 
 
-def test_the_table_is_the_designs(shared: Path) -> None:
+def test_the_table_equals_the_designs(shared: Path) -> None:
     rows = (shared / "control_points.csv").read_text().splitlines()[1:]
     ours = [f"{p.index},{p.feature_point},{p.name},{p.landmark}" for p in CONTROL_POINTS]
     assert ours == [row.strip() for row in rows]
 
 
-def test_left_and_right_come_in_pairs() -> None:
+def test_left_and_right_points_are_paired() -> None:
     for name in CONTROL_POINT_INDEX:
         if name.endswith("_l"):
             assert name[:-1] + "r" in CONTROL_POINT_INDEX
 
 
-def test_the_groups_that_part_share_no_point() -> None:
+def test_lip_and_lid_groups_are_disjoint() -> None:
     groups = [UPPER_LIP, LOWER_LIP, UPPER_LID, LOWER_LID, PUPILS]
     assert [len(group) for group in groups] == [8, 6, 4, 4, 2]
     assert len(np.unique(np.concatenate(groups))) == sum(map(len, groups))
 
 
-def test_indices_by_prefix() -> None:
+def test_indices_are_selected_by_prefix() -> None:
     assert control_point_indices("pupil") == [CONTROL_POINT_INDEX["pupil_l"], CONTROL_POINT_INDEX["pupil_r"]]
     assert control_point_indices("nobody") == []

@@ -6,7 +6,7 @@ from conf.face.fapu import UNITS_PER_DISTANCE, Fapu
 from tests.support.sheet_face import SheetFace
 
 
-def test_measures_the_five_distances(face: SheetFace) -> None:
+def test_the_five_distances_are_measured(face: SheetFace) -> None:
     fapu = Fapu.measure(face.points)
     assert fapu.es0 == pytest.approx(6.4)
     assert fapu.mw0 == pytest.approx(5.0)
@@ -15,12 +15,12 @@ def test_measures_the_five_distances(face: SheetFace) -> None:
     assert 2 < fapu.mns0 < 3
 
 
-def test_units_grow_with_the_face(face: SheetFace) -> None:
+def test_units_scale_with_the_face(face: SheetFace) -> None:
     small, large = Fapu.measure(face.points), Fapu.measure(face.points * 2.5)
     assert large.lengths() == pytest.approx(small.lengths() * 2.5)
 
 
-def test_each_axis_has_the_distance_that_governs_it() -> None:
+def test_each_axis_uses_its_governing_distance() -> None:
     lengths = Fapu(es0=1, ens0=2, mns0=3, mw0=4, irisd0=5).lengths() * UNITS_PER_DISTANCE
     assert lengths.shape == (CONTROL_POINT_COUNT, 3)
     for name, axes in {
@@ -36,7 +36,7 @@ def test_each_axis_has_the_distance_that_governs_it() -> None:
         assert lengths[CONTROL_POINT_INDEX[name]] == pytest.approx(axes), name
 
 
-def test_the_gap_of_a_shut_eye_is_not_part_of_the_lids_way(face: SheetFace) -> None:
+def test_the_gap_of_a_closed_eye_is_subtracted(face: SheetFace) -> None:
     open_gap = Fapu.measure(face.points).irisd0
     assert Fapu.measure(face.points, closed_lid_gap=0.25).irisd0 == pytest.approx(0.75 * open_gap)
 

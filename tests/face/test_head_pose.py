@@ -9,7 +9,7 @@ angles = st.floats(-1.2, 1.2)
 
 
 @given(st.lists(st.floats(-3, 3), min_size=6, max_size=6))
-def test_a_pose_survives_its_vector(vector: list[float]) -> None:
+def test_a_pose_equals_that_of_its_vector(vector: list[float]) -> None:
     assert HeadPose.from_vector(np.array(vector)).to_vector() == pytest.approx(vector)
 
 
@@ -25,14 +25,14 @@ def test_the_matrix_is_a_rotation(x: float, y: float, z: float) -> None:
     [((0, 1, 0), 0, 1), ((1, 0, 0), 1, -1), ((0, 0, 1), 2, 1)],
     ids=["yaw to the subject's left", "pitch up", "roll"],
 )
-def test_angles_about_one_axis(axis: tuple[int, int, int], which: int, sign: int) -> None:
+def test_angles_about_one_axis_have_their_signs(axis: tuple[int, int, int], which: int, sign: int) -> None:
     pose = HeadPose(np.radians(20.0) * np.array(axis), np.zeros(2), 0.0)
     expected = [0.0, 0.0, 0.0]
     expected[which] = 20.0 * sign
     assert pose.yaw_pitch_roll() == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_face_that_looks_to_its_left_turns_its_nose_to_the_pictures_right() -> None:
+def test_positive_yaw_moves_the_nose_to_the_frames_right() -> None:
     pose = HeadPose(np.array([0, 0.5, 0]), np.zeros(2), 0.0)
     assert (pose.matrix() @ [0, 0, 1])[0] > 0
     assert pose.yaw_pitch_roll()[0] > 0

@@ -22,7 +22,7 @@ def test_a_known_similarity_is_recovered(turn: np.ndarray, scale: float, shift: 
 
 
 @given(st.integers(0, 1000))
-def test_no_other_turn_fits_noisy_points_better(seed: int) -> None:
+def test_no_nearby_similarity_fits_noisy_points_better(seed: int) -> None:
     rng = np.random.default_rng(seed)
     source, target, weights = rng.normal(size=(8, 3)), rng.normal(size=(8, 3)), rng.uniform(0.1, 1, 8)
     fit = fit_similarity(source, target, weights)
@@ -38,7 +38,7 @@ def test_no_other_turn_fits_noisy_points_better(seed: int) -> None:
 
 
 @given(st.integers(0, 1000))
-def test_there_and_back_and_one_after_the_other(seed: int) -> None:
+def test_inverse_and_composition(seed: int) -> None:
     rng = np.random.default_rng(seed)
     first, second = (
         SimilarityTransform(

@@ -1,4 +1,4 @@
-"""A small head without files, and OpenGL when there is some."""
+"""A small head built without files, and an offscreen window."""
 
 from collections.abc import Iterator
 
@@ -18,8 +18,8 @@ SIZE = (320, 240)
 SKULL = (np.array([0.0, 1.0, -2.0]), np.array([7.0, 9.5, 7.0]))  # centre and radii, cm
 EYE_RADIUS = 1.2
 
-# Where the control points lie on the stand-in, x to the left, y up, cm; the right side mirrors the left.
-PLACES = {
+# Positions of the control points by prefix, x to the subject's left, y up, cm; the right side mirrors the left.
+POSITIONS = {
     "chin": (0.8, -7.0), "inner_lip_upper": (0.5, -3.6), "inner_lip_lower": (0.5, -4.0),
     "inner_lip_corner": (2.2, -3.8), "outer_lip_upper": (0.8, -3.0), "outer_lip_lower": (0.8, -4.8),
     "outer_lip_corner": (2.5, -3.8), "cupids": (0.4, -2.9),
@@ -31,40 +31,40 @@ PLACES = {
 
 
 def ball(centre: NDArray[np.float64], radii: NDArray[np.float64] | float, count: int) -> NDArray[np.float64]:
-    """Return the vertices of a closed ball, rows from the south pole to the north pole."""
-    up = np.linspace(-np.pi / 2, np.pi / 2, count // 2 + 1)
-    round_ = np.linspace(0.0, 2 * np.pi, count, endpoint=False)
-    y, x = np.meshgrid(up, round_, indexing="ij")
+    """Return the vertices of an ellipsoid, in rows from the south pole to the north pole."""
+    latitude = np.linspace(-np.pi / 2, np.pi / 2, count // 2 + 1)
+    longitude = np.linspace(0.0, 2 * np.pi, count, endpoint=False)
+    y, x = np.meshgrid(latitude, longitude, indexing="ij")
     unit = np.stack([np.cos(y) * np.sin(x), np.sin(y), np.cos(y) * np.cos(x)], axis=-1)
     return (centre + radii * unit).reshape(-1, 3)
 
 
 def ball_triangles(count: int) -> NDArray[np.int64]:
-    """Return the triangles of `ball`, counter-clockwise from outside; around the poles they are slivers."""
+    """Return the triangles of `ball`, counter-clockwise from outside; those at the poles are degenerate."""
     rows, columns = np.meshgrid(np.arange(count // 2), np.arange(count), indexing="ij")
     a, b = (rows * count + columns).ravel(), (rows * count + (columns + 1) % count).ravel()
     return np.concatenate([np.stack([a, b, b + count], axis=1), np.stack([a, b + count, a + count], axis=1)])
 
 
 def on_skull(x: float, y: float) -> tuple[float, float, float]:
-    """Return the point of the skull's front at x, y."""
+    """Return the (3,) point of the front of the skull at x, y, cm."""
     centre, radii = SKULL
     u, v = (x - centre[0]) / radii[0], (y - centre[1]) / radii[1]
     return x, y, float(centre[2] + radii[2] * np.sqrt(1 - u * u - v * v))
 
 
 def control_points() -> NDArray[np.float64]:
-    """Return (50, 3), cm."""
+    """Return the (50, 3) control points, cm."""
     points = []
     for point in CONTROL_POINTS:
-        x, y = next(place for prefix, place in PLACES.items() if point.name.startswith(prefix))
+        x, y = next(position for prefix, position in POSITIONS.items() if point.name.startswith(prefix))
         side = {"l": 1.0, "r": -1.0}.get(point.name.rsplit("_", 1)[1], 0.0)
         points.append(on_skull(side * x, y))
     return np.array(points)
 
 
 def stand_in_mesh() -> Mesh:
-    """Return a skull of skin, two eyeballs, a tongue inside and hair on top."""
+    """Return a mesh of skin, two eyeballs, a tongue and hair."""
     centre, radii = SKULL
     balls = {
         "skin": (centre, radii),
@@ -73,9 +73,9 @@ def stand_in_mesh() -> Mesh:
         "tongue": (np.array([0.0, -3.8, 2.0]), 1.0),
     }
     positions, corners, groups, count = [], [], {}, 24
-    for name, (middle, radius) in balls.items():
+    for name, (position, radius) in balls.items():
         first, start = sum(map(len, positions)), sum(map(len, corners))
-        positions.append(ball(middle, radius, count))
+        positions.append(ball(position, radius, count))
         corners.append(ball_triangles(count) + first)
         groups[name] = np.arange(start, start + len(corners[-1]))
     triangles = np.concatenate(corners)
@@ -92,21 +92,21 @@ def stand_in_mesh() -> Mesh:
 
 @pytest.fixture(scope="session")
 def face() -> FaceModel:
-    """A stand-in face that no control point moves."""
+    """Return a face whose operator is zero."""
     mesh, points = stand_in_mesh(), control_points()
     return FaceModel(mesh, points, Fapu.measure(points), np.zeros((len(mesh.vertices), len(points)), np.float32))
 
 
 @pytest.fixture
 def window(gl: None) -> Iterator[OffscreenWindow]:
-    """An offscreen window of SIZE pixels."""
+    """Yield an offscreen window of SIZE pixels."""
     with OffscreenWindow(*SIZE) as window:
         yield window
 
 
 @pytest.fixture
 def overlay(window: OffscreenWindow) -> Iterator[ImGuiOverlay]:
-    """The ImGui context on the offscreen window."""
+    """Yield an ImGui overlay on the offscreen window."""
     overlay = ImGuiOverlay(window.ctx)
     yield overlay
     overlay.release()

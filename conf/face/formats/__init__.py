@@ -1,1 +1,1 @@
-"""Files of faces and motion: OBJ and other meshes, PPC, DPC, EPC."""
+"""File formats of meshes (OBJ, PLY, GLB, STL), control points (PPC), motion (DPC) and expressions (EPC)."""

@@ -1,10 +1,9 @@
-"""DPC files: how the control points move, frame by frame.
+"""DPC files: the displacements of the control points, frame by frame.
 
-The first line holds the number of frames; then come, frame after frame, one line `dx dy dz` a control point: where
-it is relative to the neutral pose. `#` opens a comment. The thesis's files hold nothing else, in the mesh's unit.
-Ours say more in comments that older readers skip: `# fps: 15`, `# units: fapu`, `# points: 50`, and before each
-frame `# pose: rx ry rz x y s` (see head_pose.py). A line `...` stands for nothing, as in the thesis's printed
-sample.
+The first line holds the number of frames. Each frame has one line `dx dy dz` per control point, relative to the neutral
+pose. `#` starts a comment. The thesis's files hold nothing else, in the mesh's unit. Files written here add comments
+that older readers skip: `# fps: 15`, `# units: fapu`, `# points: 50`, and before each frame `# pose: rx ry rz x y s`
+(see head_pose.py). A line `...` is skipped, as in the thesis's printed sample.
 Source: the thesis, section 5.2 (Dinâmicas dos Pontos de Controle).
 """
 
@@ -21,7 +20,7 @@ from conf.face.formats.text import parse_floats, read_lines
 
 DEFAULT_FPS = 15.0
 MAX_FRAMES = 1_000_000
-MAX_DISPLACEMENT = 1e6  # units; a jaw opens by about 1,500
+MAX_DISPLACEMENT = 1e6  # FAPU units; an open jaw has about 1,500
 _POSE_NUMBERS = 6
 _FRAME_COUNT = "expected the number of frames"
 _ROW = "expected `dx dy dz`, the displacement of one control point"
@@ -31,7 +30,7 @@ _ROW = "expected `dx dy dz`, the displacement of one control point"
 class MotionClip:
     """A recorded motion.
 
-    fps : frames a second
+    fps : frames per second
     units : "fapu" (1/1024 of the governing distance) or "mesh" (the length unit of the face it was made for)
     displacements : (N, n, 3) float32, from the neutral pose, head pose removed
     poses : (N, 6) float64 head poses, or None if the file has none
@@ -44,17 +43,17 @@ class MotionClip:
 
 
 def read_dpc(path: Path | str, /) -> MotionClip:
-    """Read the thesis's files and ours.
+    """Read a DPC file, with or without the comment header.
 
-    Raises FileFormatError if the file is not the number of frames and as many lines a frame for each.
+    Raises FileFormatError if the file is not the number of frames and as many lines for each frame.
     """
     return _DpcText(Path(path)).read()
 
 
 def write_dpc(path: Path | str, motion: MotionClip, /) -> None:
-    """Write a motion, two decimals a displacement, with the comment header that keeps fps, units and poses.
+    """Write a motion, displacements with two decimals, with fps, units and poses in comments.
 
-    Raises ValueError if the motion has no frames, or poses for some of them only.
+    Raises ValueError if the motion has no frames, or the number of poses differs.
     """
     frames, points, _ = motion.displacements.shape
     if frames == 0 or not np.isfinite(motion.displacements).all():
@@ -78,7 +77,7 @@ def _lines(motion: MotionClip, frames: int, points: int) -> Iterator[str]:
 
 
 class _DpcText:
-    """What has been read of one DPC file so far."""
+    """Parser state of one DPC file."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -136,12 +135,12 @@ class _DpcText:
             raise FileFormatError(self._path, number, expected)
         self._poses.extend(parse_floats(words, self._path, number, expected))
 
-    def _positive(self, words: list[bytes], number: int, expected: str, largest: int) -> int:
+    def _positive(self, words: list[bytes], number: int, expected: str, max_value: int) -> int:
         try:
             value = int(b" ".join(words))
         except ValueError as error:
             raise FileFormatError(self._path, number, expected) from error
-        if not 1 <= value <= largest:
+        if not 1 <= value <= max_value:
             raise FileFormatError(self._path, number, expected)
         return value
 

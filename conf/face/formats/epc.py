@@ -1,8 +1,8 @@
-"""EPC files: named expressions of a face, one frame each, in DPC's form.
+"""EPC files: named expressions of a face, one DPC frame each.
 
-An EPC file is a DPC file (see dpc.py) whose frames have names: a comment `# name: joy` stands before the first line of
-the frame it names. Whatever reads DPC reads EPC. A frame without a name, as in the thesis's files, takes the file's
-name: `joy.epc` is joy, several are `joy 1`, `joy 2`.
+An EPC file is a DPC file (see dpc.py) with a comment such as `# name: joy` before the first line of each frame, so
+every DPC reader reads it. Frames without a name, as in the thesis's files, are named after the file: `joy` for the
+frame of `joy.epc`, or `joy 1`, `joy 2` for several.
 Source: the thesis, section 5.1 (Emoções em Pontos de Controle: "no mesmo padrão dos DPC's").
 """
 
@@ -27,7 +27,7 @@ MAX_NAME = 60  # characters
 class ExpressionSet:
     """Named expressions.
 
-    names : N of them, no two alike
+    names : N distinct names
     displacements : (N, n, 3) float32, from the neutral pose
     units : "fapu" (1/1024 of the governing distance) or "mesh" (the length unit of the face they were made for)
     """
@@ -37,14 +37,14 @@ class ExpressionSet:
     units: str = "fapu"
 
     def __getitem__(self, name: str) -> NDArray[np.float32]:
-        """Return the (n, 3) displacements of one expression. Raises KeyError if there is none of that name."""
+        """Return the (n, 3) displacements of one expression. Raises KeyError for an unknown name."""
         if name not in self.names:
             raise KeyError(name)
         frame: NDArray[np.float32] = self.displacements[self.names.index(name)]
         return frame
 
     def in_fapu(self, fapu: Fapu, /) -> "ExpressionSet":
-        """Return the same expressions in FAPU units. fapu : of the face they were made for, in its own length unit."""
+        """Return the expressions in FAPU units. fapu : of the face they were made for, in its length unit."""
         if self.units == "fapu":
             return self
         return replace(self, displacements=(self.displacements / fapu.lengths()).astype(np.float32), units="fapu")
@@ -56,7 +56,7 @@ class ExpressionSet:
 def read_epc(path: Path | str, /) -> ExpressionSet:
     """Read named expressions of the fifty control points.
 
-    Raises FileFormatError if the file is not that, whatever its bytes.
+    Raises FileFormatError if the file does not hold them, whatever its bytes.
     """
     path = Path(path)
     check_file(path, max_bytes=MAX_FILE_BYTES)
@@ -64,10 +64,10 @@ def read_epc(path: Path | str, /) -> ExpressionSet:
     frames, points, _ = motion.displacements.shape
     if points != CONTROL_POINT_COUNT:
         raise FileFormatError(path, None, f"expected {CONTROL_POINT_COUNT} control points a frame, found {points}")
-    given = _read_names(path)
+    names_by_frame = _read_names(path)
     default = path.stem[:MAX_NAME] or "expression"
     numbered = (default,) if frames == 1 else tuple(f"{default} {i + 1}" for i in range(frames))
-    names = tuple(given.get(i, numbered[i]) for i in range(frames))
+    names = tuple(names_by_frame.get(i, numbered[i]) for i in range(frames))
     if len(set(names)) != frames:
         raise FileFormatError(path, None, "expected a different name for each frame")
     return ExpressionSet(names, motion.displacements, motion.units)
@@ -81,11 +81,11 @@ def write_epc(
     comments: Sequence[str] = (),
     notes: Mapping[str, str] | None = None,
 ) -> None:
-    """Write named expressions, one decimal a displacement, each line with the name of its control point.
+    """Write named expressions, displacements with one decimal, each line with the name of its control point.
 
-    comments : lines for the top of the file
-    notes : expression -> a line of text to stand under its name
-    Raises ValueError if a name or a displacement could not be read again.
+    comments : comment lines at the top of the file
+    notes : expression -> comment below its name
+    Raises ValueError if a name or a displacement could not be read back.
     """
     shape = (len(expressions), CONTROL_POINT_COUNT, 3)
     if len(expressions) == 0 or expressions.displacements.shape != shape:
@@ -106,12 +106,12 @@ def write_epc(
 
 
 def is_name(name: str, /) -> bool:
-    """Tell whether a name can be written to a file and read again."""
+    """Tell whether a name can be written to a file and read back."""
     return 0 < len(name) <= MAX_NAME and name.isprintable() and name == name.strip() and "#" not in name
 
 
 def _read_names(path: Path) -> dict[int, str]:
-    """Return the names by frame; the rows are known to be sound."""
+    """Return the names by frame of a file that read_dpc has accepted."""
     names: dict[int, str] = {}
     rows = -1  # the first line of data holds the number of frames
     for number, line in read_lines(path):
@@ -120,19 +120,10 @@ def _read_names(path: Path) -> dict[int, str]:
         key, colon, value = comment.partition(b":")
         if not colon or key.strip() != b"name":
             continue
-        frame, within = divmod(max(rows, 0), CONTROL_POINT_COUNT)
-        if within or frame in names:
+        frame, row = divmod(max(rows, 0), CONTROL_POINT_COUNT)
+        if row or frame in names:
             raise FileFormatError(path, number, "expected `# name:` once, before the first line of the frame it names")
-        names[frame] = _decode_name(value, path, number)
+        names[frame] = value.decode("utf-8", "surrogateescape").strip()  # surrogates are not printable
+        if not is_name(names[frame]):
+            raise FileFormatError(path, number, f"expected `# name:` and up to {MAX_NAME} printable characters")
     return names
-
-
-def _decode_name(value: bytes, path: Path, number: int) -> str:
-    expected = f"expected `# name:` and up to {MAX_NAME} printable characters"
-    try:
-        name = value.decode("utf-8").strip()
-    except UnicodeDecodeError as error:
-        raise FileFormatError(path, number, expected) from error
-    if not is_name(name):
-        raise FileFormatError(path, number, expected)
-    return name

@@ -1,8 +1,8 @@
-"""OBJ files: a small reader of our own.
+"""Read OBJ files.
 
-trimesh reads OBJ too, but splits the file into one mesh per material, re-orders and merges vertices on the way and
-drops the `g` names. Here the order of the `v` lines is the vertex order of every array (operator, sculpted shapes),
-and the groups say which part is an eye or a tooth, so both must survive.
+trimesh reads OBJ too, but splits the file into one mesh per material, reorders and merges vertices, and drops the names
+of groups. Here the order of the `v` lines is the vertex order of every array (operator, blendshapes), and the groups
+tell which part is an eye or a tooth.
 """
 
 from array import array
@@ -20,7 +20,7 @@ MAX_VERTICES = 1_000_000
 MAX_TRIANGLES = 2_000_000
 DEFAULT_GROUP = "default"
 
-# What the format allows and a face has no use for: normals are computed afresh for every frame.
+# Keywords of the format that are not used; normals are computed for every frame.
 _IGNORED = frozenset(
     b"vn vp s l p o mg usemtl lod usemap maplib shadow_obj trace_obj cstype deg bmat step curv curv2 surf parm trim"
     b" hole scrv sp end con bevel c_interp d_interp ctech stech call csh bsp bzp cdc cdp res".split()
@@ -29,13 +29,13 @@ _IGNORED = frozenset(
 
 @dataclass(frozen=True)
 class RawMesh:
-    """Triangles as files hold them: positions and texture coordinates indexed apart.
+    """A mesh with separately indexed positions and texture coordinates, as in files.
 
     positions : (V, 3) float64, in the file's order
     uvs : (T, 2) float64
-    corners : (F, 3, 2) int64, position index and texture index (-1: none) of each corner
+    corners : (F, 3, 2) int64, position index and texture coordinate index (-1: none) of each corner
     groups : name -> indices of its triangles
-    texture : the picture named by the material, if it is there
+    texture : existing image file named by the material, or None
     """
 
     positions: NDArray[np.float64]
@@ -46,9 +46,9 @@ class RawMesh:
 
 
 def read_obj(path: Path, /) -> RawMesh:
-    """Read positions, texture coordinates, polygons (cut into triangle fans) and groups.
+    """Read positions, texture coordinates, polygons (as triangle fans) and groups.
 
-    Raises FileFormatError, with the line, on anything the format does not know.
+    Raises FileFormatError, with the line number, for anything that is not OBJ.
     """
     text = _ObjText(path)
     for number, line in _joined_lines(path):
@@ -59,28 +59,26 @@ def read_obj(path: Path, /) -> RawMesh:
 
 
 def _joined_lines(path: Path) -> Iterator[tuple[int, bytes]]:
-    """Yield the lines, those that end in a backslash joined to the next."""
-    held: list[bytes] = []
+    """Yield the lines; those that end in a backslash are joined with the next."""
+    parts: list[bytes] = []
     for number, line in read_lines(path):
         if line.endswith(b"\\"):
-            held.append(line[:-1])
-            if len(held) > 100:
+            parts.append(line[:-1])
+            if len(parts) > 100:
                 raise FileFormatError(path, number, "expected at most 100 continued lines")
             continue
-        yield number, b" ".join([*held, line]) if held else line
-        held.clear()
+        yield number, b" ".join([*parts, line]) if parts else line
+        parts.clear()
 
 
 @dataclass
 class _ObjText:
-    """What has been read of one OBJ file so far."""
+    """Parser state of one OBJ file; flat arrays need a tenth of the memory of lists."""
 
     path: Path
-    positions: "array[float]" = field(default_factory=lambda: array("d"))  # three a vertex, and so on: lists of lists
-    uvs: "array[float]" = field(default_factory=lambda: array("d"))  # would take ten times the memory
-    corners: "array[int]" = field(
-        default_factory=lambda: array("q")
-    )  # three times position and texture index a triangle
+    positions: "array[float]" = field(default_factory=lambda: array("d"))  # three per vertex
+    uvs: "array[float]" = field(default_factory=lambda: array("d"))  # two per texture coordinate
+    corners: "array[int]" = field(default_factory=lambda: array("q"))  # six per triangle, as in RawMesh
     groups: dict[str, "array[int]"] = field(default_factory=dict)
     current: list[str] = field(default_factory=lambda: [DEFAULT_GROUP])
     library: str | None = None
@@ -93,7 +91,7 @@ class _ObjText:
             raise FileFormatError(self.path, number, "expected an OBJ line such as `v x y z` or `f 1 2 3`")
 
     def read_position(self, words: list[bytes], number: int) -> None:
-        if len(words) not in (3, 4, 6, 7):  # with a weight, or with a colour, as some scanners write
+        if len(words) not in (3, 4, 6, 7):  # also with a weight, or with a colour, as some scanners write
             raise FileFormatError(self.path, number, "expected `v x y z`")
         self.positions.extend(parse_floats(words[:3], self.path, number, "expected `v x y z`"))
         if len(self.positions) > 3 * MAX_VERTICES:
@@ -157,7 +155,7 @@ _KEYWORDS: dict[bytes, Callable[[_ObjText, list[bytes], int], None]] = {
 
 
 def _absolute(index: int, count: int) -> int:
-    """Turn OBJ's index (from 1, or from -1 backwards) into one from 0; ValueError if it names nothing above."""
+    """Return the index from 0 for an OBJ index (from 1, or from -1 backwards). Raises ValueError if out of range."""
     absolute = index - 1 if index > 0 else count + index
     if not 0 <= absolute < count or index == 0:
         raise ValueError(f"index {index} of {count}")
@@ -165,7 +163,7 @@ def _absolute(index: int, count: int) -> int:
 
 
 def _find_texture(path: Path, library: str) -> Path | None:
-    """Return the first picture the material library names and that is there; a face without one is drawn plain."""
+    """Return the first existing image file that the material library names, or None."""
     try:
         for _, line in read_lines(path.parent / library):
             words = line.split(None, 1)

@@ -1,6 +1,6 @@
-"""PPC files: where the control points lie on one face.
+"""PPC files: the positions of the control points on one face.
 
-One line `x y z` a control point, in the order of control_points.py, in the face's own length unit; `#` opens a comment.
+One line `x y z` per control point, in the order of control_points.py, in the face's length unit; `#` starts a comment.
 Source: the thesis, section 5.2 (Posições dos Pontos de Controle).
 """
 
@@ -19,7 +19,7 @@ _LINE = "expected `x y z`, the position of one control point"
 def read_ppc(path: Path | str, /) -> NDArray[np.float64]:
     """Return the (n, 3) positions of the control points, in the face's length unit.
 
-    Raises FileFormatError if the file is not one line of three numbers for each control point.
+    Raises FileFormatError if the file does not have one line of three numbers for each control point.
     """
     path = Path(path)
     rows: list[list[float]] = []

@@ -1,4 +1,4 @@
-"""Plain-text files from strangers, line by line, in bounded memory: what PPC, DPC and OBJ have in common."""
+"""Read untrusted text files line by line in bounded memory, for PPC, DPC, EPC and OBJ."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -6,16 +6,13 @@ from pathlib import Path
 
 from conf.errors import FileFormatError
 
-MAX_FILE_BYTES = 64 << 20  # a face of a million vertices, or an hour of motion
+MAX_FILE_BYTES = 64 << 20  # a mesh of a million vertices, or an hour of motion
 _MAX_LINE_BYTES = 1 << 16
-_MAX_NUMBER = 1e9  # beyond it no face has a coordinate, and squares still fit float32
+_MAX_NUMBER = 1e9  # larger than any coordinate of a face; its square still fits float32
 
 
 def check_file(path: Path, /, *, max_bytes: int = MAX_FILE_BYTES) -> None:
-    """Refuse what cannot be a readable file of a sane size before a byte of it is read.
-
-    Raises FileFormatError.
-    """
+    """Raise FileFormatError if the path is not a file, cannot be opened, or is larger than max_bytes."""
     try:
         if not path.is_file():
             raise FileFormatError(path, None, "expected a file; check the name")
@@ -27,9 +24,9 @@ def check_file(path: Path, /, *, max_bytes: int = MAX_FILE_BYTES) -> None:
 
 
 def read_lines(path: Path, /) -> Iterator[tuple[int, bytes]]:
-    """Yield (line number from 1, line without its end).
+    """Yield (line number from 1, line without its line break).
 
-    Raises FileFormatError if the file cannot be read or a line is too long to be text.
+    Raises FileFormatError if the file cannot be read, or a line is too long.
     """
     check_file(path)
     try:
@@ -47,7 +44,7 @@ def read_lines(path: Path, /) -> Iterator[tuple[int, bytes]]:
 def parse_floats(words: Sequence[bytes], path: Path, line: int, expected: str) -> list[float]:
     """Return the words as finite numbers.
 
-    Raises FileFormatError with `expected` if one of them is none, or is larger than any coordinate can be.
+    Raises FileFormatError with the message `expected` if one is not a number, or not within the limit.
     """
     try:
         values = [float(word) for word in words]

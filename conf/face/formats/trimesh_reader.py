@@ -1,4 +1,4 @@
-"""PLY, GLB and STL meshes, by way of trimesh."""
+"""Read PLY, GLB and STL meshes with trimesh."""
 
 import logging
 import struct
@@ -12,29 +12,17 @@ from conf.errors import FileFormatError
 from conf.face.formats.obj import DEFAULT_GROUP, MAX_TRIANGLES, MAX_VERTICES, RawMesh
 from conf.face.formats.text import check_file
 
-# On damaged files trimesh's readers fail in every way Python knows; whichever it is, the file is at fault.
-_TRIMESH_FAILURES = (
-    ArithmeticError,
-    AssertionError,
-    AttributeError,
-    BufferError,
-    EOFError,
-    ImportError,
-    LookupError,
-    MemoryError,
-    NameError,
-    OSError,
-    RuntimeError,
-    TypeError,
-    ValueError,
-    struct.error,
+# What trimesh's readers raise for damaged files.
+_READ_ERRORS = (
+    *(ArithmeticError, AssertionError, AttributeError, BufferError, EOFError, ImportError, LookupError, MemoryError),
+    *(NameError, OSError, RuntimeError, TypeError, ValueError, struct.error),
 )
 
 
 def read_with_trimesh(path: Path, /) -> RawMesh:
-    """Read a PLY, GLB or STL mesh; several parts become groups, vertices keep the file's order.
+    """Read a PLY, GLB or STL mesh; parts become groups, vertices keep the file's order.
 
-    Raises FileFormatError if trimesh cannot make a mesh of it.
+    Raises FileFormatError if trimesh cannot read it as a mesh.
     """
     check_file(path)
     kind = path.suffix.lower()[1:]
@@ -46,7 +34,7 @@ def read_with_trimesh(path: Path, /) -> RawMesh:
             return _join(path, [part for part in parts if isinstance(part, trimesh.Trimesh) and len(part.faces)])
     except FileFormatError:
         raise
-    except _TRIMESH_FAILURES as error:
+    except _READ_ERRORS as error:
         raise FileFormatError(path, None, f"expected a {kind.upper()} mesh, found something else") from error
 
 
@@ -67,7 +55,7 @@ def _join(path: Path, parts: list[trimesh.Trimesh]) -> RawMesh:
         uvs=np.concatenate([uv for uv in uvs if uv is not None]) if textured else np.empty((0, 2)),
         corners=np.stack([corners, corners if textured else np.full_like(corners, -1)], axis=-1),
         groups={_name(part, i): np.arange(ends[i], ends[i + 1]) for i, part in enumerate(parts)},
-        texture=None,  # a GLB's picture is inside the file: such a face is drawn plain
+        texture=None,  # a texture embedded in a GLB is not used
     )
 
 

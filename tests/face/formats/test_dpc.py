@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 from conf.errors import FileFormatError
 from conf.face.formats.dpc import MotionClip, read_dpc, write_dpc
 
-# The sample printed in the thesis, section 5.2, letter for letter.
+# The sample of the thesis, section 5.2, as printed.
 THESIS = """
 2                # Total de quadros
 
@@ -50,7 +50,7 @@ def read(tmp_path: Path, text: str) -> MotionClip:
     return read_dpc(path)
 
 
-def test_the_thesis_sample_loads(tmp_path: Path) -> None:
+def test_the_thesis_sample_is_read(tmp_path: Path) -> None:
     motion = read(tmp_path, THESIS)
     assert motion.units == "mesh"
     assert motion.poses is None
@@ -68,9 +68,7 @@ def test_the_golden_file_is_written_and_read(tmp_path: Path) -> None:
 
 
 @given(arrays(np.float32, (3, 50, 3), elements=st.floats(-4000, 4000, width=32)), st.floats(1, 120))
-def test_what_is_written_is_read(
-    tmp_path_factory: pytest.TempPathFactory, displacements: np.ndarray, fps: float
-) -> None:
+def test_motions_are_read_back(tmp_path_factory: pytest.TempPathFactory, displacements: np.ndarray, fps: float) -> None:
     path = tmp_path_factory.getbasetemp() / "round.dpc"
     write_dpc(path, MotionClip(fps, "fapu", displacements))
     motion = read_dpc(path)
@@ -101,14 +99,14 @@ def test_what_is_written_is_read(
         ("2\n# pose: 1 2 3 4 5 6\n1 2 3\n1 2 3\n", 4, "expected a pose for each of 2 frames or for none"),
     ],
 )
-def test_what_is_wrong_is_said_with_its_line(tmp_path: Path, text: str, line: int | None, expected: str) -> None:
+def test_errors_name_the_line(tmp_path: Path, text: str, line: int | None, expected: str) -> None:
     with pytest.raises(FileFormatError) as caught:
         read(tmp_path, text)
     assert caught.value.line == line
     assert expected in str(caught.value)
 
 
-def test_comments_that_only_look_like_ours_are_comments(tmp_path: Path) -> None:
+def test_other_comments_are_ignored(tmp_path: Path) -> None:
     assert read(tmp_path, "1 # fps unknown\n1 2 3 # pose of the man\n").fps == 15.0
 
 
@@ -118,7 +116,7 @@ WORDS = st.sampled_from(
 
 
 @given(st.one_of(st.binary(max_size=300), st.lists(WORDS, max_size=60).map(lambda words: " ".join(words).encode())))
-def test_any_bytes_give_a_motion_or_the_one_error(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
+def test_any_bytes_give_a_motion_or_file_format_error(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
     path = tmp_path_factory.getbasetemp() / "any.dpc"
     path.write_bytes(data)
     try:
@@ -130,7 +128,7 @@ def test_any_bytes_give_a_motion_or_the_one_error(tmp_path_factory: pytest.TempP
     assert np.isfinite(motion.displacements).all()
 
 
-def test_only_a_whole_motion_is_written(tmp_path: Path) -> None:
+def test_incomplete_motions_are_not_written(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="at least one frame"):
         write_dpc(tmp_path / "x", replace(MOTION, displacements=np.zeros((0, 1, 3), np.float32)))
     with pytest.raises(ValueError, match=r"poses must have shape \(2, 6\)"):

@@ -23,7 +23,7 @@ def expressions(names: tuple[str, ...], seed: int = 0) -> ExpressionSet:
 
 @same_folder
 @given(names=st.lists(st.text(max_size=MAX_NAME).filter(is_name), min_size=1, max_size=4, unique=True))
-def test_what_is_written_is_read_again(tmp_path: Path, names: list[str]) -> None:
+def test_expressions_are_read_back(tmp_path: Path, names: list[str]) -> None:
     written = expressions(tuple(names))
     write_epc(tmp_path / "a.epc", written, comments=["made by hand"], notes={names[0]: "a note: colons do no harm"})
     read = read_epc(tmp_path / "a.epc")
@@ -41,7 +41,7 @@ def test_an_epc_file_is_a_dpc_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("frames", "names"), [(1, ("joy",)), (2, ("joy 1", "joy 2"))])
-def test_frames_without_a_name_take_the_file_s(tmp_path: Path, frames: int, names: tuple[str, ...]) -> None:
+def test_frames_without_a_name_are_named_after_the_file(tmp_path: Path, frames: int, names: tuple[str, ...]) -> None:
     (tmp_path / "joy.epc").write_text(f"{frames} # quadros\n" + FRAME * frames)
     read = read_epc(tmp_path / "joy.epc")
     assert read.names == names
@@ -60,7 +60,7 @@ def test_frames_without_a_name_take_the_file_s(tmp_path: Path, frames: int, name
         ("x\n", 1, "expected the number of frames"),
     ],
 )
-def test_each_fault_is_named(tmp_path: Path, text: str, line: int | None, expected: str) -> None:
+def test_errors_name_the_line(tmp_path: Path, text: str, line: int | None, expected: str) -> None:
     path = tmp_path / "bad.epc"
     path.write_bytes(text.encode("latin-1"))
     with pytest.raises(FileFormatError) as error:
@@ -70,7 +70,7 @@ def test_each_fault_is_named(tmp_path: Path, text: str, line: int | None, expect
     assert str(path) in str(error.value)
 
 
-def test_a_huge_file_is_refused_unread(tmp_path: Path) -> None:
+def test_a_huge_file_is_rejected_by_its_size(tmp_path: Path) -> None:
     path = tmp_path / "huge.epc"
     with path.open("wb") as file:
         file.truncate(100 << 20)
@@ -84,7 +84,7 @@ pieces = st.sampled_from([b"1\n", b"2\n", b"# name: joy\n", b"# name:", b"# unit
 
 @same_folder
 @given(data=st.one_of(st.binary(max_size=300), st.lists(pieces, max_size=8).map(b"".join)))
-def test_any_bytes_give_expressions_or_the_one_error(tmp_path: Path, data: bytes) -> None:
+def test_any_bytes_give_expressions_or_file_format_error(tmp_path: Path, data: bytes) -> None:
     (tmp_path / "a.epc").write_bytes(data)
     try:
         read = read_epc(tmp_path / "a.epc")
@@ -96,7 +96,7 @@ def test_any_bytes_give_expressions_or_the_one_error(tmp_path: Path, data: bytes
 
 
 @pytest.mark.parametrize("name", ["", " joy", "a#b", "a\nb", "x" * 61])
-def test_a_name_that_could_not_be_read_again_is_not_written(tmp_path: Path, name: str) -> None:
+def test_invalid_names_are_not_written(tmp_path: Path, name: str) -> None:
     with pytest.raises(ValueError, match="names must be"):
         write_epc(tmp_path / "a.epc", expressions((name,)))
 
@@ -106,7 +106,7 @@ def test_an_unknown_name_is_a_key_error() -> None:
         expressions(("joy",))["fear"]
 
 
-def test_mesh_units_become_fapu_of_the_face_they_were_made_for() -> None:
+def test_mesh_units_are_converted_to_fapu() -> None:
     fapu = Fapu(es0=64.0, ens0=48.0, mns0=26.0, mw0=51.0, irisd0=9.7)  # a face in millimetres
     given = expressions(("joy",))
     mesh = ExpressionSet(("joy",), (given.displacements * fapu.lengths()).astype(np.float32), "mesh")

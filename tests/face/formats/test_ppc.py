@@ -10,7 +10,7 @@ from conf.face.formats.ppc import read_ppc, write_ppc
 from tests.support.sheet_face import SheetFace
 
 
-def test_what_is_written_is_read(tmp_path: Path, face: SheetFace) -> None:
+def test_points_are_read_back(tmp_path: Path, face: SheetFace) -> None:
     path = tmp_path / "face.ppc"
     write_ppc(path, face.points)
     assert read_ppc(path) == pytest.approx(face.points, abs=1e-6)
@@ -28,7 +28,7 @@ def test_what_is_written_is_read(tmp_path: Path, face: SheetFace) -> None:
         ("1 2 inf\n", 1, "each finite"),
     ],
 )
-def test_what_is_wrong_is_said_with_its_line(tmp_path: Path, text: str, line: int | None, expected: str) -> None:
+def test_errors_name_the_line(tmp_path: Path, text: str, line: int | None, expected: str) -> None:
     path = tmp_path / "bad.ppc"
     path.write_text(text)
     with pytest.raises(FileFormatError) as caught:
@@ -38,7 +38,7 @@ def test_what_is_wrong_is_said_with_its_line(tmp_path: Path, text: str, line: in
 
 
 @given(st.one_of(st.binary(max_size=400), st.text("0123456789.-e# \nx", max_size=600).map(str.encode)))
-def test_any_bytes_give_points_or_the_one_error(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
+def test_any_bytes_give_points_or_file_format_error(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
     path = tmp_path_factory.getbasetemp() / "any.ppc"
     path.write_bytes(data)
     try:

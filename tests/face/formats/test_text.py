@@ -23,7 +23,7 @@ GARBAGE = {
 
 @pytest.mark.parametrize("garbage", GARBAGE.values(), ids=GARBAGE)
 @pytest.mark.parametrize(("reader", "suffix"), [(load_mesh, "obj"), (read_ppc, "ppc"), (read_dpc, "dpc")])
-def test_a_hundred_megabytes_are_refused_at_once(tmp_path: Path, reader: object, suffix: str, garbage: bytes) -> None:
+def test_a_hundred_megabytes_are_rejected_quickly(tmp_path: Path, reader: object, suffix: str, garbage: bytes) -> None:
     path = tmp_path / f"garbage.{suffix}"
     with path.open("wb") as file:
         for _ in range(100):
@@ -36,24 +36,24 @@ def test_a_hundred_megabytes_are_refused_at_once(tmp_path: Path, reader: object,
     path.unlink()
 
 
-def test_lines_are_numbered_from_one_whatever_ends_them(tmp_path: Path) -> None:
+def test_lines_are_numbered_from_one_for_any_line_break(tmp_path: Path) -> None:
     path = tmp_path / "text"
     path.write_bytes(b"a\r\nb\n\nc")
     assert list(read_lines(path)) == [(1, b"a"), (2, b"b"), (3, b""), (4, b"c")]
 
 
-@pytest.mark.parametrize("what", ["missing", "folder", "pipe", "nul\x00name"])
-def test_what_is_no_file_is_refused_without_waiting(tmp_path: Path, what: str) -> None:
-    path = tmp_path / what
-    if what == "folder":
+@pytest.mark.parametrize("kind", ["missing", "folder", "pipe", "nul\x00name"])
+def test_what_is_not_a_file_is_rejected_without_blocking(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / kind
+    if kind == "folder":
         path.mkdir()
-    if what == "pipe":
+    if kind == "pipe":
         os.mkfifo(path)
     with pytest.raises(FileFormatError, match=r"expected a file; check the name|cannot be opened"):
         list(read_lines(path))
 
 
-def test_a_file_over_the_limit_is_refused_by_its_size(tmp_path: Path) -> None:
+def test_a_file_over_the_limit_is_rejected_by_its_size(tmp_path: Path) -> None:
     path = tmp_path / "large"
     path.write_bytes(b"x" * (3 << 20))
     with pytest.raises(FileFormatError, match="expected at most 1 MB, found 3 MB"):
@@ -61,6 +61,6 @@ def test_a_file_over_the_limit_is_refused_by_its_size(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("word", [b"x", b"", b"nan", b"inf", b"-1e10", b"1e400"])
-def test_only_numbers_that_a_face_can_have(word: bytes) -> None:
+def test_numbers_must_be_finite_and_within_the_limit(word: bytes) -> None:
     with pytest.raises(FileFormatError, match=r"f\.txt, line 7: expected a length"):
         parse_floats([b"1", word], Path("f.txt"), 7, "expected a length")

@@ -17,7 +17,7 @@ def box() -> trimesh.Trimesh:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_box_comes_back(tmp_path: Path, kind: str) -> None:
+def test_a_box_is_read(tmp_path: Path, kind: str) -> None:
     box().export(tmp_path / f"box.{kind}")
     mesh = load_mesh(tmp_path / f"box.{kind}")
     assert len(mesh.triangles) == 12
@@ -33,7 +33,7 @@ def test_vertices_keep_their_order(tmp_path: Path, kind: str) -> None:
     assert load_mesh(tmp_path / f"box.{kind}").vertices == pytest.approx(box().vertices)
 
 
-def test_parts_of_a_scene_become_groups_where_they_stand(tmp_path: Path) -> None:
+def test_parts_of_a_scene_become_groups_with_their_transforms_applied(tmp_path: Path) -> None:
     scene = trimesh.Scene()
     scene.add_geometry(box(), geom_name="left", transform=trimesh.transformations.translation_matrix([3, 0, 0]))
     scene.add_geometry(box(), geom_name="right")
@@ -46,7 +46,7 @@ def test_parts_of_a_scene_become_groups_where_they_stand(tmp_path: Path) -> None
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("data", [b"", b"hello", b"ply\n", b"glTF\x02\x00\x00\x00", b"solid x", b"\x00" * 200])
-def test_what_is_no_mesh_is_said_to_be_none(tmp_path: Path, kind: str, data: bytes) -> None:
+def test_files_that_are_no_mesh_raise_file_format_error(tmp_path: Path, kind: str, data: bytes) -> None:
     path = tmp_path / f"bad.{kind}"
     path.write_bytes(data)
     with pytest.raises(FileFormatError, match="expected a"):
@@ -55,14 +55,14 @@ def test_what_is_no_mesh_is_said_to_be_none(tmp_path: Path, kind: str, data: byt
 
 @pytest.mark.parametrize("kind", KINDS)
 @given(data=st.data())
-def test_damaged_files_give_a_mesh_or_the_one_error(
+def test_damaged_files_give_a_mesh_or_file_format_error(
     tmp_path_factory: pytest.TempPathFactory, kind: str, data: st.DataObject
 ) -> None:
-    whole = bytearray(box().export(file_type=kind))
+    content = bytearray(box().export(file_type=kind))
     for _ in range(data.draw(st.integers(0, 6))):
-        whole[data.draw(st.integers(0, len(whole) - 1))] = data.draw(st.integers(0, 255))
+        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
     path = tmp_path_factory.getbasetemp() / f"any.{kind}"
-    path.write_bytes(whole[: data.draw(st.integers(0, len(whole)))])
+    path.write_bytes(content[: data.draw(st.integers(0, len(content)))])
     try:
         mesh = load_mesh(path)
     except FileFormatError:

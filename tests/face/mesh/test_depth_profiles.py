@@ -37,7 +37,7 @@ def lips(y: NDArray[np.float64]) -> NDArray[np.float64]:
     return 0.3 * np.sin(np.clip(np.abs(y - 0.2) * np.pi / 0.8, 0, np.pi))
 
 
-def test_closed_lips_meet_in_the_crease() -> None:
+def test_the_line_between_closed_lips_is_the_crease() -> None:
     line = find_lip_line(sheet(lips), np.array([0.1, 0.0, 0.2]))
     assert line is not None
     for point in line:
@@ -45,7 +45,7 @@ def test_closed_lips_meet_in_the_crease() -> None:
         assert point[2] == pytest.approx(0.0, abs=0.05)
 
 
-def test_parted_lips_end_at_the_edges_of_the_gap() -> None:
+def test_open_lips_end_at_the_edges_of_the_gap() -> None:
     upper, lower = sheet(lips, ROWS[ROWS > 0.39]), sheet(lips, ROWS[ROWS < 0.06])
     line = find_lip_line(joined(upper, lower), np.array([0.0, 0.0, 0.2]))
     assert line is not None
@@ -57,7 +57,7 @@ def test_a_flat_sheet_has_no_lips() -> None:
     assert find_lip_line(sheet(np.zeros_like), np.array([0.0, 0.0, 0.0])) is None
 
 
-def test_a_lid_ends_where_the_eyeball_begins() -> None:
+def test_the_lid_edge_is_where_the_eyeball_begins() -> None:
     skin = [sheet(np.zeros_like, ROWS[ROWS > 0.44]), sheet(np.zeros_like, ROWS[ROWS < -0.34])]
     eye = sheet(lambda y: np.full_like(y, -0.03))
     face = joined(*skin, eye)
@@ -68,7 +68,7 @@ def test_a_lid_ends_where_the_eyeball_begins() -> None:
     np.testing.assert_allclose(lower, [0.0, -0.35, 0.0], atol=0.03)
 
 
-def test_a_lid_ends_at_an_empty_socket() -> None:
+def test_the_lid_edge_is_found_at_an_empty_socket() -> None:
     face = sheet(np.zeros_like, ROWS[ROWS > 0.44])
     edge = find_lid_edge(face, np.array([0.0, 0.5, 0.0]), 0.0)
     assert edge is not None

@@ -11,7 +11,7 @@ from conf.face.mesh.mesh import build_mesh
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 0, 0], [1, 1, 0], [0, 1, 0]])
 
 
-def test_vertices_of_loose_triangles_are_joined() -> None:
+def test_repeated_vertices_are_welded() -> None:
     corners = np.stack([np.arange(6).reshape(2, 3), np.full((2, 3), -1)], axis=2)
     loose = build_mesh(RawMesh(SQUARE, np.empty((0, 2)), corners, {"skin": np.arange(2)}, None))
     joined = weld_vertices(loose)
@@ -21,7 +21,7 @@ def test_vertices_of_loose_triangles_are_joined() -> None:
     assert weld_vertices(shared) is shared
 
 
-def test_a_part_keeps_its_places_groups_and_texture_coordinates() -> None:
+def test_a_submesh_keeps_positions_groups_and_texture_coordinates() -> None:
     uvs = np.arange(12.0).reshape(6, 2)
     corners = np.repeat(np.arange(6).reshape(2, 3, 1), 2, axis=2)
     whole = build_mesh(RawMesh(SQUARE, uvs, corners, {"a": np.array([0]), "b": np.array([1])}, None))
@@ -32,7 +32,7 @@ def test_a_part_keeps_its_places_groups_and_texture_coordinates() -> None:
     assert {name: members.tolist() for name, members in part.groups.items()} == {"b": [0]}
 
 
-def test_what_is_named_anew_leaves_its_old_group() -> None:
+def test_regrouped_triangles_leave_their_old_groups() -> None:
     corners = np.stack([np.arange(6).reshape(2, 3), np.full((2, 3), -1)], axis=2)
     groups = {"all": np.arange(2), "tongue": np.array([1]), "second": np.array([1])}
     mesh = build_mesh(RawMesh(SQUARE, np.empty((0, 2)), corners, groups, None))

@@ -38,25 +38,25 @@ def test_a_position_has_a_render_vertex_for_each_of_its_texture_coordinates(tmp_
     assert mesh.triangles.dtype == mesh.render_triangles.dtype == mesh.render_vertices.dtype == np.int32
 
 
-def test_the_vertices_of_groups(tmp_path: Path) -> None:
+def test_group_vertices_are_sorted_and_unique(tmp_path: Path) -> None:
     mesh = read(tmp_path, CUBE_CORNER)
     assert mesh.group_vertices("floor").tolist() == [0, 1, 2]
     assert mesh.group_vertices("floor", "wall").tolist() == [0, 1, 2, 3]
     assert mesh.group_vertices("roof").tolist() == []
 
 
-def test_a_mesh_without_texture_coordinates_has_one_render_vertex_a_position(tmp_path: Path) -> None:
+def test_without_texture_coordinates_there_is_one_render_vertex_per_vertex(tmp_path: Path) -> None:
     mesh = read(tmp_path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     assert mesh.render_vertices.tolist() == [0, 1, 2]
     assert mesh.uvs.tolist() == [[0, 0]] * 3
 
 
 @pytest.mark.parametrize("name", ["face.fbx", "face", "face.ppc"])
-def test_other_kinds_of_file_are_refused_by_name(tmp_path: Path, name: str) -> None:
+def test_other_file_types_are_rejected(tmp_path: Path, name: str) -> None:
     with pytest.raises(FileFormatError, match=r"expected a mesh file \(\.obj, \.ply, \.glb, \.stl\)"):
         load_mesh(tmp_path / name)
 
 
-def test_a_file_that_is_not_there(tmp_path: Path) -> None:
+def test_a_missing_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(FileFormatError, match="expected a file; check the name"):
         load_mesh(tmp_path / "face.obj")

@@ -22,15 +22,15 @@ def test_distances_run_along_the_edges() -> None:
     assert surface.distances(np.array([0]), limit=100)[[0, 2, 4, 10]] == pytest.approx([0, 1, 2, 5])
 
 
-def test_distances_end_at_the_limit() -> None:
+def test_distances_are_limited() -> None:
     assert SurfaceGraph(*strip(6)).distances(np.array([0]), limit=2.5).max() == 2.5
 
 
-def test_the_nearest_seed_counts() -> None:
+def test_distances_are_to_the_nearest_seed() -> None:
     assert SurfaceGraph(*strip(6)).distances(np.array([0, 10]), limit=100)[[2, 8]] == pytest.approx([1, 1])
 
 
-def test_vertices_repeated_for_every_triangle_are_one_surface() -> None:
+def test_coinciding_vertices_of_different_triangles_are_joined() -> None:
     vertices, triangles = strip(6)
     loose = split_corners(vertices, triangles)
     distances = SurfaceGraph(*loose).distances(np.array([0]), limit=100)
@@ -39,7 +39,7 @@ def test_vertices_repeated_for_every_triangle_are_one_surface() -> None:
     )
 
 
-def test_welding_changes_nothing_on_a_face(face: SheetFace) -> None:
+def test_repeated_vertices_do_not_change_distances(face: SheetFace) -> None:
     whole = SurfaceGraph(face.mesh.vertices, face.mesh.triangles).distances(np.array([500]), limit=9.0)
     loose = SurfaceGraph(*split_corners(face.mesh.vertices, face.mesh.triangles))
     start = int(np.flatnonzero(face.mesh.triangles.ravel() == 500)[0])
@@ -47,7 +47,7 @@ def test_welding_changes_nothing_on_a_face(face: SheetFace) -> None:
     assert distances == pytest.approx(whole[face.mesh.triangles.ravel()], abs=1e-9)
 
 
-def test_surfaces_that_touch_but_are_closed_stay_apart() -> None:
+def test_closed_surfaces_that_touch_are_not_joined() -> None:
     box = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
     faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
     triangles = np.array([t for a, b, c, d in faces for t in ([a, b, c], [a, c, d])])
@@ -57,7 +57,7 @@ def test_surfaces_that_touch_but_are_closed_stay_apart() -> None:
     assert both.distances(np.array([0]), limit=50.0)[8:].min() == 50.0
 
 
-def test_points_snap_to_the_skin_though_lashes_are_nearer() -> None:
+def test_the_skin_is_preferred_to_nearer_lashes() -> None:
     vertices, triangles = strip(6)
     lash = np.array([[2, 0.0, 0.2], [2.2, 0, 0.2], [2, 0.2, 0.2]])
     surface = SurfaceGraph(
@@ -68,7 +68,7 @@ def test_points_snap_to_the_skin_though_lashes_are_nearer() -> None:
     assert surface.nearest_vertices(places, tolerance=0.0).tolist() == [0, 12, 11]
 
 
-def test_loose_parts_go_with_the_nearest_skin() -> None:
+def test_loose_parts_belong_to_the_nearest_skin() -> None:
     vertices, triangles = strip(6)
     lash = np.array([[2, -0.1, 0.2], [2.2, -0.1, 0.2], [2, -0.2, 0.2]])
     surface = SurfaceGraph(
@@ -82,6 +82,6 @@ def test_loose_parts_go_with_the_nearest_skin() -> None:
 @pytest.mark.parametrize(
     "triangles", [[[0, 0, 0]], [[0, 1, 1]], [[0, 1, 2], [0, 1, 2]]], ids=["point", "edge", "twice"]
 )
-def test_degenerate_triangles_do_no_harm(triangles: list[list[int]]) -> None:
+def test_degenerate_triangles_give_finite_distances(triangles: list[list[int]]) -> None:
     surface = SurfaceGraph(np.zeros((4, 3)), np.array(triangles, dtype=np.int32))
     assert np.isfinite(surface.distances(np.array([0]), limit=1.0)).all()
