@@ -27,11 +27,11 @@ class ReceiveOptions:
     """How the participants are shown.
 
     headless : AVI file to draw into instead of a window
-    picture : JPG file of the last image, for headless drawing
+    image : JPG file of the last image, for headless drawing
     """
 
     headless: Path | None = None
-    picture: Path | None = None
+    image: Path | None = None
     seconds: float | None = None
     on_event: Callable[[str], None] | None = None
 
@@ -99,5 +99,5 @@ def receive(
             loop = ReceiverLoop(window, model, endpoint, socket, loop_options)
             return loop.run(seconds=options.seconds, should_continue=should_continue)
         finally:
-            if options.picture is not None:
-                save_image(options.picture, window.read())
+            if options.image is not None:
+                save_image(options.image, window.read())

@@ -1,1 +1,1 @@
-"""Motion that is made here: action units, timed expressions, idle motion, gaze, playback."""
+"""Synthetic motion: action units, timed expressions, idle motion, gaze; and playback of recorded motion."""

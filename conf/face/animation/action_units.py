@@ -1,10 +1,9 @@
-"""FACS action units: what single muscles of a face do, as displacements of the control points, and emotions made of
-them.
+"""FACS action units as displacements of the control points, and emotions composed of them.
 
-The displacements lie in assets/action_units.epc, which tools/assets/build_action_units.py derives from sculpted shapes.
+The displacements are in assets/action_units.epc, which tools/assets/build_action_units.py derives from sculpted shapes.
 They are in FAPU units, so that they fit any face.
-Source: Ekman, Friesen 1978 (FACS); tables 3.2 and 3.3 of the thesis, where action unit 10 bears the name of 5: it
-raises the upper lip.
+Source: Ekman, Friesen 1978 (FACS); tables 3.2 and 3.3 of the thesis, where action unit 10 has the name of 5, although
+it raises the upper lip.
 """
 
 from collections.abc import Mapping
@@ -39,11 +38,11 @@ ACTION_UNIT_NAMES = {
     45: "blink",
 }
 
-Intensity = float | tuple[float, float]  # of both sides, or of the subject's left and right; 0 none, 1 full
+Intensity = float | tuple[float, float]  # of both sides, or of the subject's left and right; 0 to 1
 
-# Which action units make an emotion, by table 3.3 of the thesis, and how strongly, by eye: each must be known for what
-# it is on the shipped head. Where units pull against each other one of them leads. Doubt is in one brow and one corner
-# of the mouth: section 3.3 of the thesis warns of faces that do the same on both sides.
+# The action units of each emotion are from table 3.3 of the thesis, their intensities were chosen by eye such that each
+# emotion is recognisable on the shipped head. Of opposing units one dominates. Doubt is asymmetric, because section 3.3
+# of the thesis warns of symmetric faces.
 EMOTIONS: dict[str, dict[int, Intensity]] = {
     "joy": {1: 0.2, 6: 0.7, 12: 1.0, 14: 0.3},
     "surprise": {1: 1.0, 2: 1.0, 5: 1.0, 15: 0.1, 16: 0.2, 20: 0.1, 26: 0.9},
@@ -58,7 +57,7 @@ ASSETS = Path(str(files("conf"))) / "assets"
 
 @cache
 def load_action_units() -> dict[int, NDArray[np.float32]]:
-    """Return the (n, 3) displacements, FAPU units, of every action unit at full strength.
+    """Return the (n, 3) displacements, FAPU units, of every action unit at full intensity.
 
     Raises FileFormatError if the asset is missing or damaged.
     """
@@ -68,7 +67,7 @@ def load_action_units() -> dict[int, NDArray[np.float32]]:
 
 @cache
 def load_emotions() -> ExpressionSet:
-    """Return the six emotions that come with the program, in the order of EMOTIONS.
+    """Return the six shipped emotions, in the order of EMOTIONS.
 
     Raises FileFormatError if an asset is missing or damaged.
     """
@@ -77,40 +76,39 @@ def load_emotions() -> ExpressionSet:
 
 
 def load_expression(name: str, /) -> ExpressionSet:
-    """Return one of the six emotions by name, or what an EPC file holds.
+    """Return one of the six emotions by name, or the expressions of an EPC file.
 
-    Raises ConfError that names the six if it is neither, FileFormatError if the file is not EPC.
+    Raises ConfError if it is neither, FileFormatError if the file is not EPC.
     """
     emotions = load_emotions()
     if name in emotions.names:
         return ExpressionSet((name,), emotions[name][None])
     if not name.lower().endswith(".epc"):
-        raise ConfError(
-            f"there is no emotion {name!r}: choose one of {', '.join(emotions.names)}, or give an .epc file"
-        )
+        names = ", ".join(emotions.names)
+        raise ConfError(f"there is no emotion {name!r}: choose one of {names}, or give an .epc file")
     return read_epc(name)
 
 
 def combine_action_units(
-    strengths: Mapping[int, Intensity], /, *, units: Mapping[int, NDArray[np.float32]] | None = None
+    intensities: Mapping[int, Intensity], /, *, units: Mapping[int, NDArray[np.float32]] | None = None
 ) -> NDArray[np.float32]:
-    """Return the (n, 3) displacements, FAPU units, of action units together.
+    """Return the (n, 3) displacements, FAPU units, of a combination of action units.
 
-    strengths : action unit -> 0 none to 1 full, of both sides or of (left, right)
-    units : displacements of the action units; without them those of the program
-    Raises ValueError for an action unit that is not known.
+    intensities : action unit -> intensity
+    units : displacements of the action units, by default those of load_action_units
+    Raises ValueError for an unknown action unit.
     """
     units = load_action_units() if units is None else units
-    unknown = sorted(set(strengths) - set(units))
+    unknown = sorted(set(intensities) - set(units))
     if unknown:
-        raise ValueError(f"strengths must be of action units {sorted(units)}, got {unknown}")
+        raise ValueError(f"intensities must be of action units {sorted(units)}, got {unknown}")
     total = np.zeros((CONTROL_POINT_COUNT, 3), np.float32)
-    for unit, strength in strengths.items():
-        left, right = strength if isinstance(strength, tuple) else (strength, strength)
+    for unit, intensity in intensities.items():
+        left, right = intensity if isinstance(intensity, tuple) else (intensity, intensity)
         total += (left * SIDE_WEIGHTS["l"] + right * SIDE_WEIGHTS["r"])[:, None] * units[unit]
     return total
 
 
 def action_unit_label(unit: int, /) -> str:
-    """Return the name of an action unit in a file: `AU 12 lip corner puller`."""
+    """Return the name of an action unit in a file, such as `AU 12 lip corner puller`."""
     return f"AU {unit} {ACTION_UNIT_NAMES[unit]}"

@@ -1,6 +1,6 @@
-"""An expression over time: it comes, stays and goes, over whatever else the face does.
+"""Expressions with an envelope in time, and the blending of several motions.
 
-The two sides of a face do not start together (section 3.3 of the thesis): the right one follows a little later.
+The two sides of a face do not start together (section 3.3 of the thesis): the right one starts later.
 """
 
 import math
@@ -14,21 +14,23 @@ from conf.face.interpolation import smoothstep
 from conf.face.symmetry import side_weighted
 
 SIDE_LAG = 0.03  # seconds
-LIDS_SHUT = -1400.0  # upper minus lower lid, FAPU units: the sculpted blink comes to -1384 on its way round the eyeball
-# What shows an expression together: a person who smiles already has the mouth of joy, but not its eyes.
+LIDS_CLOSED = -1400.0  # upper minus lower lid, FAPU units: the sculpted blink, around the eyeball, reaches -1384
+# Parts of the face that are blended separately: the mouth of joy may be present already, but not its eyes.
 PARTS = [
-    control_point_indices("inner_lip", "outer_lip", "cupids", "chin"), control_point_indices("eye", "pupil"),
+    control_point_indices("inner_lip", "outer_lip", "cupids", "chin"),
+    control_point_indices("eye", "pupil"),
     control_point_indices("brow"),
-         control_point_indices("cheek", "nose", "nostril")]  # fmt: skip
+    control_point_indices("cheek", "nose", "nostril"),
+]
 LIDS = [(CONTROL_POINT_INDEX[f"eyelid_upper_{side}"], CONTROL_POINT_INDEX[f"eyelid_lower_{side}"]) for side in "lr"]
 
 
 @dataclass(frozen=True)
 class Envelope:
-    """How strong something is over time: it rises, holds and falls, without a corner.
+    """An intensity over time, with a smooth rise and fall.
 
-    onset, hold, release : seconds of rising, staying and falling; an infinite hold stays
-    intensity : at its strongest
+    onset, hold, release : seconds of rise, hold and fall; hold may be infinite
+    intensity : during the hold
     """
 
     onset: float = 0.4
@@ -43,7 +45,7 @@ class Envelope:
             raise ValueError(f"intensity must be finite, got {self.intensity}")
 
     def __call__(self, elapsed: float, /) -> float:
-        """Return the strength at a time in seconds since the beginning, 0 before it and after the end."""
+        """Return the intensity at a time in seconds since the start; 0 before it and after the end."""
         falling = elapsed - self.onset - self.hold
         if falling > 0:
             return self.intensity * (1 - smooth_rise(falling, self.release))
@@ -51,7 +53,7 @@ class Envelope:
 
     @property
     def duration(self) -> float:
-        """Seconds until it has gone."""
+        """Seconds from start to end."""
         return self.onset + self.hold + self.release
 
 
@@ -59,9 +61,9 @@ class Envelope:
 class TimedExpression:
     """One expression, played once.
 
-    displacements : (n, 3) float32, FAPU units, at full strength
+    displacements : (n, 3) float32, FAPU units, at intensity 1
     start : seconds, on the clock of `at`
-    released_at : seconds; from then on it fades, whatever the envelope still had in mind
+    released_at : seconds; from then on it fades, in addition to the envelope
     """
 
     displacements: NDArray[np.float32]
@@ -71,12 +73,12 @@ class TimedExpression:
 
     def at(self, now: float, /) -> NDArray[np.float32]:
         """Return the (n, 3) float32 displacements, FAPU units, at a time in seconds."""
-        left, right = (self._strength(now - lag) for lag in (0.0, SIDE_LAG))
+        left, right = (self._intensity(now - lag) for lag in (0.0, SIDE_LAG))
         total = left * side_weighted(self.displacements, "l") + right * side_weighted(self.displacements, "r")
         return total.astype(np.float32)
 
     def is_finished(self, now: float, /) -> bool:
-        """Tell whether it has gone for good."""
+        """Return whether the expression has ended."""
         end = min(self.start + self.envelope.duration, self.released_at + self.envelope.release)
         return now - SIDE_LAG >= end
 
@@ -84,37 +86,34 @@ class TimedExpression:
         """Return the same expression, fading from now on."""
         return replace(self, released_at=min(now, self.released_at))
 
-    def _strength(self, now: float) -> float:
-        left_over = 1 - smooth_rise(now - self.released_at, self.envelope.release) if now > self.released_at else 1.0
-        return self.envelope(now - self.start) * left_over
+    def _intensity(self, now: float) -> float:
+        fade = 1 - smooth_rise(now - self.released_at, self.envelope.release) if now > self.released_at else 1.0
+        return self.envelope(now - self.start) * fade
 
 
 def smooth_rise(elapsed: float, length: float, /) -> float:
-    """Return 0 before, 1 after, and between them a rise whose speed begins and ends at 0."""
+    """Return a smooth rise from 0 at elapsed 0 to 1 at elapsed = length; a step if length is 0."""
     if length <= 0:
         return float(elapsed >= 0)
     return float(smoothstep(elapsed / length))
 
 
 def blend_without_doubling(motion: NDArray[np.floating], expression: NDArray[np.floating], /) -> NDArray[np.float32]:
-    """Lay an expression over motion, (n, 3) each in FAPU units; what of it the face shows already is not added again.
+    """Return motion plus expression, (n, 3) float32 in FAPU units, without what the motion already has of it.
 
-    A smile over a smile is as broad as the broader of the two, not as both. Returns (n, 3) float32.
+    A smile over a smile is as broad as the broader of the two, not as their sum.
     """
     added = np.array(expression, np.float32)
     for part in PARTS:
-        wanted = float((added[part] ** 2).sum())
-        shown = float((motion[part] * added[part]).sum()) / wanted if wanted else 0.0
-        added[part] *= 1.0 - min(max(shown, 0.0), 1.0)
+        energy = float((added[part] ** 2).sum())
+        present = float((motion[part] * added[part]).sum()) / energy if energy else 0.0
+        added[part] *= 1.0 - min(max(present, 0.0), 1.0)
     return add_motions(motion, added)
 
 
 def add_motions(*motions: NDArray[np.floating]) -> NDArray[np.float32]:
-    """Add motions, (n, 3) each in FAPU units: an emotion over live motion over idle motion.
-
-    Lids meet and go no further. Returns (n, 3) float32.
-    """
+    """Return the sum of motions, (n, 3) float32 in FAPU units, with the lids not closed beyond LIDS_CLOSED."""
     total = np.sum([np.asarray(motion, np.float32) for motion in motions], axis=0)
     for upper, lower in LIDS:
-        total[upper, 1] = max(total[upper, 1], total[lower, 1] + LIDS_SHUT)
+        total[upper, 1] = max(total[upper, 1], total[lower, 1] + LIDS_CLOSED)
     return np.asarray(total, np.float32)

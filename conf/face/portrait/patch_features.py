@@ -24,7 +24,7 @@ DESCRIPTOR_STEP = 16.0  # FAPU units in one quantisation step of a descriptor
 class PatchRegion:
     """A region of the face.
 
-    points : control points that place its patches
+    points : control points of its patches
     centre_landmarks : landmarks; a patch is opaque within falloff_cm[0] of them and transparent beyond falloff_cm[1]
     descriptor : function from displacements (n, 3) to the descriptor, FAPU units
     """

@@ -146,7 +146,7 @@ def limit_rotation(pose: HeadPose, photo_pose: HeadPose, /) -> HeadPose:
     """Return the pose with its rotation out of the image plane limited to what the photo can show.
 
     The rotation since the photo is decomposed into one in the image plane, which is not limited, and the shortest one
-    that then brings the viewing direction to its place.
+    that then yields the viewing direction.
     """
     first = Rotation.from_rotvec(photo_pose.rotation)
     rotation = Rotation.from_rotvec(pose.rotation) * first.inv()

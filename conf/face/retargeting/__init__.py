@@ -1,1 +1,1 @@
-"""The same motion for other programs: ARKit blendshape weights and MPEG-4 FAP."""
+"""Motion for other programs: ARKit blendshape weights and MPEG-4 FAP."""

@@ -1,8 +1,7 @@
-"""Motion as the weights of 52 shapes, in a table like those of Live Link Face: most animation programs read it.
+"""Motion as ARKit blendshape weights, in a CSV table like those of Live Link Face, which most animation programs read.
 
-The weights are those of the shipped head's sculpted shapes, which bear ARKit's names, that together come nearest to
-the displacements of the control points, none below 0 or above 1.
-Source: the columns are those of Epic's Live Link Face recordings; least squares: Lawson, Hanson 1974.
+The weights, 0 to 1, of the shipped head's 52 sculpted shapes approximate the displacements of the control points.
+Source: the columns of Epic's Live Link Face recordings; Lawson, Hanson 1974 (bounded least squares).
 """
 
 import csv
@@ -34,44 +33,44 @@ SHAPES = tuple(
 ROTATIONS = tuple(f"{part}{angle}" for part in ("Head", "LeftEye", "RightEye") for angle in ("Yaw", "Pitch", "Roll"))
 HEADER = ("Timecode", "BlendShapeCount", *(name[0].upper() + name[1:] for name in SHAPES), *ROTATIONS)
 
-# cm^2. Of shapes that do nearly the same, both a little rather than one a lot, and no opposites against each other: on
-# a tracked smile 1e-4 looked left and right at full strength at once, 1e-2 took 7 % off true shapes.
+# cm^2. It distributes the weight over similar shapes and avoids opposing ones: on a tracked smile 1e-4 gave full weight
+# to looking left and right at once, 1e-2 reduced true shapes by 7 %.
 REGULARISATION = 3e-3
 
 
 def solve_arkit_weights(displacements: NDArray[np.floating], /) -> NDArray[np.float32]:
-    """Return the (N, 52) weights, 0 to 1, in the order of SHAPES, that come nearest to a motion.
+    """Return the (N, 52) weights, 0 to 1, in the order of SHAPES, that fit a motion best.
 
     displacements : (N, n, 3) FAPU units
     """
     basis, lengths = _sculpted_basis()
-    wanted = (np.asarray(displacements, np.float64) * lengths).reshape(len(displacements), -1)
-    return bounded_least_squares(basis, wanted).astype(np.float32)
+    targets = (np.asarray(displacements, np.float64) * lengths).reshape(len(displacements), -1)
+    return bounded_least_squares(basis, targets).astype(np.float32)
 
 
 @cache
 def _sculpted_basis() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the (52, 3 n) shapes at the control points in centimetres, and the (n, 3) lengths of FAPU units."""
-    lengths = load_face().fapu.lengths()
-    return np.stack([(load_arkit_shapes()[name] * lengths).ravel() for name in SHAPES]), lengths
+    shapes, lengths = load_arkit_shapes(), load_face().fapu.lengths()
+    return np.stack([(shapes[name] * lengths).ravel() for name in SHAPES]), lengths
 
 
 def bounded_least_squares(
     basis: NDArray[np.float64], targets: NDArray[np.float64], /, *, regularisation: float = REGULARISATION
 ) -> NDArray[np.float64]:
-    """Return the (N, S) weights in 0..1 that minimise |weights basis - wanted|^2 + regularisation |weights|^2.
+    """Return the (N, S) weights in 0..1 that minimise |weights basis - targets|^2 + regularisation |weights|^2.
 
-    basis : (S, m); wanted : (N, m)
+    basis : (S, m); targets : (N, m)
     """
-    # Both sides multiplied by the basis: S equations for each frame instead of m.
+    # Normal equations: S for each frame instead of m.
     gram = basis @ basis.T + regularisation * np.eye(len(basis))
-    root = np.asarray(np.linalg.cholesky(gram), np.float64)
-    targets = np.asarray(solve_triangular(root, basis @ targets.T, lower=True), np.float64).T
-    return np.array([_bounded(root.T, target) for target in targets]).reshape(len(targets), len(basis))
+    factor = np.asarray(np.linalg.cholesky(gram), np.float64)
+    targets = np.asarray(solve_triangular(factor, basis @ targets.T, lower=True), np.float64).T
+    return np.array([_bounded(factor.T, target) for target in targets]).reshape(len(targets), len(basis))
 
 
 def _bounded(matrix: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the (S,) weights in 0..1; few frames reach 1, and without that bound the search is ten times as fast."""
+    """Return the (S,) weights in 0..1. Few frames reach 1, and without that bound the solver is ten times as fast."""
     weights: NDArray[np.float64] = nnls(matrix, target)[0]
     if weights.max() > 1.0:
         weights = lsq_linear(matrix, target, (0.0, 1.0), method="bvls").x
@@ -79,7 +78,7 @@ def _bounded(matrix: NDArray[np.float64], target: NDArray[np.float64]) -> NDArra
 
 
 def write_blendshape_csv(path: Path | str, motion: MotionClip, /) -> None:
-    """Write a motion, in FAPU units, as a table of one line a frame: time code, 52 weights, 9 rotations in radians.
+    """Write a motion, in FAPU units, with a line for each frame: time code, 52 weights, 9 rotations in radians.
 
     Raises ValueError if the motion is in mesh units.
     """
@@ -94,7 +93,7 @@ def write_blendshape_csv(path: Path | str, motion: MotionClip, /) -> None:
 
 
 def timecode(frame: int, fps: float, /) -> str:
-    """Return the hours, minutes, seconds and frames, with thousandths of a frame, at which a frame is due."""
+    """Return the time of a frame as HH:MM:SS:FF.FFF, with thousandths of a frame."""
     whole = max(1, round(fps))
     ticks = round(frame / fps * whole * 1000)
     seconds, ticks = divmod(ticks, whole * 1000)
@@ -104,11 +103,11 @@ def timecode(frame: int, fps: float, /) -> str:
 def _rotations(motion: MotionClip) -> NDArray[np.float64]:
     """Return (N, 9): yaw to the subject's left, pitch up and roll to the right of head, left eye and right eye.
 
-    The signs are those of programs that feed Live Link from MediaPipe (MeFaMo) and from ARKit, whose axes are ours:
+    The signs are those of programs that feed Live Link from MediaPipe (MeFaMo) and from ARKit, which has the same axes:
     x to the subject's left, y up, z out of the face.
     """
-    turns = np.zeros((len(motion.displacements), 3, 3))
-    turns[:, 1:, :2] = gaze_angles(motion.displacements)
+    angles = np.zeros((len(motion.displacements), 3, 3))
+    angles[:, 1:, :2] = gaze_angles(motion.displacements)
     if motion.poses is not None:
-        turns[:, 0] = np.radians([HeadPose.from_vector(pose).yaw_pitch_roll() for pose in motion.poses])
-    return turns.reshape(len(turns), -1)
+        angles[:, 0] = np.radians([HeadPose.from_vector(pose).yaw_pitch_roll() for pose in motion.poses])
+    return angles.reshape(len(angles), -1)

@@ -1,7 +1,7 @@
-"""The 52 sculpted shapes of the shipped head, seen at its control points: what each does in FAPU units.
+"""The 52 sculpted shapes of the shipped head at its control points, in FAPU units.
 
-A sculpted gaze shape moves the lids alone, for the head's eyeballs are turned by their pupils: here the pupils move
-with it.
+A sculpted gaze shape moves the lids only, because the head's eyeballs are rotated by the pupils' control points. Here
+the pupils are added.
 """
 
 from functools import cache
@@ -16,12 +16,13 @@ from conf.face.default_head import DEFAULT_HEAD
 from conf.face.deformation.blendshapes import load_blendshapes
 from conf.face.loading import load_face
 
-FULL_GAZE = {"Up": (0, 1, 22.0), "Down": (0, -1, 28.0), "In": (-1, 0, 30.0), "Out": (1, 0, 30.0)}  # left eye, degrees
+# Direction (x, y) and angle in degrees of the left eye
+FULL_GAZE = {"Up": (0, 1, 22.0), "Down": (0, -1, 28.0), "In": (-1, 0, 30.0), "Out": (1, 0, 30.0)}
 
 
 @cache
 def load_arkit_shapes() -> dict[str, NDArray[np.float32]]:
-    """Return the (n, 3) displacements, FAPU units, of each shape by its ARKit name, at full strength.
+    """Return the (n, 3) displacements, FAPU units, of each shape at weight 1, by ARKit name.
 
     Raises FileFormatError if an asset is missing or damaged.
     """
@@ -29,15 +30,10 @@ def load_arkit_shapes() -> dict[str, NDArray[np.float32]]:
     shapes = load_blendshapes(DEFAULT_HEAD.with_name("shapes.npz"), len(face.mesh.vertices))
     nearest = np.asarray(KDTree(face.mesh.vertices).query(face.control_points)[1])
     displacements = (shapes.offsets[:, nearest] / face.fapu.lengths()).astype(np.float32)
-    for name, displacement in zip(shapes.names, displacements, strict=True):
-        _turn_pupil(name, displacement)
-    return dict(zip(shapes.names, displacements, strict=True))
-
-
-def _turn_pupil(name: str, displacement: NDArray[np.float32]) -> None:
-    """Move the pupil of one eye in place, if the shape is one of gaze: `eyeLookInLeft`."""
+    by_name = dict(zip(shapes.names, displacements, strict=True))
     for direction, (x, y, degrees) in FULL_GAZE.items():
+        distance = EYE_RADIUS * np.sin(np.radians(degrees))
         for side, mirror in (("Left", 1), ("Right", -1)):
-            if name == f"eyeLook{direction}{side}":
-                travel = EYE_RADIUS * np.sin(np.radians(degrees))
-                displacement[CONTROL_POINT_INDEX[f"pupil_{side[0].lower()}"]] = [x * mirror * travel, y * travel, 0.0]
+            pupil = CONTROL_POINT_INDEX[f"pupil_{side[0].lower()}"]
+            by_name[f"eyeLook{direction}{side}"][pupil] = [x * mirror * distance, y * distance, 0.0]
+    return by_name

@@ -1,10 +1,10 @@
-"""FAP files: MPEG-4 facial animation parameters as text, so that other players can use our motion.
+"""FAP files: MPEG-4 facial animation parameters as text, for other players.
 
-A file of version 2.1 holds a line `2.1 NAME FPS FRAMES`, then two lines a frame: a mask of 68 zeros and ones, and the
-frame's number followed by the values that the mask announces. Parameters 1 and 2, viseme and expression, take 4 and 6
-values; reading skips them and writing leaves them out. `#` opens a comment line.
+A file of version 2.1 has a line `2.1 NAME FPS FRAMES`, then two lines for each frame: a mask of 68 zeros and ones, and
+the frame number followed by the values of the parameters in the mask. Parameters 1 and 2, viseme and expression, are
+not written.
 Source: ISO/IEC 14496-2, table C.1 (parameters, units, directions); the loaders of Xface (FapFile.cpp, 2004-2008) and
-of Greta, whose files these are.
+Greta.
 """
 
 from collections.abc import Iterator
@@ -14,22 +14,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.errors import FileFormatError
 from conf.face.animation.gaze import gaze_angles
 from conf.face.control_points import CONTROL_POINTS
 from conf.face.fapu import UNITS_PER_DISTANCE, Fapu
-from conf.face.formats.dpc import MAX_FRAMES, MotionClip
-from conf.face.formats.text import parse_floats, read_lines
+from conf.face.formats.dpc import MotionClip
 from conf.face.head_pose import HeadPose
 
 VERSION = "2.1"
 FAP_COUNT = 68
-VALUE_COUNTS = {1: 4, 2: 6}  # of viseme and expression; every other parameter has one
 ANGLE_UNIT = 1e-5  # radians
 MAX_VALUE = 1_000_000
-DEFAULT_NAME = "conf"
+NAME = "conf"
 
-# Parameter: feature point, axis, sign, and the distance that is its unit (/1024).
+# Parameter: feature point, axis, sign, and the distance of which its unit is 1/1024.
 _POINT_FAPS = """
 3  2.1 y - mns0   4  2.2 y - mns0   5  2.3 y + mns0   6  2.4 x + mw0    7  2.5 x - mw0    8  2.6 y - mns0
 9  2.7 y - mns0   10 2.8 y + mns0   11 2.9 y + mns0   12 2.4 y + mns0   13 2.5 y + mns0   14 2.1 z + mns0
@@ -40,7 +37,7 @@ _POINT_FAPS = """
 55 8.5 y - mns0   56 8.6 y - mns0   57 8.7 y + mns0   58 8.8 y + mns0   59 8.3 y + mns0   60 8.4 y + mns0
 61 9.1 x + ens0   62 9.2 x - ens0
 """
-# Angles: eyeballs' yaw and pitch (left eye, right eye; pitch is downwards), then the head's pitch, yaw and roll.
+# Angles: the eyeballs' yaw and pitch (pitch is positive downwards), then the head's pitch, yaw and roll.
 _GAZE_FAPS = {23: (0, 0, 1), 24: (1, 0, 1), 25: (0, 1, -1), 26: (1, 1, -1)}  # (eye, angle, sign)
 _HEAD_FAPS = (48, 49, 50)
 
@@ -49,31 +46,30 @@ _HEAD_FAPS = (48, 49, 50)
 class FapMotion:
     """A motion as facial animation parameters.
 
-    values : (N, 68) int32, parameter 1 first; 0 where there is none
-    used : (68,) bool, the parameters that the motion has
+    values : (N, 68) int32, parameter 1 first; 0 for unused parameters
+    used : (68,) bool
     """
 
     fps: float
     values: NDArray[np.int32]
     used: NDArray[np.bool_]
-    name: str = DEFAULT_NAME
 
 
 def to_faps(motion: MotionClip, fapu: Fapu, /) -> FapMotion:
-    """Return a motion's parameters.
+    """Return a motion as facial animation parameters.
 
     motion : of the fifty control points, in FAPU units
-    fapu : the distances of the face it is meant for; their proportions count, for some of our units are others
+    fapu : the distances of the face; some parameters have another unit than the displacements
     Raises ValueError if the motion is in mesh units.
     """
     if motion.units != "fapu":
         raise ValueError(f"motion must be in FAPU units, got {motion.units}")
-    ours = fapu.lengths()
+    lengths = fapu.lengths()
     values = np.zeros((len(motion.displacements), FAP_COUNT))
     used = np.zeros(FAP_COUNT, np.bool_)
     for number, point, axis, sign, unit in _point_faps():
-        theirs = getattr(fapu, unit) / UNITS_PER_DISTANCE
-        values[:, number - 1] = motion.displacements[:, point, axis] * (sign * ours[point, axis] / theirs)
+        unit_length = getattr(fapu, unit) / UNITS_PER_DISTANCE
+        values[:, number - 1] = motion.displacements[:, point, axis] * (sign * lengths[point, axis] / unit_length)
         used[number - 1] = True
     angles = gaze_angles(motion.displacements)
     for number, (eye, angle, sign) in _GAZE_FAPS.items():
@@ -86,76 +82,14 @@ def to_faps(motion: MotionClip, fapu: Fapu, /) -> FapMotion:
 
 
 def write_fap(path: Path | str, motion: FapMotion, /) -> None:
-    """Write a motion's parameters as text. Its name must be one word, its rate is rounded to whole frames a second.
-
-    Raises ValueError if it has no frames or a name of several words.
-    """
+    """Write parameters as text, the frame rate rounded to whole frames a second. Raises ValueError without frames."""
     if len(motion.values) == 0 or motion.values.shape[1] != FAP_COUNT:
         raise ValueError(f"values must have shape (frames, {FAP_COUNT}), got {motion.values.shape}")
-    if len(motion.name.split()) != 1 or "#" in motion.name:
-        raise ValueError(f"name must be one word, got {motion.name!r}")
-    with Path(path).open("w", encoding="utf-8") as file:
-        file.writelines(f"{line}\n" for line in _lines(motion))
-
-
-def read_fap(path: Path | str, /) -> FapMotion:
-    """Read a file of parameters.
-
-    Raises FileFormatError if the file is not that, whatever its bytes.
-    """
-    path = Path(path)
-    lines = ((number, line.split()) for number, line in read_lines(path) if not line.lstrip().startswith(b"#"))
-    content = ((number, words) for number, words in lines if words)
-    number, header = next(content, (1, []))
-    fps, frames, name = _read_header(header, path, number)
-    values: list[NDArray[np.int32]] = []
-    used = np.zeros(FAP_COUNT, np.bool_)
-    for number, words in content:
-        mask = _read_mask(words, path, number)
-        number, words = next(content, (number + 1, []))
-        values.append(_read_values(words, mask, len(values), path, number))
-        used |= mask
-    if len(values) != frames:
-        raise FileFormatError(path, number, f"expected {frames} frames, found {len(values)}")
-    used[: len(VALUE_COUNTS)] = False
-    return FapMotion(fps, np.stack(values), used, name)
-
-
-def _lines(motion: FapMotion) -> Iterator[str]:
-    yield f"{VERSION} {motion.name} {max(1, round(motion.fps))} {len(motion.values)}"
     mask = " ".join(str(int(used)) for used in motion.used)
-    for i, frame in enumerate(motion.values[:, motion.used].tolist()):
-        yield mask
-        yield " ".join(str(value) for value in (i, *frame))
-
-
-def _read_header(words: list[bytes], path: Path, number: int) -> tuple[float, int, str]:
-    expected = f"expected `{VERSION} NAME FPS FRAMES`"
-    if len(words) != 4 or words[0] != VERSION.encode():
-        raise FileFormatError(path, number, expected)
-    fps, frames = parse_floats(words[2:], path, number, expected)
-    if not 0 < fps <= 1000 or not 1 <= frames <= MAX_FRAMES or frames != int(frames):
-        raise FileFormatError(path, number, f"{expected}, FPS at most 1000, FRAMES 1 to {MAX_FRAMES}")
-    return fps, int(frames), words[1].decode("utf-8", errors="replace")
-
-
-def _read_mask(words: list[bytes], path: Path, number: int) -> NDArray[np.bool_]:
-    if len(words) != FAP_COUNT or not set(words) <= {b"0", b"1"}:
-        raise FileFormatError(path, number, f"expected a mask of {FAP_COUNT} zeros and ones")
-    return np.array([word == b"1" for word in words])
-
-
-def _read_values(words: list[bytes], mask: NDArray[np.bool_], frame: int, path: Path, line: int) -> NDArray[np.int32]:
-    skipped = sum(count for number, count in VALUE_COUNTS.items() if mask[number - 1])
-    singles = mask.copy()
-    singles[: len(VALUE_COUNTS)] = False
-    expected = f"expected the frame's number, {frame}, and {skipped + singles.sum()} values"
-    numbers = parse_floats(words, path, line, expected)
-    if len(numbers) != 1 + skipped + singles.sum() or numbers[0] != frame:
-        raise FileFormatError(path, line, expected)
-    values = np.zeros(FAP_COUNT, np.int32)
-    values[singles] = np.rint(np.clip(numbers[1 + skipped :], -MAX_VALUE, MAX_VALUE)).astype(np.int32)
-    return values
+    with Path(path).open("w", encoding="utf-8") as file:
+        file.write(f"{VERSION} {NAME} {max(1, round(motion.fps))} {len(motion.values)}\n")
+        for i, values in enumerate(motion.values[:, motion.used].tolist()):
+            file.write(f"{mask}\n{' '.join(map(str, (i, *values)))}\n")
 
 
 def _head_angles(pose: NDArray[np.float64]) -> tuple[float, float, float]:

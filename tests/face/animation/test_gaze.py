@@ -10,7 +10,7 @@ angles = st.floats(-1.2, 1.2)
 
 
 @given(yaw=angles, pitch=angles)
-def test_angles_come_back(yaw: float, pitch: float) -> None:
+def test_gaze_angles_inverts_gaze_displacements(yaw: float, pitch: float) -> None:
     np.testing.assert_allclose(gaze_angles(gaze_displacements(yaw, pitch)), [[yaw, pitch]] * 2, atol=1e-5)
 
 
@@ -21,7 +21,7 @@ def test_left_is_positive_x_and_up_is_positive_y() -> None:
     assert np.count_nonzero(gaze_displacements(0.0, 0.0)) == 0
 
 
-def test_more_than_an_eye_can_turn_is_a_quarter_turn() -> None:
+def test_an_excessive_displacement_is_90_degrees() -> None:
     displacements = gaze_displacements(0.0, 0.0)
     displacements[PUPILS, 0] = 5 * EYE_RADIUS
     np.testing.assert_allclose(gaze_angles(displacements)[:, 0], np.pi / 2)

@@ -9,34 +9,34 @@ from conf.face.control_points import CONTROL_POINT_INDEX
 UPPER = [CONTROL_POINT_INDEX["eyelid_upper_l"], CONTROL_POINT_INDEX["eyelid_upper_r"]]
 
 
-def idle(seed: int = 7, amount: float = 1.0) -> IdleMotion:
-    return IdleMotion(np.random.default_rng(seed), intensity=amount)
+def idle(seed: int = 7, intensity: float = 1.0) -> IdleMotion:
+    return IdleMotion(np.random.default_rng(seed), intensity=intensity)
 
 
 @given(times=st.lists(st.floats(0, 60), min_size=1, max_size=6))
-def test_the_same_seed_gives_the_same_life_however_it_is_asked(times: list[float]) -> None:
-    asked = idle()
+def test_motion_depends_on_seed_and_time_only(times: list[float]) -> None:
+    motion = idle()
     for now in times:
-        asked.at(now)
+        motion.at(now)
     for now in times:
-        again = idle().at(now)
-        np.testing.assert_array_equal(asked.at(now).displacements, again.displacements)
-        np.testing.assert_array_equal(asked.at(now).pose, again.pose)
+        expected = idle().at(now)
+        np.testing.assert_array_equal(motion.at(now).displacements, expected.displacements)
+        np.testing.assert_array_equal(motion.at(now).pose, expected.pose)
 
 
 def lid_track(seconds: float, fps: float = 200.0) -> np.ndarray:
-    motion = idle(amount=0.0)
+    motion = idle(intensity=0.0)
     return np.array([motion.at(i / fps).displacements[UPPER, 1] for i in range(int(seconds * fps))])
 
 
-def test_eyes_blink_some_times_a_minute_and_close() -> None:
-    shut = lid_track(120.0)[:, 0] < -1000
-    blinks = np.count_nonzero(np.diff(shut.astype(int)) == 1)
+def test_blink_rate_and_closed_time() -> None:
+    closed = lid_track(120.0)[:, 0] < -1000
+    blinks = np.count_nonzero(np.diff(closed.astype(int)) == 1)
     assert 14 <= blinks <= 60
-    assert shut.mean() < 0.1
+    assert closed.mean() < 0.1
 
 
-def test_one_eye_is_a_few_milliseconds_behind() -> None:
+def test_one_eye_blinks_a_few_milliseconds_later() -> None:
     left, right = lid_track(60.0, fps=1000.0).T
     starts = [np.flatnonzero(np.diff((track < -500).astype(int)) == 1) for track in (left, right)]
     assert len(starts[0]) == len(starts[1]) > 5
@@ -45,7 +45,7 @@ def test_one_eye_is_a_few_milliseconds_behind() -> None:
     assert lags.max() <= 21
 
 
-def test_gaze_and_head_move_a_little() -> None:
+def test_amplitudes_of_gaze_and_head() -> None:
     motion = idle()
     poses = np.array([motion.at(t).pose for t in np.arange(0, 60, 0.1)])
     gazes = np.array([gaze_angles(motion.at(t).displacements)[0] for t in np.arange(0, 60, 0.1)])
@@ -56,14 +56,14 @@ def test_gaze_and_head_move_a_little() -> None:
     assert np.abs(gazes).max() < 0.2
 
 
-def test_nothing_jumps() -> None:
+def test_motion_is_continuous() -> None:
     motion = idle()
     track = np.array([motion.at(t).displacements for t in np.arange(0, 20, 0.001)])
     fastest = np.abs(np.diff(track, axis=0)).max()
-    assert fastest < 30  # of a lid's 1,384 units in a millisecond
+    assert fastest < 30  # FAPU units in a millisecond; a blink is 1,384
 
 
-def test_without_amount_only_the_lids_move() -> None:
-    still = idle(amount=0.0).at(0.5)
+def test_at_intensity_0_only_the_lids_move() -> None:
+    still = idle(intensity=0.0).at(0.5)
     assert not still.pose.any()
     assert not still.displacements.any()

@@ -19,10 +19,10 @@ numbers = st.floats(-1000, 1000, allow_subnormal=False).map(lambda x: round(x, 3
 tracks = hnp.arrays(np.float64, st.tuples(st.integers(1, 12), st.just(3)), elements=numbers)
 
 
-@given(frames=tracks, place=st.floats(-2, 14))
-def test_nothing_between_two_frames_lies_outside_them(frames: np.ndarray, place: float) -> None:
-    value = interpolate_frames(frames, place)
-    i = int(np.clip(np.floor(place), 0, max(len(frames) - 2, 0)))
+@given(frames=tracks, position=st.floats(-2, 14))
+def test_interpolation_does_not_overshoot(frames: np.ndarray, position: float) -> None:
+    value = interpolate_frames(frames, position)
+    i = int(np.clip(np.floor(position), 0, max(len(frames) - 2, 0)))
     pair = frames[i : i + 2]
     slack = 1e-9 * (1 + np.abs(frames).max())
     assert (value >= pair.min(axis=0) - slack).all()
@@ -30,27 +30,27 @@ def test_nothing_between_two_frames_lies_outside_them(frames: np.ndarray, place:
 
 
 @given(frames=tracks)
-def test_every_frame_is_passed_through(frames: np.ndarray) -> None:
+def test_interpolation_passes_through_every_frame(frames: np.ndarray) -> None:
     for i, frame in enumerate(frames):
         np.testing.assert_allclose(interpolate_frames(frames, i), frame, atol=1e-9)
 
 
-@given(frames=hnp.arrays(np.float64, (8, 2), elements=numbers), place=st.floats(1, 6))
-def test_scipy_says_the_same_inside(frames: np.ndarray, place: float) -> None:
-    # SciPy guesses slopes at the two ends, which we take as flat: the outermost intervals differ.
-    expected = PchipInterpolator(np.arange(8), frames)(place)
-    np.testing.assert_allclose(interpolate_frames(frames, place), expected, atol=1e-6)
+@given(frames=hnp.arrays(np.float64, (8, 2), elements=numbers), position=st.floats(1, 6))
+def test_interpolation_equals_scipy_inside(frames: np.ndarray, position: float) -> None:
+    # SciPy estimates the slopes at the two ends, ours are 0: the outermost intervals differ.
+    expected = PchipInterpolator(np.arange(8), frames)(position)
+    np.testing.assert_allclose(interpolate_frames(frames, position), expected, atol=1e-6)
 
 
-def test_the_motion_is_smooth_at_frames() -> None:
+def test_interpolation_is_smooth_at_frames() -> None:
     frames = np.random.default_rng(3).normal(size=(9, 50, 3))
-    places = np.linspace(0, 8, 8001)
-    values = np.array([interpolate_frames(frames, place) for place in places])
-    speeds = np.diff(values, axis=0) / np.diff(places)[:, None, None]
+    positions = np.linspace(0, 8, 8001)
+    values = np.array([interpolate_frames(frames, position) for position in positions])
+    speeds = np.diff(values, axis=0) / np.diff(positions)[:, None, None]
     assert np.abs(np.diff(speeds, axis=0)).max() < 0.1
 
 
-def test_a_motion_gives_displacements_and_pose() -> None:
+def test_displacements_and_pose_at_a_position() -> None:
     motion = MotionClip(
         10.0, "fapu", np.arange(6, dtype=np.float32).reshape(3, 2, 1).repeat(3, axis=2), np.zeros((3, 6))
     )
@@ -62,7 +62,7 @@ def test_a_motion_gives_displacements_and_pose() -> None:
     assert pose_at(MotionClip(10.0, "fapu", motion.displacements), 0.1) is None
 
 
-def test_a_clock_starts_pauses_goes_on_and_stops() -> None:
+def test_a_clock_starts_pauses_resumes_and_stops() -> None:
     clock = PlaybackClock(10.0)
     assert clock.position(5.0) == 0.0 and not clock.is_playing(5.0)
     clock.start(5.0)
@@ -75,7 +75,7 @@ def test_a_clock_starts_pauses_goes_on_and_stops() -> None:
     assert clock.position(103.0) == 0.0
 
 
-def test_speed_and_seek_keep_the_place() -> None:
+def test_speed_changes_and_seeks_are_continuous() -> None:
     clock = PlaybackClock(10.0)
     clock.start(0.0)
     clock.set_speed(0.5, 2.0)
@@ -89,7 +89,7 @@ def test_speed_and_seek_keep_the_place() -> None:
     assert clock.position(5.0) == 0.0
 
 
-def test_the_end_is_the_end_or_the_beginning_again() -> None:
+def test_the_clock_stops_at_the_end_or_loops() -> None:
     clock = PlaybackClock(2.0)
     clock.start(0.0)
     assert clock.position(9.0) == 2.0 and not clock.is_playing(9.0)
@@ -100,7 +100,7 @@ def test_the_end_is_the_end_or_the_beginning_again() -> None:
     assert looped.position(5.0) == pytest.approx(1.0) and looped.is_playing(5.0)
 
 
-def test_steps_go_from_frame_to_frame() -> None:
+def test_steps_stop_on_frames() -> None:
     clock = PlaybackClock(1.0)
     clock.start(0.0)
     clock.step(1, 10.0, 0.25)  # between frames 2 and 3
@@ -120,7 +120,7 @@ commands = st.lists(
 
 
 @given(duration=st.floats(0, 20), loop=st.booleans(), commands=commands)
-def test_whatever_is_pressed_the_position_is_in_the_recording(
+def test_the_position_is_within_the_recording_after_any_commands(
     duration: float, loop: bool, commands: list[tuple[str, float]]
 ) -> None:
     clock, now = PlaybackClock(duration, loop=loop), 0.0
@@ -139,6 +139,6 @@ def test_whatever_is_pressed_the_position_is_in_the_recording(
 
 
 @pytest.mark.parametrize("duration", [-1.0, float("nan"), float("inf")])
-def test_a_duration_that_cannot_be_is_refused(duration: float) -> None:
+def test_an_invalid_duration_is_an_error(duration: float) -> None:
     with pytest.raises(ValueError, match="duration must be"):
         PlaybackClock(duration)

@@ -30,7 +30,7 @@ def all_shapes() -> np.ndarray:
     return np.stack([load_arkit_shapes()[name] for name in SHAPES])
 
 
-def test_every_sculpted_shape_is_found_as_itself() -> None:
+def test_every_sculpted_shape_has_weight_1_of_itself() -> None:
     shapes = all_shapes()
     weights = solve_arkit_weights(shapes)
     moving = np.abs(shapes).max(axis=(1, 2)) > 0  # the tongue has no control point
@@ -40,7 +40,7 @@ def test_every_sculpted_shape_is_found_as_itself() -> None:
     assert np.abs((rebuilt - shapes) * load_face().fapu.lengths()).max() < 0.02  # centimetres
 
 
-def test_a_mixture_is_taken_apart() -> None:
+def test_a_mixture_has_its_weights() -> None:
     mixed = np.zeros(52)
     for name, weight in {"jawOpen": 0.6, "mouthSmileLeft": 0.8, "browInnerUp": 0.3, "eyeBlinkRight": 1.0}.items():
         mixed[SHAPES.index(name)] = weight
@@ -49,24 +49,24 @@ def test_a_mixture_is_taken_apart() -> None:
 
 
 @given(factor=st.floats(-3, 3), shape=st.integers(0, 51))
-def test_weights_are_shares_whatever_the_motion(factor: float, shape: int) -> None:
+def test_weights_are_between_0_and_1_for_any_motion(factor: float, shape: int) -> None:
     weights = solve_arkit_weights(factor * all_shapes()[shape][None])
     assert weights.shape == (1, 52)
     assert (weights >= 0).all() and (weights <= 1).all()
 
 
-@given(basis=matrices, wanted=targets)
-def test_scipy_finds_nothing_nearer(basis: np.ndarray, wanted: np.ndarray) -> None:
-    found = bounded_least_squares(basis, wanted, regularisation=0.01)
+@given(basis=matrices, target_rows=targets)
+def test_the_solution_is_as_good_as_scipys(basis: np.ndarray, target_rows: np.ndarray) -> None:
+    solved = bounded_least_squares(basis, target_rows, regularisation=0.01)
     rows = np.vstack([basis.T, 0.1 * np.eye(4)])
-    for weights, target in zip(found, wanted, strict=True):
-        goal = np.append(target, np.zeros(4))
-        rival = lsq_linear(rows, goal, (0, 1)).x
+    for weights, target in zip(solved, target_rows, strict=True):
+        right_side = np.append(target, np.zeros(4))
+        expected = lsq_linear(rows, right_side, (0, 1)).x
         assert (weights >= 0).all() and (weights <= 1).all()
-        assert np.linalg.norm(rows @ weights - goal) <= np.linalg.norm(rows @ rival - goal) + 1e-9
+        assert np.linalg.norm(rows @ weights - right_side) <= np.linalg.norm(rows @ expected - right_side) + 1e-9
 
 
-def test_the_table_has_live_link_s_columns(tmp_path: Path) -> None:
+def test_the_table_has_the_columns_of_live_link_face(tmp_path: Path) -> None:
     displacements = np.stack([gaze_displacements(0.0, 0.0), gaze_displacements(0.3, 0.0)])
     poses = np.array([[0, 0.5, 0, 0, 0, -3.0]] * 2)
     write_blendshape_csv(tmp_path / "a.csv", MotionClip(30.0, "fapu", displacements, poses))
@@ -80,7 +80,7 @@ def test_the_table_has_live_link_s_columns(tmp_path: Path) -> None:
     assert row["EyeLookOutLeft"] > 0.5 and row["EyeLookInRight"] > 0.5
 
 
-def test_a_motion_in_mesh_units_is_refused(tmp_path: Path) -> None:
+def test_a_motion_in_mesh_units_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="FAPU units"):
         write_blendshape_csv(
             tmp_path / "a.csv", MotionClip(15.0, "mesh", np.zeros((1, CONTROL_POINT_COUNT, 3), np.float32))
@@ -91,5 +91,5 @@ def test_a_motion_in_mesh_units_is_refused(tmp_path: Path) -> None:
     ("frame", "fps", "text"),
     [(0, 15.0, "00:00:00:00.000"), (15 * 3661 + 7, 15.0, "01:01:01:07.000"), (1, 29.97, "00:00:00:01.001")],
 )
-def test_time_codes(frame: int, fps: float, text: str) -> None:
+def test_timecode_of_a_frame(frame: int, fps: float, text: str) -> None:
     assert timecode(frame, fps) == text

@@ -4,13 +4,13 @@ from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, P
 from conf.face.retargeting.arkit_shapes import FULL_GAZE, load_arkit_shapes
 
 
-def test_there_are_the_52_shapes_at_the_control_points() -> None:
+def test_there_are_52_shapes_of_all_control_points() -> None:
     shapes = load_arkit_shapes()
     assert len(shapes) == 52
     assert all(shape.shape == (CONTROL_POINT_COUNT, 3) and np.isfinite(shape).all() for shape in shapes.values())
 
 
-def test_shapes_do_what_their_names_say() -> None:
+def test_shapes_move_points_according_to_their_names() -> None:
     shapes = load_arkit_shapes()
     assert shapes["jawOpen"][CONTROL_POINT_INDEX["chin_bottom"], 1] < -500
     assert shapes["eyeBlinkLeft"][CONTROL_POINT_INDEX["eyelid_upper_l"], 1] < -1000
@@ -18,7 +18,7 @@ def test_shapes_do_what_their_names_say() -> None:
     assert shapes["browInnerUp"][CONTROL_POINT_INDEX["brow_inner_l"], 1] > 50
 
 
-def test_gaze_turns_one_pupil_the_right_way() -> None:
+def test_a_gaze_shape_moves_one_pupil_in_its_direction() -> None:
     shapes = load_arkit_shapes()
     for direction, (x, y, _) in FULL_GAZE.items():
         left, right = shapes[f"eyeLook{direction}Left"][PUPILS, :2]
