@@ -1,7 +1,7 @@
-"""Heads that this project did not shape, with the place of every control point known: what `bench_fit` measures on.
+"""Generate heads with known control points for mesh_fitting.py and for training.
 
-Men, women, children and old people are mixed from the base figure's targets; all share its topology, so the vertex that
-bears a control point on one bears it on all. Each is written in another format, unit and orientation.
+Men, women, children and old people are blended from the targets of the base figure. All have its topology, so that the
+vertex of a control point is the same in all heads. Each head is written in another format, unit and orientation.
 """
 
 from collections.abc import Callable
@@ -24,16 +24,16 @@ FROM_Y_UP = {  # rotations from y up, z to the front
     ("-y", "z"): np.array([[-1.0, 0, 0], [0, -1, 0], [0, 0, 1]]),
 }
 EYES = ("helper-l-eye", "helper-r-eye")
-NECK_DM = 0.95  # a head is cut off so far below its eyes, at the size of an adult's
+NECK_DM = 0.95  # distance below the eyes at which a head is cut off, for the size of an adult
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """How one head is mixed and written.
+    """Definition of one head and its file.
 
-    targets : name of a modelling target -> weight; a leading `*/` stands for both sides
-    parts : groups of the base figure that are kept
-    unit : length of a decimetre in the file
+    targets : name of a modelling target -> weight; a leading `*/` means both sides
+    parts : groups of the base figure that are written
+    unit : length of a decimetre in the units of the file
     """
 
     name: str
@@ -47,7 +47,7 @@ class Recipe:
 
 @dataclass(frozen=True)
 class Head:
-    """A mesh file and where its control points truly are, in the file's axes and unit."""
+    """A mesh file and the (n, 3) true positions of its control points, in the axes and unit of the file."""
 
     name: str
     path: Path
@@ -57,8 +57,8 @@ class Head:
 
 def macro(sex: str, age: str, **origins: float) -> dict[str, float]:
     """Return the targets of an average person of one sex and age: baby, child, young or old."""
-    shares = {f"macrodetails/{origin}-{sex}-{age}": share for origin, share in origins.items()}
-    return shares | {f"macrodetails/universal-{sex}-{age}-averagemuscle-averageweight": 1.0}
+    weights = {f"macrodetails/{origin}-{sex}-{age}": weight for origin, weight in origins.items()}
+    return weights | {f"macrodetails/universal-{sex}-{age}-averagemuscle-averageweight": 1.0}
 
 
 RECIPES = (
@@ -93,15 +93,15 @@ def write_heads(source: Source, canonical: CanonicalFace, folder: Path) -> list[
 
 
 def random_recipe(name: str, source: Source, rng: np.random.Generator) -> Recipe:
-    """Return somebody of any sex, age, origin and weight with eight features exaggerated."""
+    """Return a random person: sex, age, origin, weight, and eight exaggerated features."""
     sex, ages = rng.choice(["male", "female"]), _AGES[rng.integers(len(_AGES))]
-    shares = rng.dirichlet([0.7] * len(_ORIGINS))
+    origin_weights = rng.dirichlet([0.7] * len(_ORIGINS))
     targets: dict[str, float] = {}
     for age in ages:
         weight = rng.choice(["averageweight", "maxweight", "minweight"], p=[0.6, 0.2, 0.2])
         targets[f"macrodetails/universal-{sex}-{age}-averagemuscle-{weight}"] = 1 / len(ages)
-        for origin, share in zip(_ORIGINS, shares, strict=True):
-            targets[f"macrodetails/{origin}-{sex}-{age}"] = float(share) / len(ages)
+        for origin, origin_weight in zip(_ORIGINS, origin_weights, strict=True):
+            targets[f"macrodetails/{origin}-{sex}-{age}"] = float(origin_weight) / len(ages)
     for feature in rng.choice(_FEATURES, 8, replace=False):
         targets[str(feature)] = float(rng.uniform(0.2, 0.7))
     return Recipe(name, targets, parts=("body", *EYES) if rng.random() < 0.75 else ("body",))
@@ -109,7 +109,7 @@ def random_recipe(name: str, source: Source, rng: np.random.Generator) -> Recipe
 
 _AGES = (("young",), ("young", "old"), ("child", "young"), ("old",), ("child",))
 _ORIGINS = ("caucasian", "asian", "african")
-# What the base figure's targets exaggerate: folder/prefix, then the names.
+# Targets of single features of the base figure: folder/prefix, then the names.
 _FEATURE_TABLE = """
 head/head- age-decr age-incr angle-in angle-out back-scale-depth-decr back-scale-depth-incr
 head/head- diamond fat-decr fat-incr invertedtriangular oval rectangular
@@ -155,20 +155,20 @@ def write_head(recipe: Recipe, source: Source, folder: Path) -> Head:
     """Write one head into the folder."""
     base = source.read_base()
     count = len(base.vertices)
-    mixed = base.vertices.copy()
+    blended = base.vertices.copy()
     for target, weight in recipe.targets.items():
         for name in _both_sides(target):
-            mixed += weight * source.read_target(name, count)
-    truth, eye_distance = _truth(base, mixed)
+            blended += weight * source.read_target(name, count)
+    truth, eye_distance = _truth(base, blended)
     kept = np.isin(base.groups, recipe.parts)
     if not recipe.whole_body:
         lowest = truth[:, 1].max() - NECK_DM * eye_distance / 0.64 * 2.2
-        kept &= mixed[base.faces][..., 1].min(axis=1) > lowest
-    turn = FROM_Y_UP[recipe.axes] * recipe.unit
+        kept &= blended[base.faces][..., 1].min(axis=1) > lowest
+    rotation = FROM_Y_UP[recipe.axes] * recipe.unit
     used, faces = np.unique(base.faces[kept], return_inverse=True)
     path = folder / f"{recipe.name}{recipe.suffix}"
-    _WRITERS[recipe.suffix](path, mixed[used] @ turn.T, faces.reshape(-1, 4))
-    return Head(recipe.name, path, truth @ turn.T, recipe.axes)
+    _WRITERS[recipe.suffix](path, blended[used] @ rotation.T, faces.reshape(-1, 4))
+    return Head(recipe.name, path, truth @ rotation.T, recipe.axes)
 
 
 def _both_sides(target: str) -> list[str]:
@@ -180,27 +180,26 @@ def _both_sides(target: str) -> list[str]:
 
 
 def _truth(base: BaseMesh, vertices: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """Return the (n, 3) control points and the distance of the pupils, which lie on the front of the eye helpers."""
-    places = {name: vertices[index] for name, index in VERTICES.items()}
+    """Return the (n, 3) control points and the distance of the pupils, which are the front of the eye helpers."""
+    positions = {name: vertices[index] for name, index in VERTICES.items()}
     for side in "lr":
         eye = vertices[base.members(f"helper-{side}-eye")]
-        places[f"pupil_{side}"] = np.array([*eye.mean(axis=0)[:2], eye[:, 2].max()])
+        positions[f"pupil_{side}"] = np.array([*eye.mean(axis=0)[:2], eye[:, 2].max()])
     return (
-        np.array([places[point.name] for point in CONTROL_POINTS]),
-        float(np.linalg.norm(places["pupil_l"] - places["pupil_r"])),
+        np.array([positions[point.name] for point in CONTROL_POINTS]),
+        float(np.linalg.norm(positions["pupil_l"] - positions["pupil_r"])),
     )
 
 
 def _write_canonical(canonical: CanonicalFace, folder: Path) -> list[Head]:
-    """Write the tracker's own mean face, without an opening at mouth or eyes and nothing behind it.
+    """Write the mean face of the tracker, a surface without openings at mouth or eyes and without a back.
 
-    Twice: as it is, and each triangle split in four, so that its vertices do not give the landmarks away.
+    It is written twice: unchanged, and with each triangle split in four, so that its vertices are not the landmarks.
     """
     truth = canonical.vertices[np.minimum(CONTROL_POINT_LANDMARKS, len(canonical.vertices) - 1)]
     for name, ring in (("pupil_l", (263, 362, 386, 374)), ("pupil_r", (33, 133, 159, 145))):
-        truth[CONTROL_POINT_INDEX[name]] = canonical.vertices[list(ring)].mean(
-            axis=0
-        )  # the mesh has no vertex at a pupil
+        # The mesh has no vertex at a pupil: take the middle of the eye's outline.
+        truth[CONTROL_POINT_INDEX[name]] = canonical.vertices[list(ring)].mean(axis=0)
     split = trimesh.Trimesh(canonical.vertices, canonical.triangles, process=False).subdivide()
     meshes = {"canonical": (canonical.vertices, canonical.triangles), "canonical_split": (split.vertices, split.faces)}
     for name, (vertices, triangles) in meshes.items():
@@ -209,7 +208,7 @@ def _write_canonical(canonical: CanonicalFace, folder: Path) -> list[Head]:
 
 
 def write_mesh(path: Path, vertices: NDArray[np.float64], faces: NDArray[np.integer]) -> None:
-    """Write an OBJ of positions and faces, nothing else."""
+    """Write an OBJ file of positions and faces only."""
     lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in vertices]
     lines += [f"f {' '.join(str(index + 1) for index in face)}" for face in faces]
     path.write_text("\n".join(lines) + "\n")

@@ -1,11 +1,11 @@
-"""How good is the portrait? A clip through the whole path, beside video codecs at the same rate.
+"""Measure the quality of the portrait: send a clip through the whole path, and compare video codecs at the same rate.
 
     python tools/bench/portrait.py CLIP... [--json] [--pictures FOLDER] [--no-peers]
 
-Each clip at 320x240, 15 frames a second, shorter ones looped to 30 s. Motion goes through the codec of the wire, the
-portrait's pieces ride on the motion's datagrams within their budget, acknowledgements come back two frames late.
-Figures are of what follows the first ten seconds; those have a row of their own. Rates count UDP/IP headers (28 bytes),
-framing and seal; for video RTP, UDP and IP (40 bytes).
+Clips are converted to 320x240 at 15 frames/s; short ones are looped to 30 s. Motion is coded as in a call, the chunks
+of the portrait are sent in the datagrams of motion within their budget, acknowledgements arrive two frames late. The
+figures exclude the first ten seconds, which have a separate row. Rates include UDP/IP headers (28 B), framing and seal;
+for video RTP, UDP and IP headers (40 B).
 """
 
 import argparse
@@ -40,39 +40,39 @@ from conf.sender.portrait.scheduler import PortraitScheduler
 from conf.sender.tracking.canonical_face import read_canonical_face
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.tracker import FaceTracker, TrackedFace
-from tools.bench.portrait_clip import FPS, SIZE, START_S, Pixels, average, compare, likenesses, load_frames, looped
+from tools.bench.portrait_clip import FPS, SIZE, START_S, Pixels, average, compare, load_frames, looped, similarities
 from tools.bench.portrait_peers import CODECS, transmit
 
-FRAMING = 14 + 28  # bytes of seal and framing, UDP and IP, of each motion datagram
-BESIDE = 2  # bytes that a piece adds to the datagram it rides on
+FRAMING = 14 + 28  # bytes of seal and framing, and of UDP and IP headers, of each motion datagram
+CHUNK_OVERHEAD = 2  # bytes that a chunk adds to its datagram besides its own
 ACK_FRAMES = 2
 DRAWN_SIZE = (640, 480)
 RATES = (10.0, 20.0)
-NO_WORSE = 0.01  # face SSIM: two pictures this near are as good as each other
+SSIM_TOLERANCE = 0.01  # face SSIM; images with a smaller difference count as equal
 
 
 @dataclass
 class Call:
-    """What one clip gave: pictures shown, bytes sent, milliseconds of drawing."""
+    """Result of one clip: images shown, bytes sent, milliseconds of drawing."""
 
     sources: list[Pixels]
     trackings: list[TrackedFace | None] = field(default_factory=list)
     shown: list[Pixels | None] = field(default_factory=list)
-    frozen: list[Pixels | None] = field(default_factory=list)  # the photograph as it arrived, not moved
+    frozen: list[Pixels | None] = field(default_factory=list)  # the received photo without motion
     wire_bytes: list[int] = field(default_factory=list)
     motion_bytes: list[int] = field(default_factory=list)
     draw_ms: list[float] = field(default_factory=list)
     shown_at: float | None = None
-    stickers: int = 0
+    patches: int = 0
 
 
 def main() -> None:
     """Print a table for each clip, or one JSON object."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("clips", type=Path, nargs="+")
-    parser.add_argument("--pictures", type=Path, help="write side-by-side pictures into this folder")
-    parser.add_argument("--no-peers", action="store_true", help="leave the video codecs out")
-    parser.add_argument("--kbps", type=float, default=4.0, help="the portrait's budget after the start")
+    parser.add_argument("--pictures", type=Path, help="write images side by side into this folder")
+    parser.add_argument("--no-peers", action="store_true", help="do not run the video codecs")
+    parser.add_argument("--kbps", type=float, default=4.0, help="budget of the portrait after the start")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     results = {}
@@ -81,7 +81,7 @@ def main() -> None:
         result, videos = measure(call, peers=() if options.no_peers else tuple(CODECS))
         results[clip.stem] = result
         if options.pictures:
-            write_pictures(call, videos, options.pictures / f"{clip.stem}.jpg")
+            write_images(call, videos, options.pictures / f"{clip.stem}.jpg")
         if not options.json:
             print(table(clip.stem, result), flush=True)
     if options.json:
@@ -89,19 +89,19 @@ def main() -> None:
 
 
 def run(frames: Sequence[Pixels], kbps: float) -> Call:
-    """Send frames through tracker, codec, portrait's transfer and renderer."""
+    """Send frames through tracker, codec, transfer of the portrait and renderer."""
     models = fetch_models()
     canonical, tracker = read_canonical_face(models), FaceTracker(models)
     extractor = MotionExtractor(canonical, SIZE)
     encoder, decoder = Encoder(), Decoder()
-    outbox, inbox, album, budget = ObjectSender(), ObjectReceiver(), PortraitStore(), ChunkBudget(kbps)
-    studio = PortraitScheduler(canonical, outbox)
+    object_sender, object_receiver, store, budget = ObjectSender(), ObjectReceiver(), PortraitStore(), ChunkBudget(kbps)
+    scheduler = PortraitScheduler(canonical, object_sender)
     call = Call(list(frames))
     with OffscreenWindow(*SIZE) as window, OffscreenWindow(*DRAWN_SIZE) as large:
-        large.begin()  # a renderer is made while its own context is the current one
-        timed = PortraitRenderer(large.ctx, album)
+        large.begin()  # a renderer must be created while its context is current
+        timed = PortraitRenderer(large.ctx, store)
         window.begin()
-        renderer = PortraitRenderer(window.ctx, album)
+        renderer = PortraitRenderer(window.ctx, store)
         for number, pixels in enumerate(frames):
             now = number / FPS
             tracking = tracker.track(pixels)
@@ -113,18 +113,18 @@ def run(frames: Sequence[Pixels], kbps: float) -> Call:
                 payload = encoder.encode([motion], number)
                 decoded = decoder.decode(payload, number)[0]
                 displacements, pose = decoded.displacements, HeadPose.from_vector(decoded.pose)
-                shot = CapturedFace(pixels, tracking.landmarks, extractor.neutral_points, extractor.fapu)
-                studio.process_frame(shot, motion, tracking.presence, now)
+                captured = CapturedFace(pixels, tracking.landmarks, extractor.neutral_points, extractor.fapu)
+                scheduler.process_frame(captured, motion, tracking.presence, now)
             encoder.acknowledge([number - ACK_FRAMES])
             budget.add_motion(FRAMING + len(payload), now)
-            piece = outbox.next_chunk(now, budget, overhead=BESIDE)
+            chunk = object_sender.next_chunk(now, budget, overhead=CHUNK_OVERHEAD)
             call.motion_bytes.append(FRAMING + len(payload))
-            call.wire_bytes.append(FRAMING + len(payload) + (len(piece) + BESIDE if piece else 0))
-            if piece and (data := inbox.receive_chunk(piece)):
-                album.receive(data)
-            if answer := inbox.next_ack(now):
-                outbox.receive_ack(answer)
-            call.frozen.append(_at_size(album.photo.pixels) if album.photo else None)
+            call.wire_bytes.append(FRAMING + len(payload) + (len(chunk) + CHUNK_OVERHEAD if chunk else 0))
+            if chunk and (data := object_receiver.receive_chunk(chunk)):
+                store.receive(data)
+            if ack := object_receiver.next_ack(now):
+                object_sender.receive_ack(ack)
+            call.frozen.append(_at_size(store.photo.pixels) if store.photo else None)
             if not renderer.ready or displacements is None or pose is None:
                 call.shown.append(call.shown[-1] if call.shown else None)
                 continue
@@ -136,31 +136,31 @@ def run(frames: Sequence[Pixels], kbps: float) -> Call:
             call.shown.append(window.read())
             if number % 5 == 0:
                 call.draw_ms.append(_draw_large(large, timed, displacements, pose))
-        call.stickers = len(album.patches)
+        call.patches = len(store.patches)
     return call
 
 
 def _at_size(pixels: Pixels) -> Pixels:
-    """Return a photograph as large as the frames are: a draft has fewer pixels."""
+    """Return a photo at the size of the frames; a draft is smaller."""
     return np.asarray(cv2.resize(pixels, SIZE, interpolation=cv2.INTER_LINEAR), np.uint8)
 
 
 def _draw_large(
     window: OffscreenWindow, renderer: PortraitRenderer, displacements: NDArray[np.float32], pose: HeadPose
 ) -> float:
-    """Return how many milliseconds a frame takes, read back included."""
-    began = time.perf_counter()
+    """Draw one frame and return its milliseconds, read-back included."""
+    start_time = time.perf_counter()
     window.begin()
     renderer.draw(displacements, pose, ViewState(), window.framebuffer)
     window.end()
     window.read()
-    return (time.perf_counter() - began) * 1000
+    return (time.perf_counter() - start_time) * 1000
 
 
 def measure(call: Call, peers: Sequence[str]) -> tuple[dict[str, Any], dict[str, list[Pixels]]]:
-    """Return the figures and what the video codecs showed at the same rate."""
+    """Return the figures, and the frames of the video codecs at the same rate."""
     models = fetch_models()
-    rows = likenesses(call.sources, call.shown, call.trackings, FaceTracker(models))
+    rows = similarities(call.sources, call.shown, call.trackings, FaceTracker(models))
     start = round(START_S * FPS)
     result: dict[str, Any] = {"kbps": rate(call.wire_bytes[start:]), **average(rows[start:])}
     result["worse_than_frozen"], result["worst_below_frozen"] = below_frozen(call, start)
@@ -168,41 +168,41 @@ def measure(call: Call, peers: Sequence[str]) -> tuple[dict[str, Any], dict[str,
     result["start"] = {"kbps": rate(call.wire_bytes[:start]), **average(rows[:start])}
     result["shown_at_s"] = call.shown_at
     result["draw_ms_median_640x480"] = round(float(np.median(call.draw_ms)), 2)
-    result["patches"] = call.stickers
+    result["patches"] = call.patches
     result["peers"] = {}
     videos = {}
     for codec in peers:
         for kbps in (result["kbps"], *RATES):
             video = transmit(call.sources, codec, kbps)
-            seen = likenesses(call.sources, video.frames, call.trackings, FaceTracker(models))
+            rows_of_video = similarities(call.sources, video.frames, call.trackings, FaceTracker(models))
             name = codec if kbps == result["kbps"] else f"{codec}_{kbps:g}kbps"
-            result["peers"][name] = {"kbps": rate(video.wire_bytes[start:]), **average(seen[start:])}
-            result["peers"][name]["start"] = {"kbps": rate(video.wire_bytes[:start]), **average(seen[:start])}
+            result["peers"][name] = {"kbps": rate(video.wire_bytes[start:]), **average(rows_of_video[start:])}
+            result["peers"][name]["start"] = {"kbps": rate(video.wire_bytes[:start]), **average(rows_of_video[:start])}
             if kbps == result["kbps"]:
                 videos[codec] = video.frames
     return result, videos
 
 
 def below_frozen(call: Call, start: int) -> tuple[float, float]:
-    """Return the share of pictures after the start that are worse than the photograph not moved, and by how much.
+    """Return the fraction of images after the start that are worse than the photo without motion, and the maximum loss.
 
-    Worse is a face whose SSIM with the source's is lower by more than NO_WORSE; how much lower at the worst is told for
-    all pictures, 0 if none is lower.
+    Worse: the face SSIM with the source is lower by more than SSIM_TOLERANCE. The maximum loss of SSIM is over all
+    images, 0 if none is lower.
     """
-    lacks = []
+    losses = []
     rows = list(zip(call.sources, call.shown, call.frozen, call.trackings, strict=True))
     for source, shown, frozen, tracking in rows[start:]:
         if shown is None or frozen is None or tracking is None:
             continue
         moved, still = (compare(source, picture, tracking, None).face_ssim for picture in (shown, frozen))
-        lacks.append(still - moved)
-    if not lacks:
+        losses.append(still - moved)
+    if not losses:
         return 0.0, 0.0
-    return round(float(np.mean(np.array(lacks) > NO_WORSE)), 4), round(max(0.0, *lacks), 4)
+    return round(float(np.mean(np.array(losses) > SSIM_TOLERANCE)), 4), round(max(0.0, *losses), 4)
 
 
 def rate(wire_bytes: Sequence[int]) -> float:
-    """Return kbit/s of bytes a frame."""
+    """Return kbit/s from the bytes of each frame."""
     return round(sum(wire_bytes) * 8 * FPS / max(len(wire_bytes), 1) / 1000, 2)
 
 
@@ -210,12 +210,12 @@ COLUMNS = ("kbps", "face_ssim", "mouth_ssim", "face_psnr", "mouth_psnr", "landma
 
 
 def table(name: str, result: dict[str, Any]) -> str:
-    """Return the figures of one clip for people to read."""
+    """Return the figures of one clip as a table."""
     shown = f"{result['shown_at_s']:.1f} s" if result["shown_at_s"] is not None else "never"
     lines = [
         f"{name}: shown after {shown}, {result['patches']} patches, motion {result['motion_kbps']} kbit/s,",
-        f"{result['worse_than_frozen']:.1%} of the pictures worse than the frozen photograph, "
-        f"at the worst by {result['worst_below_frozen']:.3f},",
+        f"{result['worse_than_frozen']:.1%} of the images worse than the photo without motion, "
+        f"at most by {result['worst_below_frozen']:.3f},",
         f"drawn in {result['draw_ms_median_640x480']} ms at 640x480 (median)",
         f"{'':<16}" + "".join(f"{column.replace('landmark_error_percent', 'landmark %'):>12}" for column in COLUMNS),
     ]
@@ -226,18 +226,18 @@ def table(name: str, result: dict[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def write_pictures(call: Call, videos: dict[str, list[Pixels]], path: Path) -> None:
-    """Write source, portrait and video codecs side by side, at the moments that are hardest."""
+def write_images(call: Call, videos: dict[str, list[Pixels]], path: Path) -> None:
+    """Write source, portrait and video codecs side by side, for the frames that are hardest."""
     columns: list[NDArray[np.uint8]] = []
-    for number in moments(call):
+    for number in hard_frames(call):
         views = [call.sources[number], call.shown[number], *(frames[number] for frames in videos.values())]
         columns.append(np.vstack([v if v is not None else np.zeros_like(call.sources[0]) for v in views]))
     path.parent.mkdir(parents=True, exist_ok=True)
     cv2.imwrite(str(path), np.hstack(columns))
 
 
-def moments(call: Call) -> list[int]:
-    """Return frames after the start: widest mouth, shut eyes, largest turns, and an even sample."""
+def hard_frames(call: Call) -> list[int]:
+    """Return frame numbers after the start: widest mouth, closed eyes, largest rotations, and three evenly spaced."""
     start = round(START_S * FPS)
     tracked = [
         i for i in range(start, len(call.sources)) if call.trackings[i] is not None and call.shown[i] is not None

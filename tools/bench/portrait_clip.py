@@ -1,4 +1,4 @@
-"""Frames for the portrait's bench, and how like its source a shown picture is."""
+"""Read frames for the portrait benches and compare shown images with their source."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,17 +14,17 @@ from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 
 SIZE = (320, 240)
 FPS = 15
-LEAST_S = 30.0
+MIN_S = 30.0  # length of a looped clip
 START_S = 10.0
 EYE_CORNERS = (33, 263)
-MOUTH_MARGIN = 0.25  # of the mouth's box, on each side
+MOUTH_MARGIN = 0.25  # added on each side of the bounding box of the mouth, relative to its size
 _C1, _C2 = (0.01 * 255) ** 2, (0.03 * 255) ** 2  # the constants of SSIM
 
 Pixels = NDArray[np.uint8]
 
 
 def load_frames(path: Path, /) -> list[Pixels]:
-    """Return a clip at 320x240 and 15 frames a second, as long as it is: the middle of it that is 4 to 3."""
+    """Return all frames of a clip at 320x240 and 15 frames/s, cropped to the central 4:3 area."""
     frames: list[Pixels] = []
     with open_clip(path) as source:
         for frame in iter(source.read, None):
@@ -34,22 +34,22 @@ def load_frames(path: Path, /) -> list[Pixels]:
 
 
 def looped(frames: Sequence[Pixels], /) -> list[Pixels]:
-    """Return the frames, again and again until they last LEAST_S."""
-    rounds = max(1, -(-round(LEAST_S * FPS) // len(frames)))
-    return (list(frames) * rounds)[: max(len(frames), round(LEAST_S * FPS))]
+    """Return the frames, repeated until they last MIN_S."""
+    rounds = max(1, -(-round(MIN_S * FPS) // len(frames)))
+    return (list(frames) * rounds)[: max(len(frames), round(MIN_S * FPS))]
 
 
 def _fit(pixels: Pixels) -> Pixels:
     height, width = pixels.shape[:2]
     w, h = min(width, height * 4 // 3), min(height, width * 3 // 4)
     x, y = (width - w) // 2, (height - h) // 2
-    how = cv2.INTER_AREA if w >= SIZE[0] else cv2.INTER_CUBIC
-    return np.asarray(cv2.resize(pixels[y : y + h, x : x + w], SIZE, interpolation=how), dtype=np.uint8)
+    interpolation = cv2.INTER_AREA if w >= SIZE[0] else cv2.INTER_CUBIC
+    return np.asarray(cv2.resize(pixels[y : y + h, x : x + w], SIZE, interpolation=interpolation), dtype=np.uint8)
 
 
 @dataclass(frozen=True)
-class Likeness:
-    """How like its source one shown picture is; `landmark_error_percent` is None where the tracker finds no face."""
+class Similarity:
+    """Similarity of one image with its source; `landmark_error_percent` is None if no face was found in the image."""
 
     face_ssim: float
     mouth_ssim: float
@@ -58,17 +58,17 @@ class Likeness:
     landmark_error_percent: float | None
 
 
-def compare(source: Pixels, shown: Pixels, tracking: TrackedFace, again: TrackedFace | None, /) -> Likeness:
-    """Compare a shown picture with its source, in the face's outline and the mouth's box, as the source has them."""
+def compare(source: Pixels, shown: Pixels, tracking: TrackedFace, shown_tracking: TrackedFace | None, /) -> Similarity:
+    """Compare an image with its source, within the outline of the face and the box of the mouth in the source."""
     lips = tracking.landmarks[list(contours.UPPER_OUTER_LIP + contours.LOWER_OUTER_LIP), :2]
     face, mouth = _outline(tracking.landmarks[:, :2]), _box(lips, MOUTH_MARGIN)
     quality = ssim_map(source, shown)
     error = None
-    if again is not None:
-        eyes = np.linalg.norm(np.diff(tracking.landmarks[list(EYE_CORNERS), :2], axis=0))
-        offsets = np.linalg.norm((again.landmarks - tracking.landmarks)[:, :2], axis=1)
-        error = float(100 * offsets.mean() / eyes)
-    return Likeness(
+    if shown_tracking is not None:
+        eye_distance = np.linalg.norm(np.diff(tracking.landmarks[list(EYE_CORNERS), :2], axis=0))
+        offsets = np.linalg.norm((shown_tracking.landmarks - tracking.landmarks)[:, :2], axis=1)
+        error = float(100 * offsets.mean() / eye_distance)
+    return Similarity(
         float(quality[face].mean()),
         float(quality[mouth].mean()),
         psnr(source[face], shown[face]),
@@ -78,9 +78,9 @@ def compare(source: Pixels, shown: Pixels, tracking: TrackedFace, again: Tracked
 
 
 def ssim_map(a: Pixels, b: Pixels, /) -> NDArray[np.float64]:
-    """Return (H, W), the structural similarity of the brightness around each pixel.
+    """Return (H, W), the structural similarity of the luma around each pixel.
 
-    Source: Wang, Bovik, Sheikh, Simoncelli 2004, with their window (Gaussian, 11 pixels, deviation 1.5).
+    Source: Wang, Bovik, Sheikh, Simoncelli 2004, with their window: Gaussian, 11 px, standard deviation 1.5 px.
     """
     x, y = (cv2.cvtColor(p, cv2.COLOR_BGR2GRAY).astype(np.float64) for p in (a, b))
     mx, my = _blur(x), _blur(y)
@@ -99,7 +99,7 @@ def psnr(a: Pixels, b: Pixels, /) -> float:
 
 
 def _outline(points: NDArray[np.floating]) -> NDArray[np.bool_]:
-    """Return (H, W) bool: what lies within the outermost of the points."""
+    """Return (H, W) bool: the inside of the convex hull of the points."""
     mask = np.zeros(SIZE[::-1], np.uint8)
     cv2.fillConvexPoly(mask, np.rint(cv2.convexHull(points.astype(np.float32))).astype(np.int32), 1)
     return mask > 0
@@ -113,30 +113,31 @@ def _box(points: NDArray[np.floating], margin: float) -> tuple[slice, slice]:
     return slice(y0, y1), slice(x0, x1)
 
 
-def likenesses(
+def similarities(
     sources: Sequence[Pixels],
     shown: Sequence[Pixels | None],
     trackings: Sequence[TrackedFace | None],
     tracker: FaceTracker,
-) -> list[Likeness | None]:
-    """Compare a row of pictures; None where there is no face in the source or nothing is shown."""
-    result: list[Likeness | None] = []
-    for source, picture, tracking in zip(sources, shown, trackings, strict=True):
-        if picture is None or tracking is None:
+) -> list[Similarity | None]:
+    """Compare all images; None where the source has no face or nothing is shown."""
+    result: list[Similarity | None] = []
+    for source, image, tracking in zip(sources, shown, trackings, strict=True):
+        if image is None or tracking is None:
             result.append(None)
             continue
-        result.append(compare(source, picture, tracking, tracker.track(picture)))
+        result.append(compare(source, image, tracking, tracker.track(image)))
     return result
 
 
-def average(rows: Sequence[Likeness | None], /) -> dict[str, float | None]:
-    """Return the mean of each figure; `not_found` is the share of pictures in which the tracker finds no face."""
-    seen = [row for row in rows if row is not None]
-    if not seen:
+def average(rows: Sequence[Similarity | None], /) -> dict[str, float | None]:
+    """Return the mean of each figure; `not_found` is the fraction of images in which no face was found."""
+    compared = [row for row in rows if row is not None]
+    if not compared:
         return {}
-    errors = [row.landmark_error_percent for row in seen if row.landmark_error_percent is not None]
+    errors = [row.landmark_error_percent for row in compared if row.landmark_error_percent is not None]
     names = ("face_ssim", "mouth_ssim", "face_psnr", "mouth_psnr")
-    figures: dict[str, float | None] = {n: round(float(np.mean([getattr(row, n) for row in seen])), 4) for n in names}
+    means = {name: float(np.mean([getattr(row, name) for row in compared])) for name in names}
+    figures: dict[str, float | None] = {name: round(mean, 4) for name, mean in means.items()}
     figures["landmark_error_percent"] = round(float(np.mean(errors)), 3) if errors else None
-    figures["not_found"] = round(1 - len(errors) / len(seen), 4)
+    figures["not_found"] = round(1 - len(errors) / len(compared), 4)
     return figures

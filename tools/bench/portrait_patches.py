@@ -1,4 +1,4 @@
-"""Patches of a clip, cut as the sender cuts them, and what their coefficients are like: for tools/train/portrait.py."""
+"""Extract patches from a clip as the sender does, and count their coefficients, for tools/train/portrait.py."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -24,68 +24,68 @@ from conf.sender.tracking.tracker import FaceTracker
 from tools.bench.portrait_clip import FPS, SIZE, load_frames
 from tools.train.codec_fit import UNIT_SCALE
 
-PHOTO_AT = 8  # the frame that is photographed: the tracker has settled
-EVERY = 6  # frames between two patches
-STEPS = (14, 19, 24)  # of the quantiser, around those in use
+PHOTO_AT = 8  # number of the frame used as the photo, when the tracker has settled
+PATCH_INTERVAL = 6  # frames
+STEPS = (14, 19, 24)  # quantiser steps around those in use
 CHECKED_STEP = 19
-DEAD = 0.6
+DEADZONE = 0.6  # steps; smaller coefficients become 0
 COEFFICIENTS = 64
 
 
 @dataclass
 class PatchCounts:
-    """What was counted.
+    """Counts of coefficients. Kinds of blocks: luma, chroma.
 
-    coded : (2, 3, 2) blocks by kind, neighbours that are not empty, and whether they are empty or not
-    last : (2, 64) by kind and the last coefficient told
-    levels, told : (2, 64) sums of magnitudes, and of how many
+    coded : (2, 3, 2) blocks by kind, number of coded neighbours, and whether the block is coded
+    last : (2, 64) blocks by kind and index of the last coded coefficient
+    levels, level_count : (2, 64) sums of magnitudes, and their number, by kind and coefficient
     """
 
     coded: NDArray[np.float64] = field(default_factory=lambda: np.full((2, 3, 2), 2.0))
     last: NDArray[np.float64] = field(default_factory=lambda: np.full((2, COEFFICIENTS), 0.2))
     levels: NDArray[np.float64] = field(default_factory=lambda: np.full((2, COEFFICIENTS), 0.1))
-    told: NDArray[np.float64] = field(default_factory=lambda: np.full((2, COEFFICIENTS), 0.5))
+    level_count: NDArray[np.float64] = field(default_factory=lambda: np.full((2, COEFFICIENTS), 0.5))
 
     def __add__(self, other: "PatchCounts") -> "PatchCounts":
-        """Return both together."""
+        """Return the sum of both counts."""
         names = self.__dataclass_fields__
         return PatchCounts(**{name: getattr(self, name) + getattr(other, name) for name in names})
 
     def count(self, planes: Planes) -> None:
-        """Count a patch's coefficients, in steps."""
+        """Count the coefficients of a patch, in quantiser steps."""
         for kind, plane in zip((0, 1, 1), planes, strict=True):
-            level = np.where(np.abs(plane) >= DEAD, np.maximum(np.rint(np.abs(plane)), 1), 0)
+            level = np.where(np.abs(plane) >= DEADZONE, np.maximum(np.rint(np.abs(plane)), 1), 0)
             ends = np.where(level > 0, np.arange(1, COEFFICIENTS + 1), 0).max(axis=2)
-            full = np.pad((ends > 0).astype(int), ((1, 0), (1, 0)))
-            neighbours = full[:-1, 1:] + full[1:, :-1]
-            np.add.at(self.coded[kind], (neighbours.ravel(), full[1:, 1:].ravel()), 1)
+            is_coded = np.pad((ends > 0).astype(int), ((1, 0), (1, 0)))
+            neighbours = is_coded[:-1, 1:] + is_coded[1:, :-1]
+            np.add.at(self.coded[kind], (neighbours.ravel(), is_coded[1:, 1:].ravel()), 1)
             np.add.at(self.last[kind], ends[ends > 0] - 1, 1)
             before = np.arange(COEFFICIENTS) < ends[..., None]
             self.levels[kind] += (level * before).sum(axis=(0, 1))
-            self.told[kind] += before.sum(axis=(0, 1))
+            self.level_count[kind] += before.sum(axis=(0, 1))
 
     def model(self) -> BlockModel:
-        """Return what the coder uses."""
-        chance = self.coded[..., 1] / self.coded.sum(axis=2)
-        coded = np.clip(np.rint(chance * TOTAL), 64, TOTAL - 64).astype(np.int64)
-        last = np.array([_whole(_smooth(row)) for row in self.last])
-        mean = np.array([_smooth(row) for row in self.levels / self.told])
-        spread = np.rint(UNIT_SCALE + SCALES_PER_OCTAVE * np.log2(mean / np.log(4)))
-        return BlockModel(coded, last, np.maximum(spread, 0).astype(np.int64))
+        """Return the probability model of the coder."""
+        probability = self.coded[..., 1] / self.coded.sum(axis=2)
+        coded = np.clip(np.rint(probability * TOTAL), 64, TOTAL - 64).astype(np.int64)
+        last = np.array([_to_integer_frequencies(_smooth(row)) for row in self.last])
+        mean = np.array([_smooth(row) for row in self.levels / self.level_count])
+        scale = np.rint(UNIT_SCALE + SCALES_PER_OCTAVE * np.log2(mean / np.log(4)))
+        return BlockModel(coded, last, np.maximum(scale, 0).astype(np.int64))
 
 
 def _smooth(row: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(np.convolve(np.pad(row, 2, "edge"), [0.1, 0.2, 0.4, 0.2, 0.1], "valid"))
 
 
-def _whole(weights: NDArray[np.float64]) -> NDArray[np.int64]:
+def _to_integer_frequencies(weights: NDArray[np.float64]) -> NDArray[np.int64]:
     result = np.asarray(1 + np.floor((TOTAL - len(weights)) * weights / weights.sum()), np.int64)
     result[np.argmax(result)] += TOTAL - result.sum()
     return result
 
 
 def read_patches(clip: Path) -> list[Patch]:
-    """Return patches of a clip's frames on an early one, their planes in levels of brightness."""
+    """Return patches of a clip's frames relative to frame PHOTO_AT, coefficients in grey levels."""
     models = fetch_models()
     canonical, tracker = read_canonical_face(models), FaceTracker(models)
     extractor = MotionExtractor(canonical, SIZE)
@@ -99,7 +99,7 @@ def read_patches(clip: Path) -> list[Patch]:
         face = CapturedFace(pixels, tracking.landmarks, extractor.neutral_points, extractor.fapu)
         if reference is None and number >= PHOTO_AT:
             reference = ReferencePhoto.from_bytes(encode_object(build_photo(face, canonical, 0)), pixels)
-        elif reference is not None and number % EVERY == 0:
+        elif reference is not None and number % PATCH_INTERVAL == 0:
             for region, feature in enumerate(FEATURES):
                 if reference.can_patch(face, motion, region):
                     difference, points = patch_residual(reference, face, motion, feature)
@@ -121,9 +121,9 @@ def count_patches(found: Sequence[Patch]) -> PatchCounts:
 def cost_of_patches(model: PortraitModel, found: Sequence[Patch]) -> str:
     """Return the mean bytes of patches at CHECKED_STEP."""
     size = step_size(CHECKED_STEP)
-    told = [
+    quantised = [
         replace(patch, step=CHECKED_STEP, coefficients=[plane / size for plane in patch.coefficients])
         for patch in found
     ]
-    sizes = [len(encode_patch(patch, model=model)) for patch in told]
+    sizes = [len(encode_patch(patch, model=model)) for patch in quantised]
     return f"{np.mean(sizes):6.1f} B of {len(sizes)}"
