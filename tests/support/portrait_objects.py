@@ -1,4 +1,4 @@
-"""Pictures for tests of the portrait's bodies."""
+"""Example objects for tests of portraits."""
 
 import io
 
@@ -22,29 +22,29 @@ def webp(width: int, height: int) -> bytes:
 
 
 def example_photo(number: int = 1) -> Photo:
-    """Return a photograph with points at random."""
+    """Return a photo with random points."""
     rng = np.random.default_rng(number)
     model = load_portrait_model()
-    places = rng.uniform(-9, 9, model.face.mean.shape)
+    points = rng.uniform(-9, 9, model.face.mean.shape)
     controls = len(model.neutral_difference_scale)
     return Photo(
         number,
         (320, 240),
         np.array([0.1, -0.2, 0.05, 0.02, -0.1, -3.4]),
-        places,
-        places[:controls] + rng.normal(0, 0.3, (controls, 3)),
+        points,
+        points[:controls] + rng.normal(0, 0.3, (controls, 3)),
         (6.4, 5.0, 2.5, 5.2, 0.9),
         rng.uniform(0, 1, (30, 2)),
         strip_riff(webp(160, 120)),
     )
 
 
-def example_patch(example_photo: int = 1, region: int = 0) -> Patch:
-    """Return a patch with points at random, and a few coefficients in every other block."""
+def example_patch(photo_number: int = 1, region: int = 0) -> Patch:
+    """Return a patch with random points, and a few coefficients in every second row of blocks."""
     rng = np.random.default_rng(3)
     known = load_portrait_model().regions[region]
-    keys = rng.integers(-100, 100, len(known.descriptor_scale)).astype(np.int8)
+    descriptor = rng.integers(-100, 100, len(known.descriptor_scale)).astype(np.int8)
     planes = [np.zeros(shape, np.int64) for shape in plane_shapes(48, 42)]
     for plane in planes:
         plane[::2, :, :5] = rng.integers(-9, 10, (*plane[::2].shape[:2], 5))
-    return Patch(example_photo, region, 3, keys, rng.uniform(0, 1, known.points.mean.shape), (48, 42), 7, planes)
+    return Patch(photo_number, region, 3, descriptor, rng.uniform(0, 1, known.points.mean.shape), (48, 42), 7, planes)

@@ -1,32 +1,32 @@
-"""Train the motion codec: the learned space, the quantiser's directions, the contexts and the tables.
+"""Train the motion codec: the learned space, the pose steps, the context weights and the tables.
 
     python tools/train/codec.py [--motion FOLDER] [--output FILE] [--folds K]
 
-Strategy. Four things are learned from facial motion tracks, each as simply as it can be, because three minutes of
-faces are all there is and what is learned must hold for a stranger.
+Strategy. Four parts are trained on facial motion tracks. Each model is simple, because there are only three minutes of
+motion and the result must generalise to other people.
 
-1. The learned space. Displacements are weighted by what an error costs the viewer (LIP_WORTH, UPRIGHT_WORTH, DEPTH) and
-   turned into principal directions. A step in any direction then does the same harm, so one step size serves all of
-   them, which is what rate-distortion theory asks for (reverse water-filling); directions in which faces hardly move
-   cost next to nothing. The pose gets steps that move the points of a mean face as far as a step of a component does.
-2. The standing frame, which stands in for a reference when there is none: the mean over people of each one's median.
-3. The context weights: how far from its prediction a value will lie, given the age of the reference and what has been
-   coded already (conf/protocol/codec/syntax.py). Fitted for each value, at each of the AGES.
-4. The tables: how often each difference occurs at each scale. And how far a value leans to the frame before.
+1. The learned space. Displacements are weighted by the visibility of an error (LIP_WEIGHT, VERTICAL_WEIGHTS, DEPTH) and
+   projected on their principal directions. A step in any direction then causes the same error, so one step size serves
+   all directions, as rate-distortion theory requires (reverse water-filling). Directions with little motion cost almost
+   nothing. One step of each pose value moves the points of a mean face as far as one step of a component.
+2. The default reference, used when there is no reference: the mean over people of each person's median.
+3. The context weights: the expected size of a difference, given the age of the reference and the values coded before
+   (conf/protocol/codec/syntax.py). Fitted for each value and each of the AGES.
+4. The tables: the frequency of each difference at each scale. And the reconstruction shift of each value.
 
-3 and 4 are learned from what the codec itself writes: the tracks are coded with every age of reference while a recorder
-notes features and differences. Since the encoder's choices depend on the tables, this is done twice, from a flat start.
+3 and 4 are trained on the codec's own output: the tracks are coded with every age of reference, and features and
+differences are recorded. The encoder's choices depend on the tables, so this is done twice, from uniform contexts.
 
-Files in HELD_OUT are never trained on; the report and tools/bench/codec.py measure with them. With --folds the whole
-training is repeated with each K-th part of all files held out in turn, so that every track is measured by tables that
-have not seen it. Everything is deterministic: the same tracks give the same file.
+Files in HELD_OUT are never trained on; the report and tools/bench/codec.py measure with them. With --folds the training
+is repeated with each K-th part of all files held out in turn, so that every track is measured with tables that were not
+trained on it. The result is deterministic.
 
-How far the figures may be trusted. The tables never saw the tracks they are measured with, but the settings (steps,
-trade, number of components, what is staggered) were chosen by the figures of the folds over all tracks, so HELD_OUT was
-not hidden from that choice. It is also one of the easier parts. Over all 25 tracks in five folds `live` takes 4.10 B a
-frame at 0.86 % and 1.92 % (95th percentile) with acknowledgements two frames old, 8.54 B at 0.87 % and 1.98 % with none
-at all. The fold with pose_s29 and talk_7 is the hardest: 1.01 %, 2.26 % and 10.1 B. A smile or a bent head that lasts
-costs its bits again in each frame that is predicted from nothing. The folds together are the figure to quote.
+Validity of the figures. The tables were not trained on the tracks they are measured with, but the settings (steps,
+lambda, number of components, staggered values) were chosen by the figures of the folds over all tracks, which include
+HELD_OUT; it is also one of the easier parts. Over all 25 tracks in five folds `live` takes 4.10 B per frame at 0.86 %
+and 1.92 % (95th percentile) with acknowledgements two frames old, 8.54 B at 0.87 % and 1.98 % without any. The fold
+with pose_s29 and talk_7 is the hardest: 1.01 %, 2.26 % and 10.1 B. A lasting smile or bent head costs its bits again in
+each frame without reference. Quote the figures of all folds together.
 """
 
 import argparse
@@ -60,16 +60,16 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 MOTION = REPOSITORY.parent / "shared" / "motion"
 OUTPUT = REPOSITORY / "conf" / "assets" / "codec.npz"
 
-COMPONENTS = 24  # enough for lids to have their own; more lower the error less than a finer step of the same price
-AGES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 40)  # ticks from reference to frame that get weights of their own
-FINE = ("inner_lip", "outer_lip", "cupids_bow", "eyelid")  # a viewer reads lips and lids
-LIP_WORTH = 1.25  # how many times their errors count
-# Up and down only: how wide a mouth stands open, a blink, a raised brow are short ways, and their size is what is read.
-UPRIGHT_WORTH = {"inner_lip": 2.0, "eyelid": 3.0, "brow": 1.5}
-DEPTH = 0.3  # depth shows when the head is turned and in the shading
-CORRECTION_STEP = 0.01  # of the eye distance
-STAGGERED = 10  # components that are hardly ever still
-LEAN_DOUBT = 20.0  # steps squared: how much must be seen before a value leans
+COMPONENTS = 24  # enough for separate lid motion; more reduce the error less than a finer step at the same rate
+AGES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 40)  # ticks from reference to frame, with separate weights
+FINE = ("inner_lip", "outer_lip", "cupids_bow", "eyelid")  # lips and lids carry the meaning
+LIP_WEIGHT = 1.25  # of their errors
+# Vertical only: an open mouth, a blink and a raised brow are short motions whose size carries the meaning.
+VERTICAL_WEIGHTS = {"inner_lip": 2.0, "eyelid": 3.0, "brow": 1.5}
+DEPTH = 0.3  # weight of depth: visible in a rotated head and in the shading
+RESIDUAL_STEP = 0.01  # of a point residual, eye distances
+STAGGERED = 10  # first components, which are rarely constant
+SHIFT_PRIOR = 20.0  # steps squared: regularises the reconstruction shift towards 0
 ROUNDS = 2
 
 Arrays = dict[str, NDArray[Any]]
@@ -80,58 +80,58 @@ def train(tracks: Tracks, /) -> Arrays:
     """Return the arrays of the codec's file.
 
     basis : (3 n, K) orthonormal; weight : (n, 3) eye distances over sqrt(n) for one FAPU unit
-    pose_unit : (6,) log scale, radians, centimetres for a step of one eye distance
-    coupling, correction, middle, usual_log_scale : as conf/protocol/codec/transform.py says
+    pose_unit : (6,) log scale, radians, face sizes for a step of one eye distance
+    coupling, correction, middle, usual_log_scale : see WIRE.md
     ages : (A,); for each profile weights (1 + 2 A, 6 + K, F), frequencies, standing (6 + K,), growth
     """
-    arrays = learn_space(tracks[min(tracks)])
+    arrays = fit_space(tracks[min(tracks)])
     arrays["ages"] = np.array(AGES, dtype=np.uint8)
     for profile in PROFILES.values():
-        arrays |= flat_start(profile, arrays)
+        arrays |= uniform_statistics(profile, arrays)
     for _ in range(ROUNDS):
         models = build_models(arrays)
         for model in models.values():
-            arrays |= learn_statistics(model, tracks[model.profile.fps])
+            arrays |= fit_statistics(model, tracks[model.profile.fps])
     return arrays
 
 
-def learn_space(tracks: Sequence[Track], /) -> Arrays:
-    """Return the arrays that the transform is made of."""
+def fit_space(tracks: Sequence[Track], /) -> Arrays:
+    """Return the arrays of the transform."""
     lengths = np.mean([track.lengths for track in tracks], axis=0)
     eyes = MEAN_FACE[[CONTROL_POINT_INDEX["eye_outer_corner_l"], CONTROL_POINT_INDEX["eye_outer_corner_r"]]]
     eye_distance = float(np.linalg.norm(eyes[0] - eyes[1]))
-    worth = np.ones((CONTROL_POINT_COUNT, 3))
-    worth[control_point_indices(*FINE)] = LIP_WORTH
-    for name, upright in UPRIGHT_WORTH.items():
-        worth[control_point_indices(name), 1] = upright
-    worth /= np.sqrt(np.mean(worth**2))
-    weight = lengths / eye_distance * worth * [1, 1, DEPTH] / np.sqrt(CONTROL_POINT_COUNT)
+    importance = np.ones((CONTROL_POINT_COUNT, 3))
+    importance[control_point_indices(*FINE)] = LIP_WEIGHT
+    for name, vertical in VERTICAL_WEIGHTS.items():
+        importance[control_point_indices(name), 1] = vertical
+    importance /= np.sqrt(np.mean(importance**2))
+    weight = lengths / eye_distance * importance * [1, 1, DEPTH] / np.sqrt(CONTROL_POINT_COUNT)
     motion = np.concatenate([[frame.displacements for frame in track.frames] for track in tracks])
     basis = _principal_directions(motion.reshape(len(motion), -1) * weight.reshape(-1))
-    pose_unit, moves = _pose_steps(eye_distance)
+    pose_unit, motions = _pose_steps(eye_distance)
     scales = [np.median([frame.pose[5] for frame in track.frames]) for track in tracks]
     arrays = {
         "basis": basis,
         "weight": weight,
         "pose_unit": pose_unit,
-        "coupling": (moves / lengths * weight).reshape(POSE_VALUES, -1) @ basis,
+        "coupling": (motions / lengths * weight).reshape(POSE_VALUES, -1) @ basis,
         "middle": MEAN_FACE.mean(axis=0),
         "usual_log_scale": np.median(scales),
         "stagger": _stagger(),
-        "correction": CORRECTION_STEP / (weight * np.sqrt(CONTROL_POINT_COUNT)),
+        "correction": RESIDUAL_STEP / (weight * np.sqrt(CONTROL_POINT_COUNT)),
     }
     return {name: np.asarray(array, dtype=np.float32) for name, array in arrays.items()}
 
 
 def _principal_directions(motion: NDArray[np.float64]) -> NDArray[np.float64]:
-    _, vectors = np.linalg.eigh(motion.T @ motion)  # of the motion away from neutral, not from its mean
+    _, vectors = np.linalg.eigh(motion.T @ motion)  # of the deviation from neutral, not from the mean
     basis = vectors[:, ::-1][:, :COMPONENTS]
     strongest = basis[np.abs(basis).argmax(axis=0), np.arange(COMPONENTS)]
-    return np.asarray(basis * np.sign(strongest))  # an eigenvector's sign is arbitrary: fix it
+    return np.asarray(basis * np.sign(strongest))  # fix the arbitrary sign of each eigenvector
 
 
 def _stagger() -> NDArray[np.float64]:
-    """Return half a step (6 + K,) for the values that are hardly ever still, nothing for the others."""
+    """Return half a step (6 + K,) for the values that are rarely constant, 0 for the others."""
     values = np.zeros(POSE_VALUES + COMPONENTS)
     values[ROTATION] = 0.5
     values[POSE_VALUES : POSE_VALUES + STAGGERED] = 0.5
@@ -139,19 +139,19 @@ def _stagger() -> NDArray[np.float64]:
 
 
 def _pose_steps(eye_distance: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return how much of each pose value moves the points by one eye distance, and the moves (6, n, 3) in cm."""
-    x, y, z = around = (MEAN_FACE - MEAN_FACE.mean(axis=0)).T
+    """Return the pose values (6,) that move the points by one eye distance, and the motions (6, n, 3) in cm."""
+    x, y, z = offsets = (MEAN_FACE - MEAN_FACE.mean(axis=0)).T
     zero, one = np.zeros_like(x), np.ones_like(x)
-    moves = np.array(
-        [around, [zero, -z, y], [z, zero, -x], [-y, x, zero], [one, zero, zero], [zero, one, zero]]
-    ).transpose(0, 2, 1)  # growing, turning about x, y, z, moving right and up
-    seen = np.sqrt(np.mean(np.sum((moves * [1, 1, DEPTH]) ** 2, axis=2), axis=1))
-    unit = eye_distance / seen
-    return unit, moves * unit[:, None, None]
+    motions = np.array(
+        [offsets, [zero, -z, y], [z, zero, -x], [-y, x, zero], [one, zero, zero], [zero, one, zero]]
+    ).transpose(0, 2, 1)  # scaling, rotation about x, y, z, translation right and up
+    visible = np.sqrt(np.mean(np.sum((motions * [1, 1, DEPTH]) ** 2, axis=2), axis=1))
+    unit = eye_distance / visible
+    return unit, motions * unit[:, None, None]
 
 
-def flat_start(profile: Profile, arrays: Arrays, /) -> Arrays:
-    """Return the statistics of a profile before anything is known: all contexts alike."""
+def uniform_statistics(profile: Profile, arrays: Arrays, /) -> Arrays:
+    """Return the statistics of a profile before training: all contexts are equal."""
     count = POSE_VALUES + COMPONENTS
     weights = np.zeros((1 + 2 * len(AGES), count, FEATURE_COUNT), dtype=np.int16)
     weights[:, :, 0] = 12 * LOG_ONE
@@ -168,131 +168,131 @@ def flat_start(profile: Profile, arrays: Arrays, /) -> Arrays:
 
 @dataclass(frozen=True)
 class RecordingModel(CodecModel):
-    """A model that notes the features it is asked about."""
+    """A model that records the features that it is called with."""
 
-    asked: list[tuple[int, ...]] = field(default_factory=list)
+    recorded: list[tuple[int, ...]] = field(default_factory=list)
 
     def scale(self, row: int, index: int, features: tuple[int, ...]) -> int:
-        """Note the features; answer as the model does."""
-        self.asked.append(features)
+        """Record the features and return the model's scale."""
+        self.recorded.append(features)
         return super().scale(row, index, features)
 
 
 class RecordingWriter(SymbolWriter):
-    """A writer that notes the numbers it writes."""
+    """A writer that records its numbers."""
 
-    def __init__(self, *, trade: float) -> None:
-        super().__init__(rd_lambda=trade)
+    def __init__(self, *, rd_lambda: float) -> None:
+        super().__init__(rd_lambda=rd_lambda)
         self.numbers: list[int] = []
 
-    def number(self, tables: Tables, scale: int, wanted: float) -> int:
-        """Write a number and note it."""
-        self.numbers.append(super().number(tables, scale, wanted))
+    def number(self, tables: Tables, scale: int, target: float) -> int:
+        """Write a number and record it."""
+        self.numbers.append(super().number(tables, scale, target))
         return self.numbers[-1]
 
 
 @dataclass(frozen=True)
 class Observations:
-    """What was seen when the tracks were coded with one age of reference.
+    """The statistics of all tracks, coded with one age of reference.
 
     features : (M, 6 + K, F); differences : (M, 6 + K)
-    ways, misses : (N, 6 + K) steps to the frame before, and from what was coded to what was wanted
-    medians : (T, 6 + K) of each track
+    distances, errors : (N, 6 + K) steps from each coded frame to the previous one, and to the exact values
+    medians : (T, 6 + K) of the tracks
     """
 
     features: NDArray[np.int64]
     differences: NDArray[np.int64]
-    ways: NDArray[np.float64]
-    misses: NDArray[np.float64]
+    distances: NDArray[np.float64]
+    errors: NDArray[np.float64]
     medians: NDArray[np.float64]
 
 
-def learn_statistics(model: CodecModel, tracks: Sequence[Track], /) -> Arrays:
-    """Return the arrays of one profile, from coding the tracks with the model so far."""
+def fit_statistics(model: CodecModel, tracks: Sequence[Track], /) -> Arrays:
+    """Return the arrays of one profile, fitted to the tracks as coded with the given model."""
     weights = np.array(model.weights, dtype=np.int16)
     scales, differences = [], []
-    plain = {age: observe(model, tracks, age, companion=False) for age in (0, *AGES)}
-    accompanied = {age: observe(model, tracks, age, companion=True) for age in AGES}
-    rows = [(model.rows[age], seen) for age, seen in plain.items()]
-    rows += [(model.second_reference_rows[age], seen) for age, seen in accompanied.items()]
-    for row, seen in rows:
+    plain = {age: observe(model, tracks, age, second=False) for age in (0, *AGES)}
+    with_second = {age: observe(model, tracks, age, second=True) for age in AGES}
+    rows = [(model.rows[age], observed) for age, observed in plain.items()]
+    rows += [(model.second_reference_rows[age], observed) for age, observed in with_second.items()]
+    for row, observed in rows:
         for value in range(weights.shape[1]):
-            here = seen.features[:, value], seen.differences[:, value]
-            weights[row, value] = fit_weights(*here)
-            scales.append(predict_scales(weights[row, value], here[0]))
-            differences.append(here[1])
-    usual = [plain[0], plain[2]]
+            features, difference = observed.features[:, value], observed.differences[:, value]
+            weights[row, value] = fit_weights(features, difference)
+            scales.append(predict_scales(weights[row, value], features))
+            differences.append(difference)
+    usual = [(plain[age].distances, plain[age].errors) for age in (0, 2)]
     name = model.profile.name
     return {
         f"{name}_weights": weights,
         f"{name}_frequencies": fit_tables(np.concatenate(scales), np.concatenate(differences)),
         f"{name}_standing": np.rint(plain[0].medians.mean(axis=0)).astype(np.int16),
-        f"{name}_lean": fit_lean(np.concatenate([s.ways for s in usual]), np.concatenate([s.misses for s in usual])),
+        f"{name}_lean": fit_shift(*(np.concatenate(parts) for parts in zip(*usual, strict=True))),
     }
 
 
-def observe(model: CodecModel, tracks: Sequence[Track], age: int, *, companion: bool) -> Observations:
-    """Code each track with references `age` ticks old, with or without the frames before them."""
+def observe(model: CodecModel, tracks: Sequence[Track], age: int, *, second: bool) -> Observations:
+    """Code each track with references `age` ticks old, with or without second references."""
     recorder = RecordingModel(**{f.name: getattr(model, f.name) for f in fields(model)})
-    features, differences, ways, misses, medians = [], [], [], [], []
+    features, differences, distances, errors, medians = [], [], [], [], []
     for track in tracks:
         coded: list[QuantisedFrame] = []
         for number, frame in enumerate(track.frames):
-            recorder.asked.clear()
-            writer = RecordingWriter(trade=model.profile.rd_lambda)
-            context = _context(model, coded, age, companion=companion)
+            recorder.recorded.clear()
+            writer = RecordingWriter(rd_lambda=model.profile.rd_lambda)
+            context = _context(model, coded, age, second=second)
             coded.append(code_frame(writer, recorder, context, frame)[0])
-            if number >= age + companion:  # earlier frames have no such reference
-                features.append(list(recorder.asked))
+            if number >= age + second:  # earlier frames have no such reference
+                features.append(list(recorder.recorded))
                 differences.append(writer.numbers)
-        positions = np.array([model.transform.dequantise(frame) for frame in coded])
-        ways.append(positions[:-1] - positions[1:])
-        misses.append(_misses(model, track, coded, positions)[1:])
-        medians.append(np.median(positions, axis=0))
+        values = np.array([model.transform.dequantise(frame) for frame in coded])
+        distances.append(values[:-1] - values[1:])
+        errors.append(_errors(model, track, coded, values)[1:])
+        medians.append(np.median(values, axis=0))
     return Observations(
-        np.array(features), np.array(differences), np.concatenate(ways), np.concatenate(misses), np.array(medians)
+        np.array(features), np.array(differences), np.concatenate(distances), np.concatenate(errors), np.array(medians)
     )
 
 
-def _misses(
-    model: CodecModel, track: Track, coded: list[QuantisedFrame], positions: NDArray[np.float64]
+def _errors(
+    model: CodecModel, track: Track, coded: list[QuantisedFrame], values: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     transform = model.transform
-    wanted = [
-        transform.forward(frame.displacements, frame.pose, log_scale=done.values[LOG_SCALE])
-        for frame, done in zip(track.frames, coded, strict=True)
+    exact = [
+        transform.forward(frame.displacements, frame.pose, log_scale=quantised.values[LOG_SCALE])
+        for frame, quantised in zip(track.frames, coded, strict=True)
     ]
-    misses = np.array(wanted) - positions
-    misses[:, POSE_VALUES:] += transform.compensate_pose_error(misses[:, :POSE_VALUES])
-    return np.asarray(misses)
+    errors = np.array(exact) - values
+    errors[:, POSE_VALUES:] += transform.compensate_pose_error(errors[:, :POSE_VALUES])
+    return np.asarray(errors)
 
 
-def fit_lean(ways: NDArray[np.float64], misses: NDArray[np.float64], /) -> NDArray[np.float32]:
-    """Return how much of the way to the frame before (6 + K,) lessens the miss most, where it is at most a step."""
-    near = np.where(np.abs(ways) <= 1, ways, 0.0)
-    lean = np.sum(near * misses, axis=0) / (np.sum(near**2, axis=0) + LEAN_DOUBT)
-    lean[LOG_SCALE] = 0  # the middle is measured in it
-    lean[FACE_CENTRE] = 0  # is never still
-    return np.asarray(np.clip(lean, 0, 0.5), dtype=np.float32)
+def fit_shift(distances: NDArray[np.float64], errors: NDArray[np.float64], /) -> NDArray[np.float32]:
+    """Return the reconstruction shift (6 + K,) that minimises the squared error of values at most a step away."""
+    near = np.where(np.abs(distances) <= 1, distances, 0.0)
+    shift = np.sum(near * errors, axis=0) / (np.sum(near**2, axis=0) + SHIFT_PRIOR)
+    shift[LOG_SCALE] = 0  # the face centre is measured in it
+    shift[FACE_CENTRE] = 0  # is never constant
+    return np.asarray(np.clip(shift, 0, 0.5), dtype=np.float32)
 
 
-def _context(model: CodecModel, coded: list[QuantisedFrame], age: int, *, companion: bool) -> Context:
+def _context(model: CodecModel, coded: list[QuantisedFrame], age: int, *, second: bool) -> Context:
     if not 0 < age <= len(coded):
         return Context(model.rows[0], replace(model.default_reference, staggered=len(coded) % 2 == 1))
-    if companion and age < len(coded):
+    if second and age < len(coded):
         return Context(model.second_reference_rows[age], coded[-age], coded[-age - 1])
     return Context(model.rows[age], coded[-age])
 
 
 def read_tracks(folder: Path, /) -> dict[int, list[Track]]:
-    """Read all tracks of a folder at the frame rates that the profiles need."""
+    """Return all tracks of a folder at the frame rates of the profiles."""
     reader = TrackReader()
     rates = sorted({profile.fps for profile in PROFILES.values()})
     return {fps: [reader.read(path, fps=fps) for path in sorted(folder.glob("*.npz"))] for fps in rates}
 
 
 def write(arrays: Arrays, path: Path, /) -> None:
-    """Write the file, whole or not at all."""
+    """Write the file atomically."""
     with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".npz", delete=False) as file:
         np.savez_compressed(file, allow_pickle=False, **arrays)
     os.chmod(file.name, 0o644)
@@ -312,7 +312,7 @@ LINKS = {
 
 
 def report(title: str, parts: Sequence[tuple[Arrays, Tracks]], /) -> None:
-    """Print bytes and errors of tracks, each part measured with its own arrays."""
+    """Print bytes and errors of tracks, each part coded with its own arrays."""
     print(f"\n{title}\n{'link':34}{'B/frame':>8}{'kbit/s':>8}{'mean %':>8}{'95 % %':>8}{'fine %':>8}{'coarse %':>9}")
     built = [(build_models(arrays), tracks) for arrays, tracks in parts]
     for name, (profile, link) in LINKS.items():
@@ -332,16 +332,16 @@ def report(title: str, parts: Sequence[tuple[Arrays, Tracks]], /) -> None:
 
 
 def select(tracks: Tracks, names: set[str], /, *, inside: bool) -> dict[int, list[Track]]:
-    """Return the tracks whose name is, or is not, among some names."""
-    return {fps: [track for track in row if (track.name in names) == inside] for fps, row in tracks.items()}
+    """Return the tracks whose name is in `names`, or is not."""
+    return {fps: [track for track in group if (track.name in names) == inside] for fps, group in tracks.items()}
 
 
 def main() -> None:
-    """Train, write the file, report on the tracks that were held out."""
+    """Train, write the file and report on the held-out tracks."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--motion", type=Path, default=MOTION, help="folder of facial motion tracks")
     parser.add_argument("--output", type=Path, default=OUTPUT)
-    parser.add_argument("--folds", type=int, default=0, help="also measure every track with tables not trained on it")
+    parser.add_argument("--folds", type=int, default=0, help="number of folds of a cross-validation over all tracks")
     arguments = parser.parse_args()
     tracks = read_tracks(arguments.motion)
     held_out = set(HELD_OUT)

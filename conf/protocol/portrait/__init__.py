@@ -1,10 +1,11 @@
-"""Carry a portrait and its patches reliably under a stream of motion. Pure: bytes and times.
+"""Transfer a portrait and its patches reliably beside a stream of motion. No I/O and no clock.
 
-Strategy. What is to arrive is an object: up to 12 kB of bytes in a slot, numbered. The outbox cuts it into pieces that
-ride under the motion's priority within a budget; the inbox collects them and says what it has; what was not heard of is
-sent again. A newer object in a slot replaces the older one, so both sides hold the same few slots.
+Strategy. The unit of transfer is an object: a photo, a neutral pose or a patch, up to 12 kB, in a numbered slot. The
+sender cuts it into chunks and sends them within a budget, with lower priority than motion. The receiver reassembles
+objects and acknowledges chunks; unacknowledged chunks are sent again. A newer object in a slot replaces the older one,
+so both sides hold the same few slots.
 
-Reading order: pieces, outbox, inbox, photograph, patch.
+Reading order: chunks, object_sender, object_receiver, photo, patch.
 """
 
 from conf.protocol.portrait.object_receiver import ObjectReceiver

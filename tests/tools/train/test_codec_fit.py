@@ -1,4 +1,4 @@
-"""Fitting the codec's statistics: what is put in is found again, and tables are whole."""
+"""Fitting the codec's statistics: known weights are recovered, and tables are complete."""
 
 import numpy as np
 import pytest
@@ -9,11 +9,11 @@ from conf.protocol.codec.syntax import LOG_ONE
 from tools.train.codec_fit import SCALES, fit_tables, fit_weights, predict_scales
 
 
-def test_the_scale_follows_the_feature_that_drives_it() -> None:
+def test_the_scale_follows_the_feature_that_determines_it() -> None:
     random = np.random.default_rng(3)
     activity = random.integers(0, 64, size=4000)
-    spread = 0.4 * 2 ** (activity / LOG_ONE)
-    differences = np.rint(random.logistic(size=4000) * spread).astype(np.int64)
+    width = 0.4 * 2 ** (activity / LOG_ONE)
+    differences = np.rint(random.logistic(size=4000) * width).astype(np.int64)
     features = np.stack([np.full(4000, LOG_ONE), activity, random.integers(0, 64, size=4000)], axis=1)
     weights = fit_weights(features, differences)
     scales = predict_scales(weights, features)
@@ -22,7 +22,7 @@ def test_the_scale_follows_the_feature_that_drives_it() -> None:
     assert octaves == pytest.approx(63 / LOG_ONE, abs=0.4)
 
 
-def test_tables_are_whole_even_when_nothing_was_seen() -> None:
+def test_tables_are_complete_without_observations() -> None:
     nothing = np.zeros(0, dtype=np.int64)
     frequencies = fit_tables(nothing, nothing)
     assert frequencies.shape == (SCALES, ESCAPE + 1)
@@ -30,8 +30,8 @@ def test_tables_are_whole_even_when_nothing_was_seen() -> None:
     Tables.from_frequencies(frequencies.tolist())
 
 
-def test_tables_move_to_what_was_counted() -> None:
-    seen = np.array([0] * 9000 + [1] * 500 + [-1] * 500 + [999])
-    table = fit_tables(np.full(len(seen), 7), seen)[7]
+def test_tables_follow_the_counts() -> None:
+    observed = np.array([0] * 9000 + [1] * 500 + [-1] * 500 + [999])
+    table = fit_tables(np.full(len(observed), 7), observed)[7]
     assert table[MAX_TABLE_MAGNITUDE] / TOTAL == pytest.approx(0.9, abs=0.02)
     assert table[MAX_TABLE_MAGNITUDE + 1] == pytest.approx(table[MAX_TABLE_MAGNITUDE - 1], abs=2)

@@ -3,11 +3,11 @@ import numpy as np
 from conf.face.portrait.patch_features import FEATURES
 from conf.protocol.portrait.probability_model import load_portrait_model
 from tools.bench.portrait_patches import PatchCounts
-from tools.train.portrait import CONTROLS, Poses, cost_of, learn
+from tools.train.portrait import CONTROLS, Poses, cost_of, train
 
 
 def track(seed: int) -> Poses:
-    """Return faces that differ from the shipped average by width, height and a little noise."""
+    """Return faces that differ from the shipped mean by width, height and noise."""
     rng = np.random.default_rng(seed)
     model = load_portrait_model()
     mean = model.face.mean
@@ -17,22 +17,22 @@ def track(seed: int) -> Poses:
     return Poses(points, neutral, patches, [rng.integers(-20, 21, (8, len(r.descriptor_scale))) for r in model.regions])
 
 
-def test_what_is_learned_makes_a_strangers_face_cheaper_than_a_byte_a_coordinate() -> None:
-    model = learn([track(seed) for seed in range(6)], [PatchCounts()])
-    stranger = track(99)
-    coordinates = stranger.points[0].size + stranger.neutral[0].size
-    assert cost_of(model, stranger) < 0.6 * coordinates
+def test_a_face_outside_the_training_data_costs_less_than_a_byte_a_coordinate() -> None:
+    model = train([track(seed) for seed in range(6)], [PatchCounts()])
+    other = track(99)
+    coordinates = other.points[0].size + other.neutral[0].size
+    assert cost_of(model, other) < 0.6 * coordinates
 
 
-def test_the_control_points_are_told_first_and_every_region_is_learned() -> None:
-    model = learn([track(seed) for seed in range(4)], [])
+def test_control_points_come_first_and_every_region_is_trained() -> None:
+    model = train([track(seed) for seed in range(4)], [])
     assert set(model.face.order[:CONTROLS]) == set(range(CONTROLS))
     assert len(model.regions) == len(FEATURES)
     for tree in (model.face, *(region.points for region in model.regions)):
         assert all(tree.parents[i] < i for i in range(len(tree.parents)))
 
 
-def test_blocks_that_are_never_empty_are_expected_to_be_full() -> None:
+def test_the_probability_of_empty_blocks_is_trained() -> None:
     full, empty = PatchCounts(), PatchCounts()
     for _ in range(20):
         full.count([np.full((3, 3, 64), 5.0)] * 3)
