@@ -68,11 +68,6 @@ SOCKETS = {"transport/udp.py"}
 MAX_MODULES = 17  # per folder, without __init__.py
 WITHOUT_TEST = {"protocol/address.py"}
 
-# Violations that are known and shall go. Each one that is repaired has to be removed here.
-KNOWN_VIOLATIONS = {
-    ("protocol/portrait/probability_model.py", "pathlib.Path"),
-}
-
 
 def imports(path: Path) -> Iterator[str]:
     """Yield the absolute name of everything that a module imports."""
@@ -104,8 +99,7 @@ def face_level(name: str) -> int:
 
 def test_imports_follow_the_layers() -> None:
     found = {(module, name) for module, path in MODULES.items() for name in imports(path)}
-    violations = {pair for pair in found if not is_allowed(*pair)}
-    assert violations == KNOWN_VIOLATIONS, "repair new violations; remove repaired ones from KNOWN_VIOLATIONS"
+    assert {pair for pair in found if not is_allowed(*pair)} == set()
 
 
 def test_the_whitelists_hold_nothing_unused() -> None:

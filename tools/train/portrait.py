@@ -153,8 +153,10 @@ def main() -> None:
     patches = {path.stem: read_patches(path) for path in options.clips}
     counts = {name: count_patches(some) for name, some in patches.items()}
     if not options.check:
-        train(list(tracks.values()), list(counts.values())).save(MODEL_FILE)
-        print(f"{MODEL_FILE.name}: {MODEL_FILE.stat().st_size} bytes, patches up to {MAX_SIDE} px")
+        path = Path(str(MODEL_FILE))
+        with path.open("wb") as file:
+            train(list(tracks.values()), list(counts.values())).save(file)
+        print(f"{path.name}: {path.stat().st_size} bytes, patches up to {MAX_SIDE} px")
         return
     print("bytes of a photo without its image and outline, and of a patch")
     for name in sorted(tracks.keys() | patches.keys()):

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from itertools import accumulate
-from pathlib import Path
-from typing import Any, Self
+from typing import IO, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +21,7 @@ from conf.protocol.codec.model import load_models
 from conf.protocol.codec.range_coder import TOTAL
 from conf.protocol.codec.symbol_coder import SymbolCoder, Tables
 
-MODEL_FILE = Path(str(files("conf"))) / "assets" / "portrait.npz"
+MODEL_FILE = files("conf") / "assets" / "portrait.npz"
 REGIONS = ("mouth", "eyes")  # of patches, in the order of their numbers
 # Array of the file -> field, in the order of the fields.
 TREE = {"mean": "mean", "order": "order", "parents": "parents", "spread": "scale"}
@@ -105,7 +104,7 @@ class PortraitModel:
     regions: Sequence[RegionModel]
     blocks: BlockModel
 
-    def save(self, path: Path) -> None:
+    def save(self, file: IO[bytes]) -> None:
         """Write the file."""
         named = dict(zip(REGIONS, self.regions, strict=True))
         trees = {"face": self.face} | {name: region.points for name, region in named.items()}
@@ -114,13 +113,13 @@ class PortraitModel:
         arrays |= {f"{name}_key_spread": region.descriptor_scale for name, region in named.items()}
         arrays |= {key: getattr(self.blocks, field) for key, field in BLOCKS.items()}
         small: dict[str, Any] = {name: array.astype(np.int16) for name, array in arrays.items()}
-        np.savez(path, **small)
+        np.savez(file, **small)
 
     @classmethod
-    def load(cls, path: Path) -> Self:
+    def load(cls, file: IO[bytes]) -> Self:
         """Read the file."""
-        with np.load(path) as file:
-            arrays = {name: file[name].astype(np.int64) for name in file.files}
+        with np.load(file) as stored:
+            arrays = {name: stored[name].astype(np.int64) for name in stored.files}
         face, *trees = (PointTree(*(arrays[f"{name}_{key}"] for key in TREE)) for name in ("face", *REGIONS))
         scales = (arrays[f"{name}_key_spread"] for name in REGIONS)
         regions = [RegionModel(tree, scale) for tree, scale in zip(trees, scales, strict=True)]
@@ -130,7 +129,8 @@ class PortraitModel:
 @cache
 def load_portrait_model() -> PortraitModel:
     """Return the shipped model."""
-    return PortraitModel.load(MODEL_FILE)
+    with MODEL_FILE.open("rb") as file:
+        return PortraitModel.load(file)
 
 
 def difference_tables() -> Tables:

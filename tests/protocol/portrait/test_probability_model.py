@@ -1,7 +1,7 @@
 """The trained statistics of portraits."""
 
 from dataclasses import replace
-from pathlib import Path
+from io import BytesIO
 
 import numpy as np
 
@@ -104,11 +104,13 @@ def test_numbers_are_coded_at_their_scales_with_the_tables_of_live() -> None:
     assert np.diff(difference_tables().cumulative, axis=1).tolist() == live_tables()
 
 
-def test_a_model_is_saved_and_loaded(tmp_path: Path) -> None:
-    path = tmp_path / "portrait.npz"
-    replace(MODEL, neutral_difference_scale=MODEL.neutral_difference_scale + 1).save(path)
-    loaded = PortraitModel.load(path)
-    with np.load(MODEL_FILE) as shipped, np.load(path) as saved:
+def test_a_model_is_saved_and_loaded() -> None:
+    file = BytesIO()
+    replace(MODEL, neutral_difference_scale=MODEL.neutral_difference_scale + 1).save(file)
+    file.seek(0)
+    loaded = PortraitModel.load(file)
+    file.seek(0)
+    with MODEL_FILE.open("rb") as shipped_file, np.load(shipped_file) as shipped, np.load(file) as saved:
         assert set(saved.files) == set(shipped.files)
         for name in saved.files:
             assert saved[name].dtype == np.int16
