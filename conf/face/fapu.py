@@ -10,7 +10,7 @@ from dataclasses import astuple, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, CONTROL_POINTS
+from conf.face.control_points import CONTROL_POINT_INDEX, CONTROL_POINTS, ControlPoint
 
 UNITS_PER_DISTANCE = 1024
 
@@ -60,8 +60,7 @@ class Fapu:
 
     def lengths(self) -> NDArray[np.float64]:
         """Return the (n, 3) length of one unit for each axis of each control point, in the face's length unit."""
-        distances = np.array(astuple(self))
-        return distances[_GOVERNING] / UNITS_PER_DISTANCE
+        return np.asarray(np.array(astuple(self))[_GOVERNING] / UNITS_PER_DISTANCE)
 
 
 _FIELDS = ("es0", "ens0", "mns0", "mw0", "irisd0")
@@ -81,13 +80,9 @@ _BY_GROUP = {
 }
 
 
-def _governing_distances() -> NDArray[np.intp]:
-    table = np.empty((CONTROL_POINT_COUNT, 3), dtype=np.intp)
-    for point in CONTROL_POINTS:
-        by_name = _BY_NAME.get(point.name.split("_")[0])
-        axes = by_name or _BY_GROUP[point.feature_point.split(".")[0]]
-        table[point.index] = [_FIELDS.index(axis) for axis in axes]
-    return table
+def _governing_distances(point: ControlPoint) -> list[int]:
+    axes = _BY_NAME.get(point.name.split("_")[0]) or _BY_GROUP[point.feature_point.split(".")[0]]
+    return [_FIELDS.index(axis) for axis in axes]
 
 
-_GOVERNING = _governing_distances()
+_GOVERNING = np.array([_governing_distances(point) for point in CONTROL_POINTS])  # (n, 3) indices into _FIELDS

@@ -11,14 +11,14 @@ vectors = hnp.arrays(np.float64, 3, elements=st.floats(-2, 2))
 
 
 @given(vectors, st.floats(0.01, 100), vectors, st.integers(0, 1000))
-def test_a_known_similarity_is_recovered(turn: np.ndarray, scale: float, shift: np.ndarray, seed: int) -> None:
+def test_a_known_similarity_is_recovered(rotvec: np.ndarray, scale: float, translation: np.ndarray, seed: int) -> None:
     rng = np.random.default_rng(seed)
     source, weights = rng.normal(size=(12, 3)), rng.uniform(0.1, 1, 12)
-    rotation = Rotation.from_rotvec(turn).as_matrix()
-    fit = fit_similarity(source, scale * source @ rotation.T + shift, weights)
+    rotation = Rotation.from_rotvec(rotvec).as_matrix()
+    fit = fit_similarity(source, scale * source @ rotation.T + translation, weights)
     assert np.allclose(fit.rotation, rotation, atol=1e-7)
     assert fit.scale == pytest.approx(scale, rel=1e-9)
-    assert np.allclose(fit.translation, shift, atol=1e-7 * max(scale, 1))
+    assert np.allclose(fit.translation, translation, atol=1e-7 * max(scale, 1))
 
 
 @given(st.integers(0, 1000))
@@ -27,8 +27,8 @@ def test_no_nearby_similarity_fits_noisy_points_better(seed: int) -> None:
     source, target, weights = rng.normal(size=(8, 3)), rng.normal(size=(8, 3)), rng.uniform(0.1, 1, 8)
     fit = fit_similarity(source, target, weights)
 
-    def error(rotation: np.ndarray, scale: float, shift: np.ndarray) -> float:
-        return float(weights @ np.sum((scale * source @ rotation.T + shift - target) ** 2, axis=1))
+    def error(rotation: np.ndarray, scale: float, translation: np.ndarray) -> float:
+        return float(weights @ np.sum((scale * source @ rotation.T + translation - target) ** 2, axis=1))
 
     best = error(fit.rotation, fit.scale, fit.translation)
     assert np.linalg.det(fit.rotation) == pytest.approx(1)

@@ -32,7 +32,7 @@ from conf.face.control_points import LOWER_LIP, PUPILS, UPPER_LIP, control_point
 from conf.face.default_head import DEFAULT_HEAD, default_joints
 from conf.face.deformation.anchors import choose_anchors
 from conf.face.deformation.blendshapes import Blendshapes, load_blendshapes
-from conf.face.deformation.eyelid_helpers import append_helpers, fold_helpers
+from conf.face.deformation.eyelid_helpers import append_helpers, fold_helpers, helpers_on_parabola
 from conf.face.deformation.face_model import DeformerOptions
 from conf.face.deformation.kernels import KERNELS
 from conf.face.deformation.rbf import build_operator
@@ -96,11 +96,12 @@ def head_of(mesh: Mesh, count: int) -> tuple[NDArray[np.float64], NDArray[np.int
 
 def rbf_matrix(vertices: NDArray[np.float64], points: NDArray[np.float64], regions: Regions) -> NDArray[np.float32]:
     """Return the split RBF operator, as conf.face.deformation.operator_builder builds it."""
-    centres, fields = append_helpers(points, regions)
+    helpers = helpers_on_parabola(points)
+    centres, fields = append_helpers(points, regions, helpers)
     operator = build_operator(
         vertices, centres, kernel=KERNEL, epsilon=KERNEL.epsilon, regions=fields, smoothing=SMOOTHING
     )
-    return fold_helpers(operator.matrix)
+    return fold_helpers(operator.matrix, helpers)
 
 
 def measure_cost(mesh: Mesh, points: NDArray[np.float64], count: int) -> Cost:

@@ -63,10 +63,9 @@ def helpers_on_edges(points: NDArray[np.float64], mesh: LabelledMesh, /) -> Eyel
 
 
 def append_helpers(
-    points: NDArray[np.float64], regions: Regions, helpers: EyelidHelpers | None = None, /
+    points: NDArray[np.float64], regions: Regions, helpers: EyelidHelpers, /
 ) -> tuple[NDArray[np.float64], Regions]:
     """Return the control points (n, 3) followed by the helper points, and the regions for all of them."""
-    helpers = helpers or helpers_on_parabola(points)
     fields = []
     for field in regions.fields:
         excluded = [len(points) + i for i, lid in enumerate(HELPER_LIDS) if lid in field.excluded]
@@ -74,12 +73,10 @@ def append_helpers(
     return np.concatenate([points, helpers.positions]), Regions(tuple(fields), regions.anchors)
 
 
-def fold_helpers(matrix: NDArray[np.float32], helpers: EyelidHelpers | None = None, /) -> NDArray[np.float32]:
+def fold_helpers(matrix: NDArray[np.float32], helpers: EyelidHelpers, /) -> NDArray[np.float32]:
     """Return the (V, n) operator of the control points from that of control and helper points, (V, n + h)."""
     own, added = np.split(matrix, [CONTROL_POINT_COUNT], axis=1)
-    weights = PARABOLA_WEIGHTS if helpers is None else helpers.weights
-    folded: NDArray[np.float32] = own + added @ weights.astype(np.float32)
-    return folded
+    return np.asarray(own + added @ helpers.weights.astype(np.float32))
 
 
 def _nearby(mesh: LabelledMesh, positions: NDArray[np.float64]) -> LabelledMesh:

@@ -93,7 +93,7 @@ class MuscleDeformer:
         """Attach the muscles to a face: some tens of milliseconds."""
         self._face = face
         muscles = build_muscles(face.control_points)
-        self.muscles = MuscleSet.attach(muscles, face.mesh.vertices, weights=_vertex_weights(face))
+        self.muscles = MuscleSet(muscles, face.mesh.vertices, _vertex_weights(face))
 
     def deform(self, contractions: Mapping[str, float], /, *, jaw: float = 0.0) -> NDArray[np.float32]:
         """Return the deformed vertices, (V, 3) float32, model centimetres.

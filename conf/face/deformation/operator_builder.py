@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from conf.face.control_points import PUPILS
 from conf.face.deformation.anchors import choose_anchors
 from conf.face.deformation.blendshapes import Blendshapes
-from conf.face.deformation.eyelid_helpers import append_helpers, fold_helpers
+from conf.face.deformation.eyelid_helpers import append_helpers, fold_helpers, helpers_on_parabola
 from conf.face.deformation.face_model import DeformerOptions, FaceModel
 from conf.face.deformation.kernels import KERNELS
 from conf.face.deformation.rbf import Operator, build_operator
@@ -53,7 +53,8 @@ class OperatorBuilder:
         if options.degree is not None:
             kernel = replace(kernel, degree=options.degree)
         regions = self._split if options.use_regions else self._unrestricted
-        helpers = None if self._rig is None else self._rig.eyelid_helpers
+        measured = None if self._rig is None else self._rig.eyelid_helpers
+        helpers = measured or helpers_on_parabola(self._points)
         centres, fields = append_helpers(self._points, regions, helpers)
         operator = build_operator(
             self._mesh.vertices,

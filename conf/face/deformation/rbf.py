@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
 from conf.face.deformation.kernels import Kernel
-from conf.face.deformation.regions import InfluenceField, Regions
+from conf.face.deformation.regions import Regions
 
 _MAX_CONDITION = 1e13  # above it a float64 solution is meaningless
 _REGULARISATION = (1e-9, 1e-7, 1e-5, 1e-3)  # lambda, relative to the largest entry of the system
@@ -58,7 +58,8 @@ def build_operator(
     regions = regions or Regions.unrestricted(len(vertices))
     centres = np.concatenate([control_points, regions.anchors])
     basis = _Basis(centres, kernel, epsilon)
-    solved = [basis.solve(_field_centres(field, len(centres)), n, smoothing) for field in regions.fields]
+    everything = np.arange(len(centres))  # control points and anchors
+    solved = [basis.solve(np.setdiff1d(everything, field.excluded), n, smoothing) for field in regions.fields]
     matrix = np.empty((len(vertices), n), dtype=np.float32)
     with np.errstate(under="ignore"):
         for start in range(0, len(vertices), _CHUNK):
@@ -81,13 +82,6 @@ def _check(vertices: NDArray[np.float64], points: NDArray[np.float64], epsilon: 
         raise ValueError(f"epsilon must be positive, got {epsilon}")
     if not (np.isfinite(smoothing) and smoothing >= 0):
         raise ValueError(f"smoothing must not be negative, got {smoothing}")
-
-
-def _field_centres(field: InfluenceField, count: int) -> NDArray[np.intp]:
-    """Return the indices of a field's centres: its control points and every anchor."""
-    used = np.ones(count, dtype=bool)
-    used[list(field.excluded)] = False
-    return np.flatnonzero(used)
 
 
 class _Basis:

@@ -76,13 +76,13 @@ def split_regions(surface: SurfaceGraph, points: NDArray[np.float64], /, *, anch
     parents = surface.parent_vertices(seeds)
     mouth = _lower_weight(surface, seeds, (UPPER_LIP, LOWER_LIP), _MOUTH_REACH * eye_distance)[parents]
     eyes = _lower_weight(surface, seeds, (UPPER_LID, LOWER_LID), _EYE_REACH * eye_distance)[parents]
-    fields = (
-        InfluenceField((1 - mouth) * (1 - eyes), (*LOWER_LIP, *LOWER_LID)),
-        InfluenceField((1 - mouth) * eyes, (*LOWER_LIP, *UPPER_LID)),
-        InfluenceField(mouth * (1 - eyes), (*UPPER_LIP, *LOWER_LID)),
-        InfluenceField(mouth * eyes, (*UPPER_LIP, *UPPER_LID)),
-    )
-    return Regions(fields, anchors)
+    return Regions(blend_fields(mouth, eyes), anchors)
+
+
+def blend_fields(mouth: NDArray[np.float64], eyes: NDArray[np.float64], /) -> tuple[InfluenceField, ...]:
+    """Return the four fields for the (V,) weights of the lower lip and of the lower lids: 0 upper, 1 lower."""
+    lips, lids = ((1 - mouth, LOWER_LIP), (mouth, UPPER_LIP)), ((1 - eyes, LOWER_LID), (eyes, UPPER_LID))
+    return tuple(InfluenceField(m * e, (*lip, *lid)) for m, lip in lips for e, lid in lids)
 
 
 def _separate_inner_lips(

@@ -9,7 +9,7 @@ Source: Waters 1987; equations 4.16 to 4.19 of the thesis; Parke, Waters 1996 fo
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,34 +92,21 @@ class Sphincter:
         return np.asarray(normal / np.linalg.norm(normal))
 
 
-@dataclass(frozen=True)
 class MuscleSet:
-    """The muscles of one face.
+    """The muscles of one face: M names, and offsets (M, V, 3) float32, the vertex offsets for a contraction of 1."""
 
-    names : M muscles
-    offsets : (M, V, 3) float32, vertex offsets for a contraction of 1
-    """
-
-    names: tuple[str, ...]
-    offsets: NDArray[np.float32] = field(repr=False)
-
-    @classmethod
-    def attach(
-        cls,
+    def __init__(
+        self,
         muscles: Mapping[str, LinearMuscle | Sphincter],
         vertices: NDArray[np.float64],
-        /,
-        *,
         weights: Mapping[str, NDArray[np.float64]] | None = None,
-    ) -> "MuscleSet":
-        """Compute the offsets of the (V, 3) vertices.
-
-        weights : muscle -> (V,) factor at each vertex; 1 without an entry
-        """
+        /,
+    ) -> None:
+        """vertices : (V, 3); weights : muscle -> (V,) factor at each vertex, 1 without an entry."""
         weights = weights or {}
-        ones = np.ones(len(vertices))
-        offsets = [m.offsets(vertices) * weights.get(name, ones)[:, None] for name, m in muscles.items()]
-        return cls(tuple(muscles), np.array(offsets, np.float32).reshape(len(muscles), len(vertices), 3))
+        self.names = tuple(muscles)
+        offsets = [m.offsets(vertices) * np.reshape(weights.get(name, 1.0), (-1, 1)) for name, m in muscles.items()]
+        self.offsets = np.array(offsets, np.float32).reshape(len(muscles), len(vertices), 3)
 
     def contract(self, contractions: Mapping[str, float], /) -> NDArray[np.float32]:
         """Return the (V, 3) float32 offsets of muscles that contract together.

@@ -11,6 +11,7 @@ from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ DEFAULT_FPS = 15.0
 MAX_FRAMES = 1_000_000
 MAX_DISPLACEMENT = 1e6  # FAPU units; an open jaw has about 1,500
 _POSE_NUMBERS = 6
+_Number = TypeVar("_Number", int, float)
 _FRAME_COUNT = "expected the number of frames"
 _ROW = "expected `dx dy dz`, the displacement of one control point"
 
@@ -115,11 +117,7 @@ class _DpcText:
             reader(self, value.split(), number)
 
     def _read_fps(self, words: list[bytes], number: int) -> None:
-        expected = "expected `# fps: N`, N above 0 and at most 1000"
-        values = parse_floats(words, self._path, number, expected)
-        if len(values) != 1 or not 0 < values[0] <= 1000:
-            raise FileFormatError(self._path, number, expected)
-        self._fps = values[0]
+        self._fps = self._positive(words, number, "expected `# fps: N`, N above 0 and at most 1000", 1000.0)
 
     def _read_units(self, words: list[bytes], number: int) -> None:
         if words not in ([b"fapu"], [b"mesh"]):
@@ -135,12 +133,13 @@ class _DpcText:
             raise FileFormatError(self._path, number, expected)
         self._poses.extend(parse_floats(words, self._path, number, expected))
 
-    def _positive(self, words: list[bytes], number: int, expected: str, max_value: int) -> int:
+    def _positive(self, words: list[bytes], number: int, expected: str, max_value: _Number) -> _Number:
+        """Return the words as a positive number of the type of max_value, at most max_value."""
         try:
-            value = int(b" ".join(words))
+            value = type(max_value)(b" ".join(words))
         except ValueError as error:
             raise FileFormatError(self._path, number, expected) from error
-        if not 1 <= value <= max_value:
+        if not 0 < value <= max_value:
             raise FileFormatError(self._path, number, expected)
         return value
 

@@ -6,7 +6,7 @@ frame of `joy.epc`, or `joy 1`, `joy 2` for several.
 Source: the thesis, section 5.1 (Emoções em Pontos de Controle: "no mesmo padrão dos DPC's").
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -73,18 +73,10 @@ def read_epc(path: Path | str, /) -> ExpressionSet:
     return ExpressionSet(names, motion.displacements, motion.units)
 
 
-def write_epc(
-    path: Path | str,
-    expressions: ExpressionSet,
-    /,
-    *,
-    comments: Sequence[str] = (),
-    notes: Mapping[str, str] | None = None,
-) -> None:
+def write_epc(path: Path | str, expressions: ExpressionSet, /, *, comments: Sequence[str] = ()) -> None:
     """Write named expressions, displacements with one decimal, each line with the name of its control point.
 
     comments : comment lines at the top of the file
-    notes : expression -> comment below its name
     Raises ValueError if a name or a displacement could not be read back.
     """
     shape = (len(expressions), CONTROL_POINT_COUNT, 3)
@@ -97,7 +89,7 @@ def write_epc(
     lines = [f"{len(expressions)}  # frames", f"# units: {expressions.units}", f"# points: {CONTROL_POINT_COUNT}"]
     lines += [f"# {comment}" for comment in comments]
     for name, frame in zip(expressions.names, expressions.displacements.tolist(), strict=True):
-        lines += ["", f"# name: {name}", *([f"# {notes[name]}"] if notes and name in notes else [])]
+        lines += ["", f"# name: {name}"]
         lines += [
             f"{dx:.1f} {dy:.1f} {dz:.1f}  # {point.index} {point.name}"
             for point, (dx, dy, dz) in zip(CONTROL_POINTS, frame, strict=True)

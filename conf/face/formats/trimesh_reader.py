@@ -54,7 +54,7 @@ def _join(path: Path, parts: list[trimesh.Trimesh]) -> RawMesh:
         positions=positions,
         uvs=np.concatenate([uv for uv in uvs if uv is not None]) if textured else np.empty((0, 2)),
         corners=np.stack([corners, corners if textured else np.full_like(corners, -1)], axis=-1),
-        groups={_name(part, i): np.arange(ends[i], ends[i + 1]) for i, part in enumerate(parts)},
+        groups={_group_name(part, i): np.arange(ends[i], ends[i + 1]) for i, part in enumerate(parts)},
         texture=None,  # a texture embedded in a GLB is not used
     )
 
@@ -65,7 +65,7 @@ def _uvs(part: trimesh.Trimesh) -> np.ndarray | None:
     return np.asarray(uv, dtype=np.float64) if usable else None
 
 
-def _name(part: trimesh.Trimesh, index: int) -> str:
+def _group_name(part: trimesh.Trimesh, index: int) -> str:
     return f"{part.metadata.get('name', DEFAULT_GROUP)}{f'_{index}' if index else ''}"
 
 

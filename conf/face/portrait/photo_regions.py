@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from conf.face.control_points import LOWER_LID, LOWER_LIP, UPPER_LID, UPPER_LIP
-from conf.face.deformation.regions import InfluenceField, Regions
+from conf.face.deformation.regions import Regions, blend_fields
 from conf.face.interpolation import smoothstep
 from conf.face.portrait import contours
 
@@ -20,13 +19,7 @@ def split_photo_regions(positions_cm: NDArray[np.float64], /) -> Regions:
     """Return four fields of V vertices without anchors, as conf.face.deformation.regions.split_regions for a head."""
     mouth = _lower_weight(positions_cm, _MOUTH, REACH_CM["mouth"])
     eyes = _lower_weight(positions_cm, _EYES, REACH_CM["eye"])
-    fields = (
-        InfluenceField((1 - mouth) * (1 - eyes), (*LOWER_LIP, *LOWER_LID)),
-        InfluenceField((1 - mouth) * eyes, (*LOWER_LIP, *UPPER_LID)),
-        InfluenceField(mouth * (1 - eyes), (*UPPER_LIP, *LOWER_LID)),
-        InfluenceField(mouth * eyes, (*UPPER_LIP, *UPPER_LID)),
-    )
-    return Regions(fields, np.empty((0, 3)))
+    return Regions(blend_fields(mouth, eyes), np.empty((0, 3)))
 
 
 def _lower_weight(

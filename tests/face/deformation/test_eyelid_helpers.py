@@ -12,7 +12,7 @@ from conf.face.deformation.eyelid_helpers import (
 )
 from conf.face.deformation.kernels import KERNELS
 from conf.face.deformation.rbf import build_operator
-from conf.face.deformation.regions import split_regions
+from conf.face.deformation.regions import Regions, split_regions
 from conf.face.mesh.depth_profiles import LabelledMesh
 from conf.face.mesh.surface_graph import SurfaceGraph
 from tests.support.sheet_face import SheetFace
@@ -32,7 +32,8 @@ def test_helper_weights_add_up_to_one(face: SheetFace) -> None:
 
 def test_a_field_excludes_the_helpers_of_excluded_lids(face: SheetFace) -> None:
     surface = SurfaceGraph(face.mesh.vertices, face.mesh.triangles)
-    centres, regions = append_helpers(face.points, split_regions(surface, face.points, anchors=np.empty((0, 3))))
+    regions = split_regions(surface, face.points, anchors=np.empty((0, 3)))
+    centres, regions = append_helpers(face.points, regions, helpers_on_parabola(face.points))
     assert centres.shape == (CONTROL_POINT_COUNT + len(HELPER_LIDS), 3)
     for field in regions.fields:
         for i, lid in enumerate(HELPER_LIDS):
@@ -40,16 +41,16 @@ def test_a_field_excludes_the_helpers_of_excluded_lids(face: SheetFace) -> None:
 
 
 def test_helpers_close_an_eye_over_its_whole_width(face: SheetFace) -> None:
-    surface = SurfaceGraph(face.mesh.vertices, face.mesh.triangles)
-    regions = split_regions(surface, face.points, anchors=np.empty((0, 3)))
     closing = np.zeros((50, 1))
     closing[CONTROL_POINT_INDEX["eyelid_upper_l"]] = -0.7
     row = HELPER_LIDS.index(UPPER_LID[0])
     positions = PARABOLA_WEIGHTS[row] @ face.points
-    one_field = type(regions).unrestricted(1)
-    centres, fields = append_helpers(face.points, one_field)
+    helpers = helpers_on_parabola(face.points)
+    centres, fields = append_helpers(face.points, Regions.unrestricted(1), helpers)
     folded = build_operator(positions[None], centres, kernel=KERNELS["multiquadric"], epsilon=1.0, regions=fields)
-    assert fold_helpers(folded.matrix) @ closing == pytest.approx(-0.7 * PARABOLA_WEIGHTS[row, UPPER_LID[0]], abs=1e-3)
+    assert fold_helpers(folded.matrix, helpers) @ closing == pytest.approx(
+        -0.7 * PARABOLA_WEIGHTS[row, UPPER_LID[0]], abs=1e-3
+    )
 
 
 def eyes_of_height(face: SheetFace, height: float) -> LabelledMesh:

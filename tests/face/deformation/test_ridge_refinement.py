@@ -69,9 +69,9 @@ def test_excluded_points_stay_excluded() -> None:
 
 
 def jaw_blendshapes(weights: np.ndarray) -> Blendshapes:
-    shifts = {"jawForward": [0, 0, 0.5], "jawLeft": [0.6, 0, 0], "smile": [0, 5, 0]}
-    offsets = np.array([weights[:, None] * np.array(shift) for shift in shifts.values()], dtype=np.float32)
-    return Blendshapes(tuple(shifts), offsets)
+    offsets_by_name = {"jawForward": [0, 0, 0.5], "jawLeft": [0.6, 0, 0], "smile": [0, 5, 0]}
+    offsets = np.array([weights[:, None] * np.array(offset) for offset in offsets_by_name.values()], dtype=np.float32)
+    return Blendshapes(tuple(offsets_by_name), offsets)
 
 
 def test_jaw_weights_come_from_the_jaws_translations(face: SheetFace) -> None:
@@ -87,8 +87,8 @@ def test_a_blendshape_of_the_jaw_alone_has_no_remainder(face: SheetFace) -> None
     ones, arms = np.ones(50, dtype=np.float32), (face.points - centre).astype(np.float32)
     jaw = Jaw(centre, axis, np.arange(50), ones, arms, ones, arms)
     sine, cosine = np.sin(0.3), np.cos(0.3)
-    turned = arms @ np.array([[1, 0, 0], [0, cosine, -sine], [0, sine, cosine]]).T - arms
-    shapes = turned[None].astype(np.float32)
+    rotated = arms @ np.array([[1, 0, 0], [0, cosine, -sine], [0, sine, cosine]]).T - arms
+    shapes = rotated[None].astype(np.float32)
     displacements, offsets = subtract_jaw_motion(jaw, face.points, shapes, shapes)
     assert displacements == pytest.approx(0, abs=1e-5)
     assert offsets == pytest.approx(0, abs=1e-5)

@@ -68,7 +68,7 @@ def test_the_sphincter_contracts_and_protrudes() -> None:
 
 @given(contraction=st.floats(0.0, 1.0))
 def test_one_muscle_is_linear_and_a_relaxed_one_moves_nothing(contraction: float) -> None:
-    face = MuscleSet.attach({"a": LinearMuscle(np.array([0, 2.0, 0]), np.zeros(3)), "ring": RING}, PLANE)
+    face = MuscleSet({"a": LinearMuscle(np.array([0, 2.0, 0]), np.zeros(3)), "ring": RING}, PLANE)
     assert not face.contract({}).any()
     assert not face.contract({"a": 0.0, "ring": 0.0}).any()
     np.testing.assert_allclose(face.contract({"a": contraction}), contraction * face.offsets[0], atol=1e-6)
@@ -83,7 +83,7 @@ def test_combined_offsets_stay_within_the_limit(each: np.ndarray) -> None:
 
 def test_weights_restrict_a_muscle_to_its_vertices() -> None:
     own = (PLANE[:, 0] > 0).astype(float)
-    face = MuscleSet.attach({"ring": RING}, PLANE, weights={"ring": own})
+    face = MuscleSet({"ring": RING}, PLANE, {"ring": own})
     assert not face.offsets[0][own == 0].any()
     assert face.offsets[0][own == 1].any()
 
@@ -103,4 +103,4 @@ def test_impossible_muscles_raise(change: dict[str, object], text: str) -> None:
 
 def test_an_unknown_muscle_raises() -> None:
     with pytest.raises(ValueError, match="got biceps"):
-        MuscleSet.attach({"ring": RING}, PLANE).contract({"biceps": 1.0})
+        MuscleSet({"ring": RING}, PLANE).contract({"biceps": 1.0})

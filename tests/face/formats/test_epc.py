@@ -25,7 +25,7 @@ def expressions(names: tuple[str, ...], seed: int = 0) -> ExpressionSet:
 @given(names=st.lists(st.text(max_size=MAX_NAME).filter(is_name), min_size=1, max_size=4, unique=True))
 def test_expressions_are_read_back(tmp_path: Path, names: list[str]) -> None:
     written = expressions(tuple(names))
-    write_epc(tmp_path / "a.epc", written, comments=["made by hand"], notes={names[0]: "a note: colons do no harm"})
+    write_epc(tmp_path / "a.epc", written, comments=["a comment: with a colon"])
     read = read_epc(tmp_path / "a.epc")
     assert read.names == written.names
     assert read.units == "fapu"
@@ -108,8 +108,8 @@ def test_an_unknown_name_is_a_key_error() -> None:
 
 def test_mesh_units_are_converted_to_fapu() -> None:
     fapu = Fapu(es0=64.0, ens0=48.0, mns0=26.0, mw0=51.0, irisd0=9.7)  # a face in millimetres
-    given = expressions(("joy",))
-    mesh = ExpressionSet(("joy",), (given.displacements * fapu.lengths()).astype(np.float32), "mesh")
-    assert given.in_fapu(fapu) is given
+    fapu_set = expressions(("joy",))
+    mesh = ExpressionSet(("joy",), (fapu_set.displacements * fapu.lengths()).astype(np.float32), "mesh")
+    assert fapu_set.in_fapu(fapu) is fapu_set
     assert mesh.in_fapu(fapu).units == "fapu"
-    np.testing.assert_allclose(mesh.in_fapu(fapu)["joy"], given["joy"], rtol=1e-5, atol=1e-3)
+    np.testing.assert_allclose(mesh.in_fapu(fapu)["joy"], fapu_set["joy"], rtol=1e-5, atol=1e-3)

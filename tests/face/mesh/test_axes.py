@@ -14,10 +14,10 @@ def test_all_24_orientations_are_listed_once() -> None:
 
 @pytest.mark.parametrize(("up", "front"), ORIENTATIONS)
 def test_the_rotation_is_proper_and_maps_up_and_front(up: str, front: str) -> None:
-    turn = axes_rotation(up, front)
-    np.testing.assert_allclose(turn @ AXES[up], [0, 1, 0])
-    np.testing.assert_allclose(turn @ AXES[front], [0, 0, 1])
-    assert np.linalg.det(turn) == pytest.approx(1.0)
+    rotation = axes_rotation(up, front)
+    np.testing.assert_allclose(rotation @ AXES[up], [0, 1, 0])
+    np.testing.assert_allclose(rotation @ AXES[front], [0, 0, 1])
+    assert np.linalg.det(rotation) == pytest.approx(1.0)
 
 
 def test_invalid_axes_raise() -> None:

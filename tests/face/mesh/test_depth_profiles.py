@@ -23,7 +23,7 @@ def sheet(
 
 
 def joined(*parts: LabelledMesh) -> LabelledMesh:
-    """Return several sheets, each a shell of its own."""
+    """Return several sheets, each a component of its own."""
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     return LabelledMesh(
         np.concatenate([part.vertices for part in parts]),

@@ -1,4 +1,4 @@
-"""Files without shared vertices are joined, a file that shares some is left alone, and parts stay what they were."""
+"""Vertices are welded, parts cut out and triangles regrouped."""
 
 from dataclasses import replace
 

@@ -32,7 +32,7 @@ def test_a_position_has_a_render_vertex_for_each_of_its_texture_coordinates(tmp_
     mesh = read(tmp_path, CUBE_CORNER)
     assert mesh.vertices.shape == (5, 3)
     assert mesh.triangles.tolist() == [[0, 1, 2], [0, 2, 3], [0, 1, 3]]
-    assert len(mesh.render_vertices) == 5  # vertex 3 lies at two places of the picture, the unused one at none
+    assert len(mesh.render_vertices) == 5  # vertex 3 has two texture coordinates, the unused one none
     assert mesh.render_vertices[mesh.render_triangles].tolist() == mesh.triangles.tolist()
     assert mesh.uvs[mesh.render_triangles[1]].tolist() == [[0, 0], [1, 0], [0, 1]]
     assert mesh.triangles.dtype == mesh.render_triangles.dtype == mesh.render_vertices.dtype == np.int32

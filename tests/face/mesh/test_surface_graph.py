@@ -6,14 +6,14 @@ from tests.support.sheet_face import SheetFace
 
 
 def strip(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """A ladder of unit squares along x: vertices 2i and 2i + 1 at x = i."""
+    """Return a strip of unit squares along x: vertices 2i and 2i + 1 at x = i."""
     vertices = np.array([[i, j, 0.0] for i in range(count) for j in range(2)])
     triangles = [t for i in range(0, 2 * count - 2, 2) for t in ([i, i + 2, i + 1], [i + 1, i + 2, i + 3])]
     return vertices, np.array(triangles, dtype=np.int32)
 
 
 def split_corners(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same surface as STL has it: no two triangles share a vertex."""
+    """Return the surface with separate vertices for each triangle, as in STL files."""
     return vertices[triangles.ravel()], np.arange(triangles.size, dtype=np.int32).reshape(-1, 3)
 
 
@@ -63,9 +63,9 @@ def test_the_skin_is_preferred_to_nearer_lashes() -> None:
     surface = SurfaceGraph(
         np.concatenate([vertices, lash]), np.concatenate([triangles, [[12, 13, 14]]]).astype(np.int32)
     )
-    places = np.array([[0, 0, 0], [2, 0, 0.15], [5, 1, 0]])
-    assert surface.nearest_vertices(places, tolerance=0.3).tolist() == [0, 4, 11]
-    assert surface.nearest_vertices(places, tolerance=0.0).tolist() == [0, 12, 11]
+    positions = np.array([[0, 0, 0], [2, 0, 0.15], [5, 1, 0]])
+    assert surface.nearest_vertices(positions, tolerance=0.3).tolist() == [0, 4, 11]
+    assert surface.nearest_vertices(positions, tolerance=0.0).tolist() == [0, 12, 11]
 
 
 def test_loose_parts_belong_to_the_nearest_skin() -> None:
@@ -74,9 +74,9 @@ def test_loose_parts_belong_to_the_nearest_skin() -> None:
     surface = SurfaceGraph(
         np.concatenate([vertices, lash]), np.concatenate([triangles, [[12, 13, 14]]]).astype(np.int32)
     )
-    carriers = surface.parent_vertices(np.array([0]))
-    assert carriers[:12].tolist() == list(range(12))
-    assert carriers[12:].tolist() == [4, 4, 4]
+    parents = surface.parent_vertices(np.array([0]))
+    assert parents[:12].tolist() == list(range(12))
+    assert parents[12:].tolist() == [4, 4, 4]
 
 
 @pytest.mark.parametrize(
