@@ -11,22 +11,16 @@ from typing import Any, Protocol
 
 
 class Terminal(Protocol):
-    """Where a command prints; cli.py implements it. --json moves messages to stderr and hides progress."""
+    """Where a command prints. With --json messages go to stderr and progress is hidden.
 
-    def write(self, text: str, /) -> None:
-        """Print a line."""
+    ask returns "" if there is no user. status_line and progress_bar yield a function that sets the text, or the
+    fraction from 0 to 1. print_figures prints a dataclass as a table or as one JSON object; print_list a text or rich
+    table about dataclasses, or one JSON object with their list under a key.
+    """
 
-    def ask(self, question: str, /) -> str:
-        """Return a line from the user; empty if nobody can answer."""
-
-    def status_line(self) -> AbstractContextManager[Callable[[str], None]]:
-        """Show a line while a command runs; yields the function that sets its text."""
-
-    def progress_bar(self) -> AbstractContextManager[Callable[[float], None]]:
-        """Show a bar while a command runs; yields the function that sets its fraction, 0 to 1."""
-
-    def print_figures(self, title: str, figures: Any, /) -> None:
-        """Print a dataclass as a table, or as one JSON object."""
-
-    def print_list(self, key: str, items: Iterable[Any], text: object, /) -> None:
-        """Print a text or rich table that describes dataclasses, or one JSON object with a list of them."""
+    def write(self, text: str, /) -> None: ...
+    def ask(self, question: str, /) -> str: ...
+    def status_line(self) -> AbstractContextManager[Callable[[str], None]]: ...
+    def progress_bar(self) -> AbstractContextManager[Callable[[float], None]]: ...
+    def print_figures(self, title: str, figures: Any, /) -> None: ...
+    def print_list(self, key: str, items: Iterable[Any], text: object, /) -> None: ...

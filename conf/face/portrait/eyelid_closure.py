@@ -45,11 +45,12 @@ class EyeOpening:
         opening = Opening.between(positions[self.upper], positions[self.lower])
         x, height = opening.upper[1:-1].T
         gaps = (height - height_at(opening.lower, x)) / opening.length
+        step = opening.length * opening.up
         middle = len(gaps) // 2  # the edge's middle landmark is the control point
         openness = max(float(gaps[middle]), 0.0) / float(self.gaps[middle])
         edge = np.minimum(gaps, openness * self.gaps) if openness < 1 else gaps
-        positions[self.rim] = positions[self.upper[1:-1]] + (np.maximum(gaps, self.gaps) - gaps)[:, None] * opening.step
-        positions[self.upper[1:-1]] += (edge - gaps)[:, None] * opening.step
+        positions[self.rim] = positions[self.upper[1:-1]] + (np.maximum(gaps, self.gaps) - gaps)[:, None] * step
+        positions[self.upper[1:-1]] += (edge - gaps)[:, None] * step
         self._restore_inside(positions, float(np.clip((OPEN_RATIO - openness) / (OPEN_RATIO - CLOSED_RATIO), 0, 1)))
 
     def _restore_inside(self, positions: NDArray[np.float64], weight: float) -> None:

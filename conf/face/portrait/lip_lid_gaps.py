@@ -45,20 +45,15 @@ class Opening:
         axes = np.stack([along, up], axis=1)
         return cls(origin, along, up, length, (upper - origin) @ axes, (lower - origin) @ axes)
 
-    @property
-    def step(self) -> NDArray[np.float64]:
-        """Return (2,) the vector upwards of the opening's length."""
-        return self.length * self.up
-
     def coordinates(self, positions: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return (k,) along the opening and (k,) up."""
         return (positions - self.origin) @ self.along, (positions - self.origin) @ self.up
 
-    def contains(self, positions: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return (k,) whether positions are between the edges."""
-        x, height = self.coordinates(positions)
-        between = (height > height_at(self.lower, x)) & (height < height_at(self.upper, x))
-        return np.asarray((x > 0) & (x < self.length) & between)
+    def contains(self, positions: NDArray[np.float64], margin: float = 0.0) -> NDArray[np.bool_]:
+        """Return (k,) whether positions are between the edges or nearer to them than the margin."""
+        x, height = self.heights(positions)
+        half_gap = (height_at(self.upper, x) - height_at(self.lower, x)) / 2
+        return np.asarray((x > -margin) & (x < self.length + margin) & (np.abs(height) < half_gap + margin))
 
     def heights(self, positions: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return (k,) along the opening and (k,) above its centre line."""
@@ -97,13 +92,8 @@ def widen_openings(positions: NDArray[np.float64], points: NDArray[np.float64], 
 
 def inside_openings(positions: NDArray[np.float64], points: NDArray[np.float64], margin: float, /) -> NDArray[np.bool_]:
     """Return (k,) whether positions are between lips or lids, or nearer to them than the margin. points : (D, 2)"""
-    inside = np.zeros(len(positions), dtype=bool)
-    for upper, lower in OPENINGS:
-        opening = Opening.between(points[upper], points[lower])
-        x, height = opening.heights(positions)
-        half_gap = (height_at(opening.upper, x) - height_at(opening.lower, x)) / 2
-        inside |= (x > -margin) & (x < opening.length + margin) & (np.abs(height) < half_gap + margin)
-    return inside
+    openings = (Opening.between(points[upper], points[lower]) for upper, lower in OPENINGS)
+    return np.asarray(np.any([opening.contains(positions, margin) for opening in openings], axis=0))
 
 
 def height_at(edge: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:

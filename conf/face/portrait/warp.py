@@ -17,15 +17,14 @@ from conf.face.deformation.rbf import build_operator
 from conf.face.deformation.regions import Regions
 from conf.face.fapu import UNITS_PER_DISTANCE
 from conf.face.head_pose import HeadPose
-from conf.face.portrait.border_fade import border_alpha
 from conf.face.portrait.contours import OVAL_ROWS, PORTRAIT_LANDMARKS
-from conf.face.portrait.head_weights import head_weights
 from conf.face.portrait.lip_lid_gaps import enforce_min_gap
 from conf.face.portrait.motion_deadband import dampen_points, dampen_vertices, stillness_weight
 from conf.face.portrait.photo_mesh import PhotoMesh, build_mesh
 from conf.face.portrait.photo_regions import split_photo_regions
 from conf.face.portrait.photographed_face import PhotographedFace
 from conf.face.portrait.untangle import untangle
+from conf.face.portrait.vertex_weights import border_alpha, head_weights
 
 THIN_PLATE = KERNELS["thin-plate"]
 MAX_ROTATION = np.radians(32)  # out of the image plane, relative to the photo

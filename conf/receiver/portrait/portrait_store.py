@@ -2,18 +2,21 @@
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import QhullError
 
 from conf.errors import ProtocolError
 from conf.face.fapu import Fapu
+from conf.face.portrait.patch_features import FEATURES
+from conf.face.portrait.patch_prediction import inverse_dct, predict_patch, region_points_in_photo
 from conf.face.portrait.photographed_face import PhotographedFace
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.portrait.objects import decode_object
-from conf.protocol.portrait.patch import Patch
+from conf.protocol.portrait.patch import Patch, step_size
 from conf.protocol.portrait.photo import NeutralPoseUpdate, Photo
-from conf.receiver.portrait.decoding import decode_image, reconstruct_patch
+from conf.protocol.portrait.vp8 import read_frame_size, wrap_riff
 from conf.receiver.portrait.inpainting import person_mask
 from conf.receiver.portrait.matting import Matte, estimate_matte
 
@@ -95,3 +98,26 @@ class PortraitStore:
             raise ProtocolError(f"a patch that cannot be drawn: {error}") from error
         descriptor = update.descriptor.astype(np.float64)
         self.patches[update.region, update.slot] = ReceivedPatch(descriptor, update.points, pixels)
+
+
+def decode_image(frame: bytes, /) -> NDArray[np.uint8]:
+    """Return (H, W, 3) uint8 BGR. Raises ProtocolError if the bytes are no VP8 frame of the size in its header."""
+    width, height = read_frame_size(frame)
+    try:
+        pixels = cv2.imdecode(np.frombuffer(wrap_riff(frame), np.uint8), cv2.IMREAD_COLOR)
+    except cv2.error as error:
+        raise ProtocolError("an image that cannot be decoded") from error
+    if pixels is None or pixels.shape != (height, width, 3):
+        raise ProtocolError("an image that cannot be decoded")
+    return np.asarray(pixels, dtype=np.uint8)
+
+
+def reconstruct_patch(patch: Patch, photo: NDArray[np.uint8], warp: PortraitWarp, /) -> NDArray[np.uint8]:
+    """Return a patch's pixels (h, w, 3) uint8 BGR: its prediction from the photo (H, W, 3) plus its residual.
+
+    Raises ValueError if the patch's points coincide.
+    """
+    points = region_points_in_photo(warp, FEATURES[patch.region])
+    residual = inverse_dct([plane * step_size(patch.step) for plane in patch.coefficients], patch.size)
+    pixels = predict_patch(photo, points, patch.points, patch.size) + residual
+    return np.asarray(np.clip(np.rint(pixels), 0, 255), dtype=np.uint8)
