@@ -52,7 +52,7 @@ def measure(clip: Path, profile: str = "live", on_progress: Callable[[int], None
     import numpy as np
 
     from conf.face.control_points import CONTROL_POINT_COUNT
-    from conf.protocol.codec import PROFILES
+    from conf.protocol.codec.profiles import PROFILES
     from conf.protocol.loopback import LoopbackCall
     from conf.protocol.messages import StreamParameters
     from conf.protocol.send_budget import RateOptions

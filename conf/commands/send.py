@@ -16,7 +16,7 @@ from conf.commands.arguments import add_json, add_seconds, address, pairing_code
 from conf.errors import ConfError
 
 if TYPE_CHECKING:
-    from conf.protocol.portrait import ObjectSender
+    from conf.protocol.portrait.object_sender import ObjectSender
     from conf.sender.capture.video import Frame
     from conf.sender.motion.extractor import MotionExtractor
     from conf.sender.motion_source import MotionSource
@@ -116,7 +116,7 @@ def send(
     """
     from conf.face.control_points import CONTROL_POINT_COUNT
     from conf.protocol.messages import StreamParameters
-    from conf.protocol.portrait import ObjectSender
+    from conf.protocol.portrait.object_sender import ObjectSender
     from conf.protocol.send_budget import RateOptions
     from conf.protocol.sender_connection import SenderConnection
     from conf.protocol.session.client import SenderSession

@@ -1,7 +1,7 @@
 """A call in simulated time without a network, for measurements. Pure: random bytes are an argument."""
 
 from conf.protocol.messages import MotionFrame, StreamParameters
-from conf.protocol.portrait import ObjectSender
+from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.receive_leg import ReceiveLeg
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.send_budget import RateOptions

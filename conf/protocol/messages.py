@@ -15,7 +15,7 @@ class MotionFrame:
 
     timestamp : capture time on the sender's clock, seconds
     displacements : (n, 3) float32, FAPU units, head pose removed
-    pose : (6,) float64, rotation vector in radians, position in picture heights, log scale
+    pose : (6,) float64, rotation vector in radians, position in image heights, log scale
     """
 
     timestamp: float

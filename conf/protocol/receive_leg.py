@@ -3,7 +3,7 @@
 from collections import deque
 
 from conf.errors import ProtocolError
-from conf.protocol.codec import MissingReferenceError
+from conf.protocol.codec.reference_frames import MissingReferenceError
 from conf.protocol.feedback import ReceptionStats
 from conf.protocol.messages import (
     Body,
@@ -18,7 +18,7 @@ from conf.protocol.messages import (
     StreamParameters,
 )
 from conf.protocol.motion.inbound import InboundMotion
-from conf.protocol.portrait import ObjectReceiver
+from conf.protocol.portrait.object_receiver import ObjectReceiver
 from conf.protocol.statistics import RateWindow, TrafficSnapshot, raw_frame_bytes
 from conf.protocol.wire import decode_body, encode_body
 

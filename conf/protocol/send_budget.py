@@ -8,7 +8,7 @@ motion from waiting. The receiver's reports drive all of them.
 from dataclasses import dataclass
 
 from conf.protocol.circuit_breaker import CircuitBreaker
-from conf.protocol.codec import NARROWBAND
+from conf.protocol.codec.profiles import NARROWBAND
 from conf.protocol.congestion import RATE_LEVELS, CongestionControl, LossEstimator, RateLevel
 from conf.protocol.feedback import Report, RoundTripEstimator
 from conf.protocol.portrait.chunk_budget import CHUNK_BYTES, DEFAULT_KBPS, ChunkBudget

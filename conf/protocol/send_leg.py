@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 from conf.errors import ProtocolError
-from conf.protocol.codec import PROFILES
+from conf.protocol.codec.profiles import PROFILES
 from conf.protocol.messages import (
     Bye,
     Feedback,
@@ -15,7 +15,7 @@ from conf.protocol.messages import (
     StreamParameters,
 )
 from conf.protocol.motion.outbound import OutboundMotion, OutgoingBody
-from conf.protocol.portrait import ObjectSender
+from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.send_budget import DATAGRAM_OVERHEAD, RateOptions, SendBudget
 from conf.protocol.wire import decode_body, encode_body
 

@@ -5,7 +5,7 @@ from collections import deque
 from conf.protocol.address import Address
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.motion.outbound import OutgoingBody
-from conf.protocol.portrait import ObjectSender
+from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.send_budget import RateOptions
 from conf.protocol.send_leg import LinkStatus, SendLeg
 from conf.protocol.session.client import SenderSession

@@ -56,11 +56,6 @@ def decode_body(data: bytes) -> Body:
     return decoder(data[1:])
 
 
-def _pack(*numbers: int) -> bytes:
-    data: bytes = msgpack.packb(numbers)
-    return data
-
-
 def _unpack(data: bytes, count: int) -> list[int]:
     try:
         array = msgpack.unpackb(data, max_array_len=count, max_map_len=0, max_ext_len=0, max_str_len=0, max_bin_len=0)
@@ -76,7 +71,7 @@ def _unpack(data: bytes, count: int) -> list[int]:
 def _encode_parameters(body: StreamParameters) -> bytes:
     fapu = (round(distance * FAPU_STEPS) for distance in body.fapu)
     clock, rate = round(body.clock * MILLISECONDS), round(body.fps * FPS_STEPS)
-    return _pack(clock, body.width, body.height, rate, body.points, *fapu)
+    return bytes(msgpack.packb([clock, body.width, body.height, rate, body.points, *fapu]))
 
 
 def _decode_parameters(data: bytes) -> StreamParameters:
@@ -130,9 +125,9 @@ def _decode_motion_with_chunk(data: bytes) -> MotionWithChunk:
 _PRESENCES = {presence.value for presence in Presence}
 _ENCODERS: dict[type, tuple[int, Callable[[Any], bytes]]] = {
     StreamParameters: (PARAMETERS, _encode_parameters),
-    KeepAlive: (KEEP_ALIVE, lambda body: _pack(round(body.timestamp * MILLISECONDS), body.presence.value)),
+    KeepAlive: (KEEP_ALIVE, lambda body: msgpack.packb([round(body.timestamp * MILLISECONDS), body.presence.value])),
     Feedback: (REPORT, lambda body: bytes((body.refresh,)) + encode_report(body.report)),
-    RoundTripMessage: (ROUND_TRIP, lambda body: _pack(min(body.milliseconds, 0xFFFF))),
+    RoundTripMessage: (ROUND_TRIP, lambda body: msgpack.packb([min(body.milliseconds, 0xFFFF)])),
     Bye: (BYE, lambda body: b""),
     PortraitChunk: (PORTRAIT_CHUNK, lambda body: body.data),
     PortraitAck: (PORTRAIT_ACK, lambda body: body.data),

@@ -3,7 +3,8 @@
 import pytest
 
 from conf.errors import ProtocolError
-from conf.protocol.codec import Decoder, MissingReferenceError
+from conf.protocol.codec.decoder import Decoder
+from conf.protocol.codec.reference_frames import MissingReferenceError
 from conf.protocol.messages import MotionPayload
 from conf.protocol.wire import decode_body
 from tools.golden.wire import BODIES, FOLDER, invalid, payloads, valid

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from conf.protocol.codec import LIVE, NARROWBAND, RICH, Profile
+from conf.protocol.codec.profiles import LIVE, NARROWBAND, RICH, Profile
 from conf.protocol.messages import (
     Bye,
     Feedback,

@@ -18,8 +18,8 @@ from conf.protocol.messages import (
     StreamParameters,
 )
 from conf.protocol.motion.outbound import OutgoingBody
-from conf.protocol.portrait import ObjectSender
 from conf.protocol.portrait.chunks import Ack, encode_ack
+from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.send_budget import RateOptions
 from conf.protocol.send_leg import (
     MAX_PIGGYBACK_WAIT_S,

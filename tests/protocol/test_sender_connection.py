@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from conf.protocol.circuit_breaker import OPEN_AFTER_S
-from conf.protocol.codec import PROFILES
+from conf.protocol.codec.profiles import PROFILES
 from conf.protocol.messages import Bye, MotionFrame
 from conf.protocol.send_budget import RateOptions
 from conf.protocol.session.events import Connected, NoAnswer, SessionEnded, WrongCode

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from conf.protocol import wire
-from conf.protocol.codec import PROFILES
 from conf.protocol.codec.payload_header import code_header
+from conf.protocol.codec.profiles import PROFILES
 from conf.protocol.codec.symbol_coder import SymbolReader
 from conf.protocol.motion import jitter_buffer
 from conf.protocol.portrait.patch import encode_patch

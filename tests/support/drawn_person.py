@@ -13,8 +13,8 @@ from conf.face.fapu import Fapu
 from conf.face.portrait.patch_features import FEATURES
 from conf.face.portrait.patch_prediction import forward_dct, predict_patch
 from conf.face.portrait.photographed_face import project
-from conf.protocol.portrait import Patch, Photo
-from conf.protocol.portrait.patch import step_size
+from conf.protocol.portrait.patch import Patch, step_size
+from conf.protocol.portrait.photo import Photo
 from conf.protocol.portrait.vp8 import strip_riff
 from tests.support.synthetic_portrait import POSE, face_points
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from conf.protocol.address import Address
 from conf.protocol.messages import MotionFrame, StreamParameters
-from conf.protocol.portrait import ObjectSender
+from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.receive_leg import ReceiveLeg
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.send_budget import RateOptions

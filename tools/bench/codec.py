@@ -15,7 +15,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from conf.errors import ConfError
-from conf.protocol.codec import PROFILES
+from conf.protocol.codec.profiles import PROFILES
 from tools.bench.codec_link import HELD_OUT, Link, Result, measure, total
 from tools.bench.tracks import TrackReader
 

@@ -13,8 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.protocol.codec import Decoder, Encoder, MissingReferenceError, Profile
+from conf.protocol.codec.decoder import Decoder
+from conf.protocol.codec.encoder import Encoder
 from conf.protocol.codec.model import CodecModel
+from conf.protocol.codec.profiles import Profile
+from conf.protocol.codec.reference_frames import MissingReferenceError
 from conf.protocol.statistics import HEADER_BYTES
 from tools.bench.tracks import Track
 

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from conf.face.head_pose import HeadPose
 from conf.face.loading import load_face
-from conf.protocol.codec import LIVE
+from conf.protocol.codec.profiles import LIVE
 from conf.protocol.loopback import ONE_WAY_S, LoopbackCall
 from conf.protocol.messages import StreamParameters
 from conf.protocol.send_budget import RateOptions

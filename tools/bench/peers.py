@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.output.media_writer import save_image
-from conf.protocol.codec import LIVE, NARROWBAND, RICH, Profile
+from conf.protocol.codec.profiles import LIVE, NARROWBAND, RICH, Profile
 from conf.protocol.statistics import HEADER_BYTES, raw_frame_bytes
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.tracking.canonical_face import read_canonical_face

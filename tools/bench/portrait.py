@@ -27,9 +27,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.head_pose import HeadPose
-from conf.protocol.codec import Decoder, Encoder
-from conf.protocol.portrait import ObjectReceiver, ObjectSender
+from conf.protocol.codec.decoder import Decoder
+from conf.protocol.codec.encoder import Encoder
 from conf.protocol.portrait.chunk_budget import ChunkBudget
+from conf.protocol.portrait.object_receiver import ObjectReceiver
+from conf.protocol.portrait.object_sender import ObjectSender
 from conf.receiver.portrait.portrait_renderer import PortraitRenderer
 from conf.receiver.portrait.portrait_store import PortraitStore
 from conf.render.camera import ViewState

@@ -25,7 +25,7 @@ from conf.commands.measure import measure, plot
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.loading import load_face
 from conf.protocol.address import Address
-from conf.protocol.codec import LIVE
+from conf.protocol.codec.profiles import LIVE
 from conf.protocol.loopback import ONE_WAY_S, RECEIVER, LoopbackCall
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.send_budget import RateOptions

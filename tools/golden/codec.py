@@ -11,7 +11,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from conf.protocol.codec import PROFILES, Decoder, Encoder
+from conf.protocol.codec.decoder import Decoder
+from conf.protocol.codec.encoder import Encoder
+from conf.protocol.codec.profiles import PROFILES
 from tests.support.synthetic_motion import grimace, talking
 
 FOLDER = Path(__file__).resolve().parents[2] / "tests" / "data"

@@ -29,7 +29,16 @@ from conf.face.portrait import contours
 from conf.face.portrait.patch_features import FEATURES
 from conf.protocol.codec.symbol_coder import SCALES_PER_OCTAVE
 from conf.protocol.portrait.patch import MAX_SIDE, POINT_STEPS
-from conf.protocol.portrait.probability_model import MODEL_FILE, PointTree, PortraitModel, RegionModel, Steps
+from conf.protocol.portrait.probability_model import (
+    BLOCK_ARRAYS,
+    MODEL_FILE,
+    REGIONS,
+    TREE_ARRAYS,
+    PointTree,
+    PortraitModel,
+    RegionModel,
+    Steps,
+)
 from conf.protocol.portrait.shape_coding import POINT_STEP, encode_shape
 from conf.sender.motion.mean_face import MEAN_FACE
 from conf.sender.portrait.patch_extraction import find_crop_box
@@ -95,6 +104,19 @@ def train(tracks: Sequence[Poses], patches: Sequence[PatchCounts]) -> PortraitMo
     return PortraitModel(face, fit_scale(differences), regions, sum(patches, PatchCounts()).model())
 
 
+def model_arrays(model: PortraitModel) -> dict[str, NDArray[np.int16]]:
+    """Return the arrays of the file, by name."""
+    named = dict(zip(REGIONS, model.regions, strict=True))
+    arrays = {"stir_spread": model.neutral_difference_scale}
+    arrays |= {f"{name}_key_spread": region.descriptor_scale for name, region in named.items()}
+    for name, tree in {"face": model.face, **{name: region.points for name, region in named.items()}}.items():
+        fields = (tree.mean, tree.order, tree.parents, tree.scale)
+        arrays |= {f"{name}_{key}": array for key, array in zip(TREE_ARRAYS, fields, strict=True)}
+    blocks = (model.blocks.coded, model.blocks.last, model.blocks.coefficient_scale)
+    arrays |= dict(zip(BLOCK_ARRAYS, blocks, strict=True))
+    return {name: array.astype(np.int16) for name, array in arrays.items()}
+
+
 def fit_tree(points: Steps, *, first: int = 0) -> PointTree:
     """Return the tree of points (N, D, d). first : number of points that are coded before the others"""
     mean = np.rint(points.mean(axis=0)).astype(np.int64)
@@ -155,7 +177,7 @@ def main() -> None:
     if not options.check:
         path = Path(str(MODEL_FILE))
         with path.open("wb") as file:
-            train(list(tracks.values()), list(counts.values())).save(file)
+            np.savez(file, allow_pickle=False, **model_arrays(train(list(tracks.values()), list(counts.values()))))
         print(f"{path.name}: {path.stat().st_size} bytes, patches up to {MAX_SIDE} px")
         return
     print("bytes of a photo without its image and outline, and of a patch")

@@ -8,20 +8,3 @@ tools/bench/codec.py measures.
 
 Reading order: profiles, transform, range_coder, symbol_coder, payload_header, syntax, encoder, decoder.
 """
-
-from conf.protocol.codec.decoder import DecodedFrame, Decoder
-from conf.protocol.codec.encoder import Encoder
-from conf.protocol.codec.profiles import LIVE, NARROWBAND, PROFILES, RICH, Profile
-from conf.protocol.codec.reference_frames import MissingReferenceError
-
-__all__ = [
-    "LIVE",
-    "NARROWBAND",
-    "PROFILES",
-    "RICH",
-    "DecodedFrame",
-    "Decoder",
-    "Encoder",
-    "MissingReferenceError",
-    "Profile",
-]

@@ -22,7 +22,7 @@ INTER_LAMBDA_FACTOR = 0.5
 # Steps: log scale keeps the reference's value within this distance, because the face centre is measured in it.
 LOG_SCALE_HYSTERESIS = 0.7
 SKIP_THRESHOLD = 1.0  # steps: a frame that differs by less in every value need not be sent
-MAX_POSE = 50.0  # radians, picture heights or e-folds: larger values are invalid
+MAX_POSE = 50.0  # radians, image heights or e-folds: larger values are invalid
 
 
 class Encoder:
@@ -85,11 +85,8 @@ class Encoder:
         values[LOG_SCALE] = model.transform.log_scale(frame.pose)
         if (np.abs(values - model.transform.dequantise(newest)) > SKIP_THRESHOLD).any():
             return True
-        return bool(
-            choose_point_residuals(
-                model, frame.displacements, newest.residuals, threshold=MIN_RESIDUAL_INTRA, bits_spent=0.0
-            )
-        )
+        known, threshold = newest.residuals, MIN_RESIDUAL_INTRA
+        return bool(choose_point_residuals(model, frame.displacements, known, threshold=threshold, bits_spent=0.0))
 
     def decode_own(self, frame_number: int, *, stride: int = 1) -> DecodedFrame | None:
         """Return a frame as a receiver without losses decodes it, or None if it is no longer stored."""

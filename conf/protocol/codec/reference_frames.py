@@ -30,10 +30,6 @@ class QuantisedFrame:
 class MissingReferenceError(ProtocolError):
     """A frame is predicted from a frame that was never received: request frames without prediction."""
 
-    def __init__(self, frame_number: int) -> None:
-        super().__init__(f"frame {frame_number} is the reference and is not known")
-        self.frame_number = frame_number
-
 
 class ReferenceFrames:
     """The frames of one profile by number, up to MAX_TICKS behind the newest."""
@@ -61,5 +57,5 @@ class ReferenceFrames:
         """Return the frame. Raises MissingReferenceError if it is not stored."""
         frame = self._frames.get(frame_number)
         if frame is None:
-            raise MissingReferenceError(frame_number)
+            raise MissingReferenceError(f"frame {frame_number} is the reference and is not known")
         return frame

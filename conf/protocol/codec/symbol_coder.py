@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import accumulate
 from math import log2
-from typing import Protocol
 
 from conf.errors import ProtocolError
 from conf.protocol.codec.range_coder import PRECISION, TOTAL, RangeDecoder, RangeEncoder
@@ -23,8 +22,6 @@ ESCAPE = 2 * MAX_TABLE_MAGNITUDE + 1  # the symbol for larger magnitudes
 SCALES_PER_OCTAVE = 4
 MAX_BITS = 13  # of any magnitude; more only occurs in an invalid payload
 LIMIT = (1 << MAX_BITS) - 1
-
-Cumulative = Sequence[int]
 
 
 @dataclass(frozen=True)
@@ -72,18 +69,6 @@ def weighted_table(weights: Sequence[float]) -> list[int]:
 _BITS = [uniform_table(1 << count) for count in range(9)]
 
 
-class SymbolCoder(Protocol):
-    """The interface of both directions. A writer returns what it wrote, a reader ignores the value passed."""
-
-    def symbol(self, cumulative: Cumulative, value: int) -> int:
-        """Code one symbol of a table."""
-        ...
-
-    def number(self, tables: Tables, scale: int, target: float) -> int:
-        """Code an integer near `target`, in steps, whose expected distance from zero is `scale`."""
-        ...
-
-
 class SymbolWriter:
     """Turn symbols into bytes. bits : information written so far"""
 
@@ -92,7 +77,7 @@ class SymbolWriter:
         self._range = RangeEncoder()
         self.bits = 0.0
 
-    def symbol(self, cumulative: Cumulative, value: int) -> int:
+    def symbol(self, cumulative: Sequence[int], value: int) -> int:
         """Write one symbol."""
         self.bits += PRECISION - log2(cumulative[value + 1] - cumulative[value])
         self._range.write(cumulative, value)
@@ -122,7 +107,7 @@ class SymbolReader:
     def __init__(self, data: bytes) -> None:
         self._range = RangeDecoder(data)
 
-    def symbol(self, cumulative: Cumulative, value: int = 0) -> int:
+    def symbol(self, cumulative: Sequence[int], value: int = 0) -> int:
         """Read one symbol."""
         return self._range.read(cumulative)
 
@@ -133,6 +118,10 @@ class SymbolReader:
     def finish(self) -> None:
         """Check that all bytes were read and none is missing."""
         self._range.finish()
+
+
+# Both directions: a writer returns what it wrote, a reader ignores the value passed.
+SymbolCoder = SymbolWriter | SymbolReader
 
 
 def _code_number(coder: SymbolCoder, tables: Tables, scale: int, value: int) -> int:

@@ -85,15 +85,7 @@ class FrameCoder:
         for target in targets:
             index = len(values)
             size = values[LOG_SCALE] if values else 0
-            pose_motion, component_motion = coded_motion
-            features = (
-                LOG_ONE,
-                size,
-                _log(pose_motion),
-                _log(component_motion),
-                self._motion_features[index],
-                *self._frame_features,
-            )
+            features = (LOG_ONE, size, *map(_log, coded_motion), self._motion_features[index], *self._frame_features)
             scale = model.scale(self._row, index, features)
             prediction = self._predict(index)
             difference = coder.number(model.tables, scale, target - prediction)

@@ -1,6 +1,6 @@
 """The incoming motion stream: message bodies in, motion to draw out. No I/O, no clock."""
 
-from conf.protocol.codec import Decoder
+from conf.protocol.codec.decoder import Decoder
 from conf.protocol.codec.payload_header import profile_of
 from conf.protocol.messages import KeepAlive, MotionFrame, MotionPayload, Presence, StreamParameters
 from conf.protocol.motion.jitter_buffer import JitterBuffer, PlayoutFrame

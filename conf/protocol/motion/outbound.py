@@ -9,8 +9,9 @@ from collections import OrderedDict
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from conf.protocol.codec import LIVE, Encoder, Profile
+from conf.protocol.codec.encoder import Encoder
 from conf.protocol.codec.payload_header import MAX_FRAMES, MAX_STRIDE
+from conf.protocol.codec.profiles import LIVE, Profile
 from conf.protocol.messages import KeepAlive, MotionFrame, MotionPayload, Presence, StreamParameters
 from conf.protocol.wire import encode_body
 

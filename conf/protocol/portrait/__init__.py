@@ -7,21 +7,3 @@ so both sides hold the same few slots.
 
 Reading order: chunks, object_sender, object_receiver, photo, patch.
 """
-
-from conf.protocol.portrait.object_receiver import ObjectReceiver
-from conf.protocol.portrait.object_sender import ObjectSender
-from conf.protocol.portrait.objects import decode_object, encode_object
-from conf.protocol.portrait.patch import Patch, decode_patch, encode_patch
-from conf.protocol.portrait.photo import NeutralPoseUpdate, Photo
-
-__all__ = [
-    "NeutralPoseUpdate",
-    "ObjectReceiver",
-    "ObjectSender",
-    "Patch",
-    "Photo",
-    "decode_object",
-    "decode_patch",
-    "encode_object",
-    "encode_patch",
-]

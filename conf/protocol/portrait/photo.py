@@ -19,7 +19,7 @@ from conf.protocol.portrait.shape_coding import (
 )
 from conf.protocol.portrait.vp8 import read_frame_size
 
-POSE_STEP = 5e-4  # radians, picture heights, log
+POSE_STEP = 5e-4  # radians, image heights, log
 FAPU_STEP = 1e-3  # cm
 MAX_OUTLINE = 64  # points
 MAX_CM = 60.0
@@ -69,7 +69,7 @@ def encode_photo(photo: Photo, /) -> bytes:
     numbers += [round(value) for value in photo.pose / POSE_STEP] + _fapu_steps(photo.fapu)
     outline = np.clip(np.rint(photo.outline * OUTLINE_STEPS), 0, OUTLINE_STEPS).astype(np.int64)
     shape = encode_shape(_point_steps(photo.points), _point_steps(photo.neutral), outline, load_portrait_model())
-    return _pack([numbers, shape, photo.frame])
+    return bytes(msgpack.packb([numbers, shape, photo.frame]))
 
 
 def decode_photo(data: bytes, /) -> Photo:
@@ -94,7 +94,7 @@ def decode_photo(data: bytes, /) -> Photo:
 def encode_neutral(update: NeutralPoseUpdate, /) -> bytes:
     """Return the bytes of a neutral pose."""
     shape = encode_neutral_shape(_point_steps(update.neutral), load_portrait_model())
-    return _pack([[update.photo_number, *_fapu_steps(update.fapu)], shape])
+    return bytes(msgpack.packb([[update.photo_number, *_fapu_steps(update.fapu)], shape]))
 
 
 def decode_neutral(data: bytes, /) -> NeutralPoseUpdate:
@@ -104,11 +104,6 @@ def decode_neutral(data: bytes, /) -> NeutralPoseUpdate:
         raise ProtocolError("a neutral pose with an invalid photo number")
     neutral = decode_neutral_shape(shape, load_portrait_model())
     return NeutralPoseUpdate(photo_number, _centimetres(neutral), _fapu(fapu))
-
-
-def _pack(fields: list[Any]) -> bytes:
-    data: bytes = msgpack.packb(fields)
-    return data
 
 
 def _unpack(data: bytes, numbers: int, strings: int) -> list[Any]:

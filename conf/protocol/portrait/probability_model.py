@@ -16,16 +16,16 @@ from typing import IO, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.protocol.codec import LIVE
 from conf.protocol.codec.model import load_models
+from conf.protocol.codec.profiles import LIVE
 from conf.protocol.codec.range_coder import TOTAL
 from conf.protocol.codec.symbol_coder import SymbolCoder, Tables
 
 MODEL_FILE = files("conf") / "assets" / "portrait.npz"
 REGIONS = ("mouth", "eyes")  # of patches, in the order of their numbers
-# Array of the file -> field, in the order of the fields.
-TREE = {"mean": "mean", "order": "order", "parents": "parents", "spread": "scale"}
-BLOCKS = {"coded": "coded", "last": "last", "level_spread": "coefficient_scale"}
+# Arrays of the file, in the order of the fields.
+TREE_ARRAYS = ("mean", "order", "parents", "spread")
+BLOCK_ARRAYS = ("coded", "last", "level_spread")
 
 Steps = NDArray[np.int64]
 Arrays = dict[str, NDArray[Any]]
@@ -104,26 +104,15 @@ class PortraitModel:
     regions: Sequence[RegionModel]
     blocks: BlockModel
 
-    def save(self, file: IO[bytes]) -> None:
-        """Write the file."""
-        named = dict(zip(REGIONS, self.regions, strict=True))
-        trees = {"face": self.face} | {name: region.points for name, region in named.items()}
-        arrays: Arrays = {"stir_spread": self.neutral_difference_scale}
-        arrays |= {f"{name}_{key}": getattr(tree, field) for name, tree in trees.items() for key, field in TREE.items()}
-        arrays |= {f"{name}_key_spread": region.descriptor_scale for name, region in named.items()}
-        arrays |= {key: getattr(self.blocks, field) for key, field in BLOCKS.items()}
-        small: dict[str, Any] = {name: array.astype(np.int16) for name, array in arrays.items()}
-        np.savez(file, **small)
-
     @classmethod
     def load(cls, file: IO[bytes]) -> Self:
         """Read the file."""
         with np.load(file) as stored:
             arrays = {name: stored[name].astype(np.int64) for name in stored.files}
-        face, *trees = (PointTree(*(arrays[f"{name}_{key}"] for key in TREE)) for name in ("face", *REGIONS))
+        face, *trees = (PointTree(*(arrays[f"{name}_{key}"] for key in TREE_ARRAYS)) for name in ("face", *REGIONS))
         scales = (arrays[f"{name}_key_spread"] for name in REGIONS)
         regions = [RegionModel(tree, scale) for tree, scale in zip(trees, scales, strict=True)]
-        return cls(face, arrays["stir_spread"], regions, BlockModel(*(arrays[key] for key in BLOCKS)))
+        return cls(face, arrays["stir_spread"], regions, BlockModel(*(arrays[key] for key in BLOCK_ARRAYS)))
 
 
 @cache

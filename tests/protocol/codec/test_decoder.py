@@ -6,8 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
-from conf.protocol.codec import LIVE, NARROWBAND, PROFILES, RICH, Decoder, Encoder, MissingReferenceError, Profile
-from conf.protocol.codec.decoder import MAX_PAYLOAD
+from conf.protocol.codec.decoder import MAX_PAYLOAD, Decoder
+from conf.protocol.codec.encoder import Encoder
+from conf.protocol.codec.profiles import LIVE, NARROWBAND, PROFILES, RICH, Profile
+from conf.protocol.codec.reference_frames import MissingReferenceError
 from tests.protocol.independent_decoder import PayloadReader
 from tests.support.synthetic_motion import grimace, talking
 

@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from conf.protocol.codec import LIVE, NARROWBAND, PROFILES, RICH, Decoder, Encoder
-from conf.protocol.codec.encoder import code_frame
+from conf.protocol.codec.decoder import Decoder
+from conf.protocol.codec.encoder import Encoder, code_frame
 from conf.protocol.codec.model import load_models
 from conf.protocol.codec.payload_header import MAX_FRAMES, PayloadHeader, code_header
+from conf.protocol.codec.profiles import LIVE, NARROWBAND, PROFILES, RICH
 from conf.protocol.codec.reference_frames import POSE_VALUES, QuantisedFrame
 from conf.protocol.codec.symbol_coder import SymbolReader, SymbolWriter
 from conf.protocol.codec.syntax import Context

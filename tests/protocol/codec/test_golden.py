@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from conf.errors import ProtocolError
-from conf.protocol.codec import Decoder
+from conf.protocol.codec.decoder import Decoder
 from tools.golden.codec import DECODED, FOLDER, decoded_values, payloads
 
 GOLDEN = json.loads(DECODED.read_text())

@@ -1,7 +1,8 @@
 import pytest
 
 from conf.errors import ProtocolError
-from conf.protocol.codec import LIVE, RICH, Encoder, Profile
+from conf.protocol.codec.encoder import Encoder
+from conf.protocol.codec.profiles import LIVE, RICH, Profile
 from conf.protocol.messages import KeepAlive, MotionPayload, Presence
 from conf.protocol.motion.inbound import InboundMotion
 from tests.protocol.motion.test_outbound import PARAMETERS, frame

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from conf.protocol.codec import LIVE, NARROWBAND, RICH
+from conf.protocol.codec.profiles import LIVE, NARROWBAND, RICH
 from conf.protocol.messages import KeepAlive, MotionFrame, MotionPayload, Presence, StreamParameters
 from conf.protocol.motion.outbound import FAPU_TOLERANCE, MAX_IN_FLIGHT, OutboundMotion, OutgoingBody
 from conf.protocol.wire import decode_body

@@ -6,7 +6,7 @@ import numpy as np
 
 from conf.protocol.loopback import LoopbackCall
 from conf.protocol.messages import MotionFrame
-from conf.protocol.portrait import ObjectSender
+from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.send_budget import RateOptions
 from tests.protocol.motion.test_outbound import FRAME_S, PARAMETERS, frame
 

@@ -1,7 +1,6 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.protocol.portrait import ObjectReceiver
 from conf.protocol.portrait.chunks import (
     MAX_COMPLETE,
     MAX_OBJECT_BYTES,
@@ -11,7 +10,7 @@ from conf.protocol.portrait.chunks import (
     decode_ack,
     encode_chunk,
 )
-from conf.protocol.portrait.object_receiver import ACK_INTERVAL_S, MAX_REMEMBERED
+from conf.protocol.portrait.object_receiver import ACK_INTERVAL_S, MAX_REMEMBERED, ObjectReceiver
 
 
 def chunk(number: int, index: int, *, object_size: int = 160, size: int = 80) -> bytes:

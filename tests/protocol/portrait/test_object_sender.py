@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
-from conf.protocol.portrait import ObjectReceiver, ObjectSender
 from conf.protocol.portrait.chunk_budget import CHUNK_BYTES, ChunkBudget
 from conf.protocol.portrait.chunks import Ack, Chunk, decode_chunk, encode_ack
-from conf.protocol.portrait.object_sender import OBJECT_NUMBERS, RETRY_S, STARTUP_RETRY_S
+from conf.protocol.portrait.object_receiver import ObjectReceiver
+from conf.protocol.portrait.object_sender import OBJECT_NUMBERS, RETRY_S, STARTUP_RETRY_S, ObjectSender
 
 FPS = 15
 

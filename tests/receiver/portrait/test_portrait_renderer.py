@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, control_point_indices
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.patch_features import MOUTH
-from conf.protocol.portrait import encode_object
+from conf.protocol.portrait.objects import encode_object
 from conf.receiver.portrait.portrait_renderer import PortraitRenderer
 from conf.receiver.portrait.portrait_store import PortraitStore
 from conf.render.camera import ViewState

@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 from conf.errors import ProtocolError
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.portrait.patch_features import FEATURES
-from conf.protocol.portrait import NeutralPoseUpdate, encode_object
+from conf.protocol.portrait.objects import encode_object
 from conf.protocol.portrait.patch import MAX_SLOTS
+from conf.protocol.portrait.photo import NeutralPoseUpdate
 from conf.receiver.portrait.portrait_store import PortraitStore, decode_image
 from tests.support.drawn_person import draw_person, encode_vp8, make_patch, make_photo
 from tests.support.synthetic_portrait import POSE

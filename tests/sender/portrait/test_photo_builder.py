@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from conf.protocol.portrait import decode_object, encode_object
+from conf.protocol.portrait.objects import decode_object, encode_object
 from conf.protocol.portrait.vp8 import read_frame_size
 from conf.sender.portrait.photo_builder import DRAFT, FULL, PhotoBuilder, PhotoQuality, blur_background, build_photo
 from tests.support.drawn_person import draw_person

@@ -3,7 +3,7 @@ import pytest
 
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.patch_features import FEATURES, MOUTH
-from conf.protocol.portrait import encode_object
+from conf.protocol.portrait.objects import encode_object
 from conf.sender.portrait.photo_builder import build_photo
 from conf.sender.portrait.reference_photo import ReferencePhoto, patch_residual
 from tests.support.portrait_subjects import canonical, captured_face, landmarks, motion, shaded_person

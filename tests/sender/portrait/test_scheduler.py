@@ -6,17 +6,12 @@ from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.head_pose import HeadPose
-from conf.protocol.portrait import (
-    NeutralPoseUpdate,
-    ObjectReceiver,
-    ObjectSender,
-    Patch,
-    Photo,
-    decode_object,
-    encode_object,
-)
 from conf.protocol.portrait.chunk_budget import ChunkBudget
-from conf.protocol.portrait.photo import MIN_LOG_SCALE
+from conf.protocol.portrait.object_receiver import ObjectReceiver
+from conf.protocol.portrait.object_sender import ObjectSender
+from conf.protocol.portrait.objects import decode_object, encode_object
+from conf.protocol.portrait.patch import Patch
+from conf.protocol.portrait.photo import MIN_LOG_SCALE, NeutralPoseUpdate, Photo
 from conf.sender.motion.eye_openness import UPPER
 from conf.sender.portrait import scheduler
 from conf.sender.portrait.photo_builder import DRAFT

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from conf.protocol.codec import LIVE, NARROWBAND, RICH, Profile
+from conf.protocol.codec.profiles import LIVE, NARROWBAND, RICH, Profile
 from tools.bench.codec_link import HELD_OUT, Link, Result, measure, total
 from tools.bench.tracks import Track, TrackReader
 

@@ -1,9 +1,9 @@
 import numpy as np
 
 from conf.face.portrait.patch_features import FEATURES
-from conf.protocol.portrait.probability_model import load_portrait_model
+from conf.protocol.portrait.probability_model import MODEL_FILE, load_portrait_model
 from tools.bench.portrait_patches import PatchCounts
-from tools.train.portrait import CONTROLS, Poses, cost_of, train
+from tools.train.portrait import CONTROLS, Poses, cost_of, model_arrays, train
 
 
 def track(seed: int) -> Poses:
@@ -40,3 +40,12 @@ def test_the_probability_of_empty_blocks_is_trained() -> None:
     assert (full.model().coded[:, 2] > 30_000).all() and (empty.model().coded[:, 0] < 3_000).all()
     assert full.model().last[0].argmax() == 63
     assert full.model().coefficient_scale.min() > empty.model().coefficient_scale.max()
+
+
+def test_the_arrays_are_those_of_the_shipped_file() -> None:
+    arrays = model_arrays(load_portrait_model())
+    with MODEL_FILE.open("rb") as file, np.load(file) as shipped:
+        assert set(arrays) == set(shipped.files)
+        for name, array in arrays.items():
+            assert array.dtype == shipped[name].dtype == np.int16
+            np.testing.assert_array_equal(array, shipped[name])
