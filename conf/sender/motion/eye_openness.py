@@ -1,7 +1,7 @@
-"""How open each eye is, from a tracker whose lid landmarks never quite meet.
+"""Estimate how open each eye is, from a tracker whose lid landmarks never quite meet.
 
-A drawn eye must shut when the person's does. On the clips the lid landmarks of a shut eye keep 0 to 0.28 of their open
-gap, by person and glasses; the blendshapes say when an eye is shut, so the share that is left is learned by watching.
+A drawn eye must be shut when the person's is. On the clips the lid landmarks of a shut eye keep 0 to 0.28 of their
+neutral gap, depending on person and glasses. The blendshapes tell when an eye is shut, so this ratio is learned.
 """
 
 import numpy as np
@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.sender.tracking.blendshape_network import INDEX as SHAPE
 
-SHUT_SHARE = 0.16  # of the open gap, before any blink has been seen; the mean over the clips
-MAX_SHUT_SHARE = 0.3
-SHUT_BLENDSHAPE = 0.65  # a blink shape this strong is a shut eye
-LEARNING_RATE = 0.1  # a frame
+CLOSED_GAP_RATIO = 0.16  # of the neutral gap, assumed until a blink; the mean over the clips
+MAX_CLOSED_GAP_RATIO = 0.3
+MIN_BLINK = 0.65  # blink blendshape from which an eye is shut
+LEARNING_RATE = 0.1  # per frame
 MAX_OPENNESS = 2.0
 
 # (2,) each: left, right
@@ -23,10 +23,13 @@ _BLINKS = np.array([SHAPE["eyeBlinkLeft"], SHAPE["eyeBlinkRight"]])
 
 
 class EyeOpennessEstimator:
-    """Learns what a shut eye looks like on one person, and measures how open the eyes are."""
+    """Learns the lid gap of one person's shut eyes.
+
+    closed_gap_ratio : (2,), left and right: gap of the shut eye over the neutral gap
+    """
 
     def __init__(self) -> None:
-        self.closed_gap_ratio = np.full(2, SHUT_SHARE)  # left, right: of the neutral gap, what is left when shut
+        self.closed_gap_ratio = np.full(2, CLOSED_GAP_RATIO)
 
     def update(
         self, points: NDArray[np.float64], neutral: NDArray[np.float64], blendshapes: NDArray[np.floating], /
@@ -36,16 +39,16 @@ class EyeOpennessEstimator:
         points, neutral : (n, 3) cm in face axes, control points now and in the neutral pose
         blendshapes : (52,) 0 to 1, of the same frame
         """
-        left_over = np.clip(lid_gaps(points) / lid_gaps(neutral), 0, MAX_SHUT_SHARE)
-        shut = blendshapes[_BLINKS] >= SHUT_BLENDSHAPE
-        self.closed_gap_ratio = self.closed_gap_ratio + LEARNING_RATE * shut * (left_over - self.closed_gap_ratio)
+        ratio = np.clip(lid_gaps(points) / lid_gaps(neutral), 0, MAX_CLOSED_GAP_RATIO)
+        shut = blendshapes[_BLINKS] >= MIN_BLINK
+        self.closed_gap_ratio = self.closed_gap_ratio + LEARNING_RATE * shut * (ratio - self.closed_gap_ratio)
 
     def openness(self, points: NDArray[np.float64], neutral: NDArray[np.float64], /) -> NDArray[np.float64]:
-        """Return (2,), left and right: 0 shut, 1 as open as in the neutral pose, more when wide."""
-        share = lid_gaps(points) / lid_gaps(neutral)
-        return np.asarray(np.clip((share - self.closed_gap_ratio) / (1 - self.closed_gap_ratio), 0, MAX_OPENNESS))
+        """Return (2,), left and right: 0 shut, 1 as in the neutral pose, at most MAX_OPENNESS."""
+        ratio = lid_gaps(points) / lid_gaps(neutral)
+        return np.asarray(np.clip((ratio - self.closed_gap_ratio) / (1 - self.closed_gap_ratio), 0, MAX_OPENNESS))
 
 
 def lid_gaps(points: NDArray[np.float64], /) -> NDArray[np.float64]:
-    """Return (2,) how far the lids of the left and right eye are apart, in the unit of the points (n, 3)."""
+    """Return the lid gaps (2,) of the left and right eye, in the unit of the points (n, 3)."""
     return np.asarray(points[UPPER, 1] - points[LOWER, 1])

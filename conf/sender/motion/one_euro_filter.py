@@ -1,4 +1,4 @@
-"""The One Euro filter: still when the face is still, quick when it moves.
+"""The One Euro filter: a low-pass filter whose cutoff rises with the speed.
 
 Source: Casiez, Roussel, Vogel 2012, 1 Euro Filter: A Simple Speed-based Low-pass Filter for Noisy Input.
 """
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 DERIVATIVE_CUTOFF = 1.0  # Hz, as in the paper
-MAX_GAP = 0.5  # seconds without a value after which the past says nothing about the present
+MAX_GAP = 0.5  # seconds without a value after which the filter starts again
 
 
 class OneEuroFilter:
@@ -16,8 +16,8 @@ class OneEuroFilter:
     def __init__(self, *, min_cutoff: ArrayLike, beta: ArrayLike) -> None:
         """Make a filter.
 
-        min_cutoff : Hz, lower is stiller; a number or an array that broadcasts to the values
-        beta : Hz for each unit of value a second, higher is quicker; likewise
+        min_cutoff : Hz, of values at rest; a number or an array that broadcasts to the values
+        beta : Hz per unit of value per second; likewise
         Raises ValueError if a cutoff is not positive or a beta is negative.
         """
         self._min_cutoff = np.asarray(min_cutoff, dtype=np.float64)
@@ -26,29 +26,28 @@ class OneEuroFilter:
             raise ValueError("min_cutoff must be positive and beta must not be negative")
         self._value: NDArray[np.float64] | None = None
         self._speed: NDArray[np.float64] = np.zeros(())
-        self._time = 0.0
+        self._time = float("-inf")
 
     def reset(self) -> None:
-        """Forget the past: the next value comes out as it goes in."""
+        """Start again: the next value is returned unchanged."""
         self._value = None
 
     def smooth(self, values: NDArray[np.floating], timestamp: float, /) -> NDArray[np.float64]:
         """Return the smoothed values at a time in seconds."""
         new = np.asarray(values, dtype=np.float64)
         elapsed = timestamp - self._time
+        self._time = timestamp
         if self._value is None or not 0 < elapsed <= MAX_GAP:
-            self._value, self._speed, self._time = new, np.zeros_like(new), timestamp
+            self._value, self._speed = new, np.zeros_like(new)
             return new
-        self._speed = self._speed + _smoothing_factor(DERIVATIVE_CUTOFF, elapsed) * (
-            (new - self._value) / elapsed - self._speed
-        )
+        speed = (new - self._value) / elapsed
+        self._speed = self._speed + _smoothing_factor(DERIVATIVE_CUTOFF, elapsed) * (speed - self._speed)
         cutoff = self._min_cutoff + self._beta * np.abs(self._speed)
         self._value = self._value + _smoothing_factor(cutoff, elapsed) * (new - self._value)
-        self._time = timestamp
         return self._value
 
 
 def _smoothing_factor(cutoff: ArrayLike, elapsed: float) -> NDArray[np.float64]:
-    """Return how much of a new value a first-order low-pass filter takes over."""
+    """Return the weight, 0 to 1, of a new value in a first-order low-pass filter."""
     radians = 2 * np.pi * np.asarray(cutoff, dtype=np.float64) * elapsed
     return np.asarray(radians / (radians + 1))
