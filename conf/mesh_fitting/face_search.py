@@ -1,4 +1,4 @@
-"""A mesh sits for its portraits: find the face in it, come near, and see where the tracker sees its landmarks."""
+"""Find the face in a mesh: render it, track the images, approach, and triangulate the landmarks."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -19,27 +19,26 @@ from conf.sender.tracking.tracker import FaceTracker
 
 Progress = Callable[[str], None]
 
-ROUGH_SIDES = [(-15.0, 0.0), FRONT, (15.0, 0.0)]
-FINE_SIDES = [(yaw, pitch) for yaw in (-20.0, 0.0, 20.0) for pitch in (-10.0, 0.0, 10.0)]
-PICTURE_CM = 24.0  # height of a close drawing
-WHOLE_CM = 24.0  # to what a mesh of unknown size is brought at first
-# What may be the face: the whole mesh, or the top of a bust or a figure; share of the height, largest first.
-SCALES = (1.0, 0.5, 0.25, 0.14)
-MIN_CORRELATION = 0.9  # of what is seen to an upright face: 0.98 for faces, 0 for one that lies on its side
-MAX_RMS_CM = 0.85  # faces were seen 0.14 to 0.53 from the mean; what passes for one in a head on its crown 1.2 to 3.3
-FLATTEST = 1e-3  # height over the largest extent
-HEAD_CM = 25.0  # what lies farther from the eyes is not looked at
+COARSE_VIEWS = [(-15.0, 0.0), FRONT, (15.0, 0.0)]  # yaw and pitch, degrees
+FINE_VIEWS = [(yaw, pitch) for yaw in (-20.0, 0.0, 20.0) for pitch in (-10.0, 0.0, 10.0)]
+VIEW_CM = 24.0  # height of a close image
+MESH_CM = 24.0  # height to which a mesh of unknown size is scaled first
+SCALES = (1.0, 0.5, 0.25, 0.14)  # of the mesh's height that may be the face: all of it, or the top of a bust or figure
+MIN_CORRELATION = 0.9  # of the landmarks with an upright face: 0.98 for faces, 0 for a face that lies on its side
+MAX_RMS_CM = 0.85  # from the mean face: faces 0.14 to 0.53; false faces on a head upside down 1.2 to 3.3
+MIN_FLATNESS = 1e-3  # height over the largest extent
+HEAD_CM = 25.0  # radius around the eyes within which the mesh is kept
 
 
 @dataclass(frozen=True)
 class FaceSearchResult:
-    """What came of it.
+    """A face in a mesh.
 
-    observed : (m, 3) landmarks where the tracker sees them, those of conf.face.fitting.face_prior, in the prior's frame
-    frame : what carries the mesh's own coordinates into the prior's frame
+    observed : (m, 3) triangulated landmarks, those of conf.face.fitting.face_prior, in the prior's frame
+    frame : from the mesh's own coordinates to the prior's frame
     mesh : the part of the mesh around the face, in the prior's frame
-    axes : how the mesh stands, (up, front)
-    strangeness : how far the landmarks are from the mean face, root mean square, cm
+    axes : of the mesh, (up, front)
+    rms_from_mean_cm : RMS distance of the landmarks from the mean face
     """
 
     observed: NDArray[np.float64]
@@ -52,23 +51,21 @@ class FaceSearchResult:
 def find_face(
     mesh: Mesh, prior: FacePrior, *, axes: Sequence[tuple[str, str]], on_progress: Progress | None = None
 ) -> FaceSearchResult | None:
-    """Find the face of a mesh and see its landmarks from several sides; None if no face is seen.
+    """Return the face of a mesh, None if there is none.
 
-    axes : ways the mesh may stand, (up, front) as `turn_upright` takes them, tried until one shows a familiar face
+    axes : orientations that the mesh may have, (up, front), tried until one shows a plausible face
     Raises GraphicsError, ModelError.
     """
-    mesh = submesh(
-        weld_vertices(mesh), np.ones(len(mesh.triangles), dtype=bool)
-    )  # vertices that nothing uses say nothing
-    tell = on_progress or (lambda text: None)
+    mesh = submesh(weld_vertices(mesh), np.ones(len(mesh.triangles), dtype=bool))  # drops unused vertices
     best: FaceSearchResult | None = None
     with OffscreenWindow(IMAGE_SIZE, IMAGE_SIZE) as window:
-        photographer = _FaceSearch(window, FaceTracker(fetch_models()), prior)
+        search = _FaceSearch(window, FaceTracker(fetch_models()), prior)
         for up, front in axes:
-            tell(f"looking for the face, {up} up and {front} to the front")
-            sitting = photographer.search(mesh, (up, front))
-            if sitting is not None and (best is None or sitting.rms_from_mean_cm < best.rms_from_mean_cm):
-                best = sitting
+            if on_progress:
+                on_progress(f"looking for the face, {up} up and {front} to the front")
+            found = search.search(mesh, (up, front))
+            if found is not None and (best is None or found.rms_from_mean_cm < best.rms_from_mean_cm):
+                best = found
             if best is not None and best.rms_from_mean_cm < MAX_RMS_CM:
                 break
     return best
@@ -76,69 +73,67 @@ def find_face(
 
 @dataclass(frozen=True)
 class _FaceSearch:
-    """Who draws and tracks, and what is known of faces."""
-
     window: OffscreenWindow
     tracker: FaceTracker
     prior: FacePrior
 
     def search(self, mesh: Mesh, axes: tuple[str, str]) -> FaceSearchResult | None:
-        """Look for a face in one orientation of a mesh, then look at it twice, nearer and from more sides."""
-        frame = self._find(mesh, axes_rotation(*axes))
+        """Search one orientation of a mesh, then triangulate twice, from nearer and from more sides."""
+        frame = self._find_frame(mesh, axes_rotation(*axes))
         if frame is None:
             return None
-        for sides in (ROUGH_SIDES, FINE_SIDES):
-            seen = self._see(_closer(mesh, frame), sides)
-            if seen is None:
+        for views in (COARSE_VIEWS, FINE_VIEWS):
+            landmarks = self._triangulate(_crop_head(mesh, frame), views)
+            if landmarks is None:
                 return None
-            step = self.prior.frame(seen)
-            frame, observed = frame.then(step), step.apply(seen)
-        strangeness = float(np.sqrt(((observed - self.prior.mean_observed) ** 2).sum(axis=1).mean()))
-        return FaceSearchResult(observed, frame, _closer(mesh, frame), axes, strangeness)
+            step = self.prior.frame(landmarks)
+            frame, observed = frame.then(step), step.apply(landmarks)
+        rms = float(np.sqrt(((observed - self.prior.mean_observed) ** 2).sum(axis=1).mean()))
+        return FaceSearchResult(observed, frame, _crop_head(mesh, frame), axes, rms)
 
-    def _find(self, mesh: Mesh, turn: NDArray[np.float64]) -> SimilarityTransform | None:
-        """Return roughly what carries a mesh, turned, into the prior's frame, from a drawing of it or of its top."""
-        upright = mesh.vertices @ turn.T
+    def _find_frame(self, mesh: Mesh, rotation: NDArray[np.float64]) -> SimilarityTransform | None:
+        """Return the approximate transform to the prior's frame, from one image of a rotated mesh or of its top."""
+        upright = mesh.vertices @ rotation.T
         low, high = upright.min(axis=0), upright.max(axis=0)
         extent = high - low
-        if not extent[1] > FLATTEST * extent.max():  # seen edge on there is nothing
+        if not extent[1] > MIN_FLATNESS * extent.max():  # seen edge on
             return None
-        scale = float(WHOLE_CM / extent[1])
-        whole = SimilarityTransform(turn, scale, -scale * (low + high) / 2)
-        standing = replace(mesh, vertices=whole.apply(mesh.vertices))
-        with MultiviewTracker(self.window, self.tracker, standing, self.prior.mean) as studio:
-            for share in SCALES:
-                height, centre = 1.15 * share * WHOLE_CM, (0.0, (1 - share) * WHOLE_CM / 2)
-                for sight in studio.track_views(camera_pose(FRONT, height=height, centre=centre)):
-                    step = initial_alignment(sight.places * height / 2 + centre, standing, self.prior)
+        scale = float(MESH_CM / extent[1])
+        to_cm = SimilarityTransform(rotation, scale, -scale * (low + high) / 2)
+        scaled = replace(mesh, vertices=to_cm.apply(mesh.vertices))
+        with MultiviewTracker(self.window, self.tracker, scaled, self.prior.mean) as multiview:
+            for part in SCALES:
+                height, centre = 1.15 * part * MESH_CM, (0.0, (1 - part) * MESH_CM / 2)
+                for view in multiview.track_views(camera_pose(FRONT, height=height, centre=centre)):
+                    step = initial_alignment(view.positions * height / 2 + centre, scaled, self.prior)
                     if step is not None:
-                        return whole.then(step)
+                        return to_cm.then(step)
         return None
 
-    def _see(self, mesh: Mesh, sides: list[tuple[float, float]]) -> NDArray[np.float64] | None:
-        """Return the (m, 3) landmarks as the tracker sees them from several sides, or None from fewer than two."""
-        poses = [camera_pose(side, height=PICTURE_CM, centre=(0.0, -0.5)) for side in sides]
-        with MultiviewTracker(self.window, self.tracker, mesh, self.prior.mean) as studio:
-            sights = [sight for pose in poses for sight in studio.track_views(pose)]
-        clips = {sight.clip.tobytes() for sight in sights}
-        return triangulate(sights) if len(clips) > 1 else None
+    def _triangulate(self, mesh: Mesh, views: list[tuple[float, float]]) -> NDArray[np.float64] | None:
+        """Return the landmarks (m, 3) from several views, None if fewer than two show a face."""
+        with MultiviewTracker(self.window, self.tracker, mesh, self.prior.mean) as multiview:
+            poses = [camera_pose(view, height=VIEW_CM, centre=(0.0, -0.5)) for view in views]
+            tracked = [view for pose in poses for view in multiview.track_views(pose)]
+        return triangulate(tracked) if len({view.clip.tobytes() for view in tracked}) > 1 else None
 
 
-def initial_alignment(places: NDArray[np.float64], mesh: Mesh, prior: FacePrior) -> SimilarityTransform | None:
-    """Return a size and a shift from where landmarks (m, 2) are seen in a drawing, cm; None unless upright."""
-    places, seen = places[: len(prior.mean)], prior.mean[:, :2]
-    a, b = places - places.mean(axis=0), seen - seen.mean(axis=0)
+def initial_alignment(positions: NDArray[np.float64], mesh: Mesh, prior: FacePrior) -> SimilarityTransform | None:
+    """Return scale and shift to the prior's frame from landmarks (m, 2) in an image, cm; None unless upright."""
+    positions, mean = positions[: len(prior.mean)], prior.mean[:, :2]
+    a, b = positions - positions.mean(axis=0), mean - mean.mean(axis=0)
     scale = float((a * b).sum() / (a * a).sum())
-    likeness = float((a * b).sum() / np.sqrt((a * a).sum() * (b * b).sum()))
-    depth = cast_front_rays(places, mesh.vertices, mesh.triangles).points[:, 2]
-    if likeness < MIN_CORRELATION or np.isnan(depth).all():  # lying or upside down, or no surface there
+    correlation = float((a * b).sum() / np.sqrt((a * a).sum() * (b * b).sum()))
+    depth = cast_front_rays(positions, mesh.vertices, mesh.triangles).points[:, 2]
+    if correlation < MIN_CORRELATION or np.isnan(depth).all():  # lying or upside down, or no surface there
         return None
-    back = float(np.nanmedian(prior.mean[:, 2] - scale * depth))
-    return SimilarityTransform(np.eye(3), scale, np.array([*(seen.mean(axis=0) - scale * places.mean(axis=0)), back]))
+    z = float(np.nanmedian(prior.mean[:, 2] - scale * depth))
+    shift = mean.mean(axis=0) - scale * positions.mean(axis=0)
+    return SimilarityTransform(np.eye(3), scale, np.array([*shift, z]))
 
 
-def _closer(mesh: Mesh, near: SimilarityTransform) -> Mesh:
+def _crop_head(mesh: Mesh, frame: SimilarityTransform) -> Mesh:
     """Return the part of the mesh around the face, in the prior's frame."""
-    vertices = near.apply(mesh.vertices)
-    around = np.linalg.norm(vertices, axis=1) < HEAD_CM
-    return submesh(replace(mesh, vertices=vertices), around[mesh.triangles].all(axis=1))
+    vertices = frame.apply(mesh.vertices)
+    is_near = np.linalg.norm(vertices, axis=1) < HEAD_CM
+    return submesh(replace(mesh, vertices=vertices), is_near[mesh.triangles].all(axis=1))

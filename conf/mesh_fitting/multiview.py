@@ -1,13 +1,13 @@
-"""Draw a mesh from several sides and let the tracker say where its landmarks are.
+"""Track a mesh's landmarks in images from several views, and triangulate them.
 
-Each landmark is seen in several drawings, along a line of sight in each; the point nearest to all the lines is
-where the tracker sees it in space. Each drawing is tracked as it is and mirrored, so that neither the lamp, which
-stands on one side, nor the tracker's own habits make a face crooked.
+Each landmark lies on a line of sight in each image; the point nearest to all lines is its position. Each image is
+tracked as it is and mirrored, so that neither the light, which is on one side, nor a bias of the tracker makes a face
+asymmetric.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from types import TracebackType
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,89 +24,76 @@ from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.tracking.tracker import FaceTracker
 
-IMAGE_SIZE = 640  # pixels: the tracker looks at 256 x 256 of the face, so more adds nothing
+IMAGE_SIZE = 640  # px: the tracker uses 256 x 256 of the face, so more adds nothing
 FRONT = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class LandmarkView:
-    """What the tracker saw in one drawing.
+    """The landmarks tracked in one image.
 
-    places : (m, 2) landmarks in the picture, those of conf.face.fitting.face_prior, -1 to 1, x right, y up
+    positions : (m, 2) those of conf.face.fitting.face_prior, -1 to 1, x right, y up
     clip : (4, 4) from the mesh's coordinates to clip coordinates
     """
 
-    places: NDArray[np.float64]
+    positions: NDArray[np.float64]
     clip: NDArray[np.float64]
 
 
 class MultiviewTracker:
-    """A mesh before the camera."""
+    """Renders and tracks a mesh."""
 
     def __init__(
         self, window: OffscreenWindow, tracker: FaceTracker, mesh: Mesh, placeholder_points: NDArray[np.float64]
     ) -> None:
-        """stand_in : (n, 3) control points that the renderer needs to know and that need not be right"""
+        """placeholder_points : (n, 3) any control points; the renderer needs some, and nothing is deformed"""
         self._window, self._tracker = window, tracker
         self._vertices = mesh.vertices.astype(np.float32)
         operator = np.zeros((len(mesh.vertices), CONTROL_POINT_COUNT), np.float32)
-        self._renderer = FaceRenderer(
-            window.ctx, FaceModel(mesh, placeholder_points, Fapu.measure(placeholder_points), operator)
-        )
+        model = FaceModel(mesh, placeholder_points, Fapu.measure(placeholder_points), operator)
+        self._renderer = FaceRenderer(window.ctx, model)
 
-    def draw(self, pose: HeadPose) -> NDArray[np.uint8]:
-        """Return a drawing (H, W, 3) uint8 BGR of the mesh."""
+    def track_views(self, pose: HeadPose) -> Iterator[LandmarkView]:
+        """Yield the landmarks in an image and in its mirror image; nothing where no face is found."""
         self._window.begin()
         self._renderer.draw(self._vertices, pose, ViewState(), self._window.framebuffer)
         self._window.end()
-        return self._window.read()
-
-    def track_views(self, pose: HeadPose) -> Iterator[LandmarkView]:
-        """Yield what the tracker sees in a drawing and in its mirror image; nothing where it finds no face."""
-        drawing = self.draw(pose)
+        image = self._window.read()
         clip = clip_matrix(pose, ViewState(), aspect=1.0)
         for mirrored in (False, True):
-            pixels = np.ascontiguousarray(drawing[:, ::-1]) if mirrored else drawing
-            tracking = self._tracker.track(pixels)
-            if tracking is not None:
-                tracking = self._tracker.track(pixels)  # the first look finds the face, this one has it well framed
-            if tracking is None:
-                continue
-            places = tracking.landmarks[OBSERVED_LANDMARKS, :2].astype(np.float64) / IMAGE_SIZE * [2, -2] + [-1, 1]
-            yield LandmarkView(places[OBSERVED_MIRROR_INDICES] * [-1, 1] if mirrored else places, clip)
+            pixels = np.ascontiguousarray(image[:, ::-1]) if mirrored else image
+            tracked = self._tracker.track(pixels) and self._tracker.track(pixels)  # again: now the crop fits the face
+            if tracked is not None:
+                xy = tracked.landmarks[OBSERVED_LANDMARKS, :2].astype(np.float64) / IMAGE_SIZE * [2, -2] + [-1, 1]
+                yield LandmarkView(xy[OBSERVED_MIRROR_INDICES] * [-1, 1] if mirrored else xy, clip)
 
-    def __enter__(self) -> "MultiviewTracker":
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        self.release()
-
-    def release(self) -> None:
-        """Free what is on the card."""
+    def __exit__(self, *_: object) -> None:
         self._renderer.release()
 
 
-def camera_pose(side: tuple[float, float], /, *, height: float, centre: tuple[float, float] = (0.0, 0.0)) -> HeadPose:
-    """Return the pose that shows a face turned by yaw and pitch, in degrees.
+def camera_pose(view: tuple[float, float], /, *, height: float, centre: tuple[float, float] = (0.0, 0.0)) -> HeadPose:
+    """Return the pose that shows a face rotated by yaw and pitch, degrees.
 
-    height : of the picture, cm
-    centre : what lies in its middle, x right, y up, cm
+    height : of the image, cm; centre : the point in its middle, x right, y up, cm
     """
-    yaw, pitch = side
+    yaw, pitch = view
     rotation = Rotation.from_euler("XY", [-pitch, yaw], degrees=True)
     return HeadPose(rotation.as_rotvec(), -np.array(centre) / height, float(-np.log(height)))
 
 
-def triangulate(sights: Sequence[LandmarkView]) -> NDArray[np.float64]:
-    """Return the (m, 3) points nearest to all lines of sight, in the mesh's coordinates."""
-    planes = np.concatenate([_planes(sight) for sight in sights], axis=1)  # (m, planes, 4)
+def triangulate(views: Sequence[LandmarkView]) -> NDArray[np.float64]:
+    """Return the points (m, 3) nearest to all lines of sight, in the mesh's coordinates."""
+    planes = np.concatenate([_sight_planes(view) for view in views], axis=1)  # (m, planes, 4)
     planes = planes / np.linalg.norm(planes[..., :3], axis=2, keepdims=True)
     normal, offset = planes[..., :3], planes[..., 3]
     system = np.einsum("npi,npj->nij", normal, normal)
     return np.asarray(np.linalg.solve(system, -np.einsum("npi,np->ni", normal, offset)[..., None])[..., 0])
 
 
-def _planes(sight: LandmarkView) -> NDArray[np.float64]:
-    """Return (m, 2, 4): the two planes, homogeneous, that meet in the line of sight of each point."""
-    x, y, _, w = sight.clip
-    return np.stack([x - sight.places[:, :1] * w, y - sight.places[:, 1:] * w], axis=1)
+def _sight_planes(view: LandmarkView) -> NDArray[np.float64]:
+    """Return (m, 2, 4): the two homogeneous planes whose intersection is the line of sight of each point."""
+    x, y, _, w = view.clip
+    return np.stack([x - view.positions[:, :1] * w, y - view.positions[:, 1:] * w], axis=1)
