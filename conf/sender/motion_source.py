@@ -1,10 +1,12 @@
-"""Where motion comes from: a tracked face, or a recording."""
+"""Where motion comes from: a tracked face, or a recording.
+
+A source goes from frame to frame; motion is asked for apart, so that only frames that are sent need be tracked.
+"""
 
 import time
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
@@ -24,41 +26,11 @@ from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 REFERENCE_SIZE = (320, 240)  # px of a recording's frames: those of the thesis
 
 
-class MotionSource(Protocol):
-    """A sequence of frames. Motion is asked for apart, so that only frames that are sent need be tracked."""
-
-    @property
-    def fps(self) -> float:
-        """Frames per second, as far as known."""
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """Width and height of the frames, px."""
-
-    @property
-    def fapu_lengths(self) -> tuple[float, ...]:
-        """The five FAPU distances of the face, cm."""
-
-    @property
-    def calibrated(self) -> bool:
-        """Whether the neutral pose is this face's own."""
-
-    @property
-    def tracker_ms(self) -> float:
-        """Median duration of tracking, 0 if nothing is tracked."""
-
-    def next_frame(self) -> float | None:
-        """Go to the next frame and return its time in seconds, None at the end. Raises CameraError."""
-
-    def motion(self) -> MotionFrame | None:
-        """Return the motion of this frame, None if there is no face."""
-
-    def after_send(self, now: float) -> None:
-        """Do what can wait until the motion of this frame has been sent."""
-
-
 class TrackedMotionSource:
-    """A face before a camera or in a clip."""
+    """A face before a camera or in a clip.
+
+    fps : frames per second, as far as known; size : width and height of the frames, px
+    """
 
     def __init__(
         self,
@@ -103,12 +75,12 @@ class TrackedMotionSource:
         return float(np.median(self._times_ms)) if self._times_ms else 0.0
 
     def next_frame(self) -> float | None:
-        """Read the next frame."""
+        """Read the next frame and return its time in seconds, None at the end. Raises CameraError."""
         self._frame = self._source.read()
         return self._frame.timestamp if self._frame else None
 
     def motion(self) -> MotionFrame | None:
-        """Track the face in the frame that was read."""
+        """Track the face in the frame that was read and return its motion, None if there is no face."""
         assert self._frame is not None, "call next_frame first"
         start = self._clock()
         tracked = self._tracker.track(self._frame.pixels)
@@ -162,6 +134,9 @@ class RecordedMotionSource:
 
     def after_send(self, now: float) -> None:
         """Do nothing: a recording has no image."""
+
+
+MotionSource = TrackedMotionSource | RecordedMotionSource
 
 
 def open_motion_file(path: Path, *, loop: bool) -> RecordedMotionSource:

@@ -86,7 +86,7 @@ def read_poses(path: Path, reader: TrackReader) -> Poses:
 
 def _patch_points(face: StillFace, region: int) -> Steps:
     centimetre = float(np.exp(face.motion.pose[5])) * face.size[1]
-    points = find_crop_box(face.landmarks, FEATURES[region], face.size, px_per_cm=centimetre).points
+    _, _, points = find_crop_box(face.landmarks, FEATURES[region], face.size, px_per_cm=centimetre)
     return np.rint(points * POINT_STEPS).astype(np.int64)
 
 

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 import cv2
@@ -39,28 +38,21 @@ class Frame:
 class _CaptureSource:
     """An open capture whose first frame has been read.
 
-    fps : frames per second, as far as known; size : width and height, px; frame_count : approximate, None if unknown
+    fps : frames per second, as far as known; size : width and height, px
     """
 
     def __init__(self, capture: VideoCapture, first: NDArray[np.uint8]) -> None:
         self._capture = capture
         self._first: NDArray[np.uint8] | None = first
-        fps, count = capture.get(cv2.CAP_PROP_FPS), capture.get(cv2.CAP_PROP_FRAME_COUNT)
+        fps = capture.get(cv2.CAP_PROP_FPS)
         self.fps = fps if math.isfinite(fps) and 0 < fps <= MAX_FPS else DEFAULT_FPS
-        self.frame_count = int(count) if math.isfinite(count) and 0 < count < 1e9 else None
-        self.size = (first.shape[1], first.shape[0])
-
-    def close(self) -> None:
-        """Release the device or file."""
-        self._capture.release()
+        self.size: tuple[int, int] = (first.shape[1], first.shape[0])
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
+    def __exit__(self, *_: object) -> None:
+        self._capture.release()
 
     def _next(self) -> NDArray[np.uint8] | None:
         pixels, self._first = self._first, None

@@ -35,26 +35,20 @@ class PatchCrop:
     weight: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class CropBox:
-    """A feature's box in a frame: corners low and high (2,), px; control points (m, 2) between them, 0 to 1."""
-
-    low: NDArray[np.intp]
-    high: NDArray[np.intp]
-    points: NDArray[np.float64]
-
-
 def find_crop_box(
     landmarks: NDArray[np.floating], feature: PatchRegion, size: tuple[int, int], /, *, px_per_cm: float
-) -> CropBox:
-    """Return a feature's box. landmarks : (478, 3) px; size : width and height of the frame, px."""
+) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
+    """Return a feature's box: corners low and high (2,), px; control points (m, 2) between them, 0 to 1.
+
+    landmarks : (478, 3) px; size : width and height of the frame, px
+    """
     centre = landmarks[list(feature.centre_landmarks), :2]
     margin = MARGIN * feature.falloff_cm[1] * px_per_cm
     low = np.maximum(np.floor(centre.min(axis=0) - margin), 0).astype(int)
     high = np.minimum(np.ceil(centre.max(axis=0) + margin), size).astype(int)
     low, high = np.minimum(low, np.array(size) - MIN_CROP_PX), np.maximum(high, low + MIN_CROP_PX)
     points = (landmarks[CONTROL_POINT_LANDMARKS[list(feature.points)], :2] - low) / (high - low)
-    return CropBox(low, high, points.astype(np.float64))
+    return low, high, points.astype(np.float64)
 
 
 def extract_patch(
@@ -64,8 +58,7 @@ def extract_patch(
 
     pixels : (H, W, 3) uint8 BGR; landmarks : (478, 3) px
     """
-    box = find_crop_box(landmarks, feature, (pixels.shape[1], pixels.shape[0]), px_per_cm=px_per_cm)
-    low, high = box.low, box.high
+    low, high, points = find_crop_box(landmarks, feature, (pixels.shape[1], pixels.shape[0]), px_per_cm=px_per_cm)
     crop = pixels[low[1] : high[1], low[0] : high[0]]
     scale = min(1.0, MAX_SIDE / max(crop.shape[:2]))
     small = cv2.resize(crop, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) if scale < 1 else crop
@@ -73,7 +66,7 @@ def extract_patch(
     grid = np.stack(np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5), axis=-1) / (columns, rows)
     centre = cKDTree(landmarks[list(feature.centre_landmarks), :2])
     distance_cm = np.asarray(centre.query(low + grid * (high - low))[0]) / px_per_cm
-    return PatchCrop(np.ascontiguousarray(small, np.uint8), box.points, feature.falloff(distance_cm))
+    return PatchCrop(np.ascontiguousarray(small, np.uint8), points, feature.falloff(distance_cm))
 
 
 def match_colour(patch: NDArray[np.uint8], predicted: NDArray[np.float64], /) -> NDArray[np.float64]:

@@ -9,16 +9,14 @@ from PIL import Image
 
 from conf.protocol.portrait.vp8 import strip_riff, wrap_riff
 
+MAX_QUALITY = 92  # of 100; higher ones gain nothing visible
 _TRIES = 5  # bisection steps over the quality, to within 3; 5 ms each
 
 
-def encode_vp8(pixels: NDArray[np.uint8], /, *, max_bytes: int, max_quality: int = 92) -> bytes:
-    """Return the VP8 frame of an image (H, W, 3) uint8 BGR, at most `max_bytes` if any quality gives that.
-
-    max_quality : 0 to 100; higher ones gain nothing visible
-    """
+def encode_vp8(pixels: NDArray[np.uint8], /, *, max_bytes: int) -> bytes:
+    """Return the VP8 frame of an image (H, W, 3) uint8 BGR, at most `max_bytes` if any quality gives that."""
     image = Image.fromarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB))
-    low, high = 0, max_quality
+    low, high = 0, MAX_QUALITY
     best: bytes | None = None
     for _ in range(_TRIES):
         quality = (low + high + 1) // 2

@@ -28,20 +28,15 @@ Mask = NDArray[np.uint8]
 Corners = list[tuple[float, float]]
 
 
-def segment_person(pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /) -> NDArray[np.float64]:
-    """Return the person's outline, (K, 2) 0 to 1 from the upper left corner, K at most MAX_CORNERS.
-
-    pixels : (H, W, 3) uint8 BGR; landmarks : (478, 3) px
-    """
-    *_, outline = segment_steps(pixels, landmarks)
-    assert outline is not None, "the last step returns the outline"
-    return outline
-
-
 def segment_steps(
     pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /
 ) -> Iterator[NDArray[np.float64] | None]:
-    """Find the outline in steps shorter than a frame's interval. Yield None after each, the outline after the last."""
+    """Find the person's outline in steps shorter than a frame's interval.
+
+    pixels : (H, W, 3) uint8 BGR; landmarks : (478, 3) px
+    Yields None after each step and the outline after the last: (K, 2) 0 to 1 from the upper left corner, K at most
+    MAX_CORNERS.
+    """
     scale = WORK_HEIGHT / len(pixels)
     small = np.asarray(cv2.resize(pixels, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), np.uint8)
     prior = BodyPrior.from_oval(landmarks[list(contours.OVAL), :2] * scale)
@@ -49,11 +44,16 @@ def segment_steps(
     if mask is not None:
         mask &= prior.draw(small.shape, CHROMA_KEY_AREA)
     else:
-        grab_cut = _HeadAndBodyGrabCut(small, prior)
+        labels = _initial_labels(small, prior)
+        chin = int(np.clip(prior.origins["body"][1], 0, len(small)))
+        # The head is segmented once more alone: hair can have the colour of a dark room.
+        whole, head = _GrabCut(small, labels), _GrabCut(small[:chin], labels[:chin])
         for _ in range(ITERATIONS - 1):
-            grab_cut.iterate()
+            whole.iterate()
+            head.iterate()
             yield None
-        mask = grab_cut.iterate()
+        mask = whole.iterate()
+        mask[:chin] |= head.iterate()
     mask[prior.draw(small.shape, SURE_FOREGROUND) > 0] = 1
     yield _trace_outline(_clean(mask, prior.oval))
 
@@ -145,29 +145,17 @@ def _chroma_key(image: NDArray[np.uint8], prior: BodyPrior) -> Mask | None:
     return np.asarray(distance > min(MAX_KEY_DISTANCE, face_distance / 2), dtype=np.uint8)
 
 
-class _HeadAndBodyGrabCut:
-    """GrabCut of the whole image and, once more, of the head alone: hair can have the colour of a dark room."""
-
-    def __init__(self, image: NDArray[np.uint8], prior: BodyPrior) -> None:
-        labels = np.full(image.shape[:2], cv2.GC_BGD, np.uint8)
-        for parts, label in (
-            (PROBABLE_BACKGROUND, cv2.GC_PR_BGD),
-            (PROBABLE_FOREGROUND, cv2.GC_PR_FGD),
-            (SURE_FOREGROUND, cv2.GC_FGD),
-        ):
-            labels[prior.draw(image.shape, parts) > 0] = label
-        chin = int(np.clip(prior.origins["body"][1], 0, len(image)))
-        self._whole, self._head = _GrabCut(image, labels), _GrabCut(image[:chin], labels[:chin])
-
-    def iterate(self) -> Mask:
-        """Run one iteration and return (H, W) uint8, 1 where the person is."""
-        mask, head = self._whole.iterate(), self._head.iterate()
-        mask[: len(head)] |= head
-        return mask
+def _initial_labels(image: NDArray[np.uint8], prior: BodyPrior) -> Mask:
+    """Return GrabCut's labels (H, W) from the expected position of the body."""
+    labels = np.full(image.shape[:2], cv2.GC_BGD, np.uint8)
+    labels[prior.draw(image.shape, PROBABLE_BACKGROUND) > 0] = cv2.GC_PR_BGD
+    labels[prior.draw(image.shape, PROBABLE_FOREGROUND) > 0] = cv2.GC_PR_FGD
+    labels[prior.draw(image.shape, SURE_FOREGROUND) > 0] = cv2.GC_FGD
+    return labels
 
 
 class _GrabCut:
-    """GrabCut of one image, an iteration at a time."""
+    """GrabCut of one image, an iteration at a time; returns (H, W) uint8, 1 where the person is."""
 
     def __init__(self, image: NDArray[np.uint8], labels: Mask) -> None:
         self._image, self._labels = image.copy(), labels.copy()

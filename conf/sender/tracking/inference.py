@@ -32,7 +32,7 @@ def load_network(path: Path, outputs: Sequence[str], /, *, backend: Backend = "a
     """
     if not path.is_file():
         raise ModelError(f"{path} is missing: run `conf models fetch`.")
-    return _OPENERS[choose_backend(backend)](path, outputs)
+    return (_load_with_litert if choose_backend(backend) == "litert" else _load_with_opencv)(path, outputs)
 
 
 def choose_backend(backend: Backend, /) -> Literal["opencv", "litert"]:
@@ -42,7 +42,7 @@ def choose_backend(backend: Backend, /) -> Literal["opencv", "litert"]:
     return "litert" if importlib.util.find_spec("ai_edge_litert") else "opencv"
 
 
-def _open_with_opencv(path: Path, outputs: Sequence[str]) -> InferenceFunction:
+def _load_with_opencv(path: Path, outputs: Sequence[str]) -> InferenceFunction:
     cv2.setNumThreads(1)
     classic = getattr(cv2.dnn, "ENGINE_CLASSIC", None)  # OpenCV 4 has no other engine
     engine = () if classic is None else (classic,)
@@ -61,7 +61,7 @@ def _open_with_opencv(path: Path, outputs: Sequence[str]) -> InferenceFunction:
     return run
 
 
-def _open_with_litert(path: Path, outputs: Sequence[str]) -> InferenceFunction:
+def _load_with_litert(path: Path, outputs: Sequence[str]) -> InferenceFunction:
     try:
         from ai_edge_litert.interpreter import Interpreter
     except ImportError as error:
@@ -98,9 +98,3 @@ def _quiet_stderr() -> Iterator[None]:
         os.dup2(kept, 2)
         os.close(silent)
         os.close(kept)
-
-
-_OPENERS: dict[str, Callable[[Path, Sequence[str]], InferenceFunction]] = {
-    "opencv": _open_with_opencv,
-    "litert": _open_with_litert,
-}

@@ -42,10 +42,9 @@ class FakeCapture:
         return (True, image(self.index)) if self.index < len(self.times) else (False, None)
 
     def get(self, prop: int) -> float:
-        known = {cv2.CAP_PROP_FPS: self.fps, cv2.CAP_PROP_FRAME_COUNT: len(self.times)}
         if prop == cv2.CAP_PROP_POS_MSEC:
             return self.times[min(self.index, len(self.times) - 1)] * 1000
-        return known.get(prop, 0.0)
+        return self.fps
 
     def set(self, prop: int, value: float) -> bool:
         self.settings[prop] = value
@@ -66,7 +65,7 @@ def timestamps(clip: VideoFile, max_count: int = 100) -> list[float]:
 
 def test_a_clip_gives_its_frames_with_its_own_timestamps(avi: Path) -> None:
     with open_clip(avi) as clip:
-        assert (clip.size, clip.fps, clip.frame_count) == ((WIDTH, HEIGHT), 12.5, 5)
+        assert (clip.size, clip.fps) == ((WIDTH, HEIGHT), 12.5)
         frames = [frame for _ in range(6) if (frame := clip.read())]
     assert [frame.timestamp for frame in frames] == pytest.approx([0, 0.08, 0.16, 0.24, 0.32])
     for number, frame in enumerate(frames):
@@ -103,7 +102,6 @@ def test_a_real_container_keeps_its_frame_rate(suffix: str, shared: Path) -> Non
     path = sorted((shared / "media").glob(f"*.{suffix}"))[0]
     with open_clip(path) as clip:
         times = timestamps(clip, 30)
-        assert clip.frame_count is not None
     assert times[0] == 0
     assert np.all(np.diff(times) > 0)
     assert np.median(np.diff(times)) == pytest.approx(1 / clip.fps, rel=0.3)
@@ -172,11 +170,10 @@ def camera(capture: FakeCapture) -> Camera:
 
 def test_a_camera_gives_frames_with_the_machines_time() -> None:
     capture = FakeCapture([0, 0, 0])
-    source = camera(capture)
-    assert source.size == (WIDTH, HEIGHT)
-    assert [source.read().timestamp for _ in range(3)] == [0.0, 1.0, 2.0]
-    assert capture.settings[cv2.CAP_PROP_FRAME_WIDTH] == 640
-    source.close()
+    with camera(capture) as source:
+        assert source.size == (WIDTH, HEIGHT)
+        assert [source.read().timestamp for _ in range(3)] == [0.0, 1.0, 2.0]
+        assert capture.settings[cv2.CAP_PROP_FRAME_WIDTH] == 640
     assert capture.released
 
 
