@@ -1,6 +1,6 @@
-"""Derive the action units and the emotions from the sculpted shapes: `python tools/assets/build_action_units.py`.
+"""Derive action units and emotions from the sculpted blendshapes: `python tools/assets/build_action_units.py`.
 
-Writes conf/assets/action_units.epc and conf/assets/emotions/*.epc. The same shapes give the same files.
+Writes conf/assets/action_units.epc and conf/assets/emotions/*.epc. The same blendshapes give the same files.
 """
 
 import sys
@@ -23,7 +23,7 @@ from conf.face.formats.epc import ExpressionSet, write_epc
 from conf.face.retargeting.arkit_shapes import load_arkit_shapes
 from conf.face.symmetry import mirror_motion
 
-# Which sculpted shapes make an action unit at full strength; a name without a side stands for both.
+# Weights of the sculpted blendshapes of each action unit at full strength; a name without a side means both sides.
 RECIPES: dict[int, dict[str, float]] = {
     1: {"browInnerUp": 1.2},
     2: {"browOuterUp": 1.2},
@@ -47,15 +47,15 @@ SOURCE = "from CC0 sculpted shapes (MakeHuman faceunits01) by tools/assets/build
 
 
 def main() -> None:
-    """Write the files and say so."""
+    """Write the files."""
     shapes = load_arkit_shapes()
     units = {unit: blend(shapes, recipe) for unit, recipe in RECIPES.items()}
-    everything = ExpressionSet(
+    action_units = ExpressionSet(
         tuple(action_unit_label(unit) for unit in ACTION_UNIT_NAMES),
         np.stack([units[unit] for unit in ACTION_UNIT_NAMES]),
     )
     write_epc(
-        ASSETS / "action_units.epc", everything, comments=[f"FACS action units at full strength, {SOURCE}", COLUMNS]
+        ASSETS / "action_units.epc", action_units, comments=[f"FACS action units at full strength, {SOURCE}", COLUMNS]
     )
     (ASSETS / "emotions").mkdir(exist_ok=True)
     for name, strengths in EMOTIONS.items():
@@ -66,11 +66,11 @@ def main() -> None:
 
 
 def blend(shapes: dict[str, NDArray[np.float32]], recipe: dict[str, float]) -> NDArray[np.float32]:
-    """Return the (n, 3) displacements of shapes together, made the same on both sides: sculptors' hands are not."""
+    """Return the (n, 3) weighted sum of blendshapes, made symmetric: the sculpted ones are not exactly symmetric."""
     total = np.zeros((CONTROL_POINT_COUNT, 3), np.float32)
-    for name, share in recipe.items():
+    for name, weight in recipe.items():
         sides = [name] if name in shapes else [f"{name}Left", f"{name}Right"]
-        total += np.float32(share) * np.sum([shapes[side] for side in sides], axis=0)
+        total += np.float32(weight) * np.sum([shapes[side] for side in sides], axis=0)
     return ((total + mirror_motion(total)) / 2).astype(np.float32)
 
 

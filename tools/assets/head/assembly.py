@@ -1,4 +1,4 @@
-"""Put the parts together and write the files."""
+"""Assemble the parts of the head and write its files."""
 
 from pathlib import Path
 
@@ -6,17 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINTS
-from tools.assets.head.body import build_body, find_islands
+from tools.assets.head.body import FAR, build_body, edge_rings, find_islands
 from tools.assets.head.character import Character, align_to_canonical, build_character
 from tools.assets.head.control_vertices import VERTICES
-from tools.assets.head.edge_rings import FAR, edge_rings
+from tools.assets.head.corrections import close_lips, soften_nose_wings
 from tools.assets.head.eyeballs import build_eyeball
 from tools.assets.head.files import TEXTURE, write_obj, write_ppc, write_rig, write_shapes
 from tools.assets.head.hair import build_hair
 from tools.assets.head.lashes import build_lashes
-from tools.assets.head.lips import close_lips
-from tools.assets.head.nose import soften_nose_wings
-from tools.assets.head.paint import paint_atlas
+from tools.assets.head.painting.atlas import paint_atlas
 from tools.assets.head.part import Part, join, split_quads
 from tools.assets.head.scalp import build_scalp
 from tools.assets.head.shirt import build_shirt
@@ -24,7 +22,7 @@ from tools.assets.head.source import Source
 from tools.assets.head.teeth import build_teeth
 
 _ATLAS_SIZE = 2048
-_WET_RINGS = 1  # edge loops of lip that count as mouth
+_WET_RINGS = 1  # edge loops of the lips that belong to the mouth group
 
 
 def build_head(source: Source, folder: Path) -> Part:
@@ -44,7 +42,7 @@ def build_head(source: Source, folder: Path) -> Part:
     control_points = _control_points(character, balls)
     points = dict(zip((p.name for p in CONTROL_POINTS), control_points, strict=True))
     paint_atlas(head, rings, points, size=_ATLAS_SIZE).save(folder / TEXTURE, quality=90, method=6)
-    head = _wet_lips(head, rings[:, 0])
+    head = _inner_lips_to_mouth(head, rings[:, 0])
     write_obj(folder, head)
     write_ppc(folder, control_points)
     write_shapes(folder, names, head.shapes)
@@ -52,8 +50,8 @@ def build_head(source: Source, folder: Path) -> Part:
     return head
 
 
-def _wet_lips(head: Part, mouth_ring: NDArray[np.float64]) -> Part:
-    """Move the inner rim of the lips, that no daylight reaches, from the skin to the mouth."""
+def _inner_lips_to_mouth(head: Part, mouth_ring: NDArray[np.float64]) -> Part:
+    """Move the inner rim of the lips from group skin to group mouth, which is drawn darker."""
     skin = head.groups["skin"]
     inside = mouth_ring[skin[..., 0]].max(axis=1) <= _WET_RINGS
     groups = {**head.groups, "skin": skin[~inside], "mouth": np.concatenate([head.groups["mouth"], skin[inside]])}
@@ -86,8 +84,8 @@ def _rig(character: Character, eyes: dict[str, tuple[NDArray[np.float64], float]
     return {**rounded, "jaw": {"centre": _JAW_HINGE, "axis": [1.0, 0.0, 0.0]}, "anchors": _anchors(character)}
 
 
-_JAW_HINGE = [0.0, 0.3, -4.6]  # between the ears' fronts
-# Directions from the middle of the head towards what never moves: skull, ears, nape, nose bridge, neck.
+_JAW_HINGE = [0.0, 0.3, -4.6]  # cm, between the fronts of the ears
+# Directions from the middle of the head to points that no expression moves: skull, ears, nape, neck.
 _ANCHORS = (
     [(0, 1, 0), (0, 1, 1), (0, 1, -1), (0, 0.2, -1), (0, -0.4, -1)]
     + [(s * 0.8, 1, 0.5) for s in (1, -1)]
@@ -97,7 +95,7 @@ _ANCHORS = (
 
 
 def _anchors(character: Character) -> list[list[float]]:
-    """Return about 18 points of the surface that no expression moves."""
+    """Return about 18 surface points that no expression moves."""
     still = np.max([np.linalg.norm(o, axis=1) for o in character.shapes.values()], axis=0) < 0.01
     body = character.base.members("body")
     body = body[still[body]]
@@ -106,9 +104,9 @@ def _anchors(character: Character) -> list[list[float]]:
     directions = points - centre
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     near = np.linalg.norm(points - centre, axis=1) < 22
-    wanted = np.array(_ANCHORS, dtype=float)
-    wanted /= np.linalg.norm(wanted, axis=1, keepdims=True)
-    chosen = [points[near][np.argmax(directions[near] @ w)] for w in wanted]
+    targets = np.array(_ANCHORS, dtype=float)
+    targets /= np.linalg.norm(targets, axis=1, keepdims=True)
+    chosen = [points[near][np.argmax(directions[near] @ target)] for target in targets]
     for x, y, z in ((4.0, -14.0, -2.0), (0.0, -14.0, 1.5), (6.5, -14.5, -6.0)):
         for sign in (1.0, -1.0) if x else (1.0,):
             chosen.append(points[np.argmin(np.linalg.norm(points - [sign * x, y, z], axis=1))])

@@ -1,11 +1,11 @@
-"""Who the default head is: a mixture of the base figure's targets, scaled to 6.4 cm between the eyes."""
+"""Blend the targets of the base figure to the character of the default head and align it to the canonical face."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
-from tools.assets.head.alignment import align
 from tools.assets.head.control_vertices import VERTICES
 from tools.assets.head.source import BaseMesh, Source
 
@@ -24,7 +24,7 @@ _DETAILS = {
 
 @dataclass(frozen=True)
 class Character:
-    """The figure in model centimetres (origin between the eyes) with its 52 shapes.
+    """The figure in model centimetres, origin between the eyes, with its 52 blendshapes.
 
     base : topology; vertices : (V, 3); shapes : name -> (V, 3) offsets
     """
@@ -34,35 +34,75 @@ class Character:
     shapes: dict[str, NDArray[np.float64]]
 
     def eye_helper(self, side: str) -> NDArray[np.float64]:
-        """Return the vertices of the eyeball guide of side "l" or "r"."""
+        """Return the vertices of the eye helper of side "l" or "r"."""
         return self.vertices[self.base.members(f"helper-{side}-eye")]
 
 
 def build_character(source: Source) -> Character:
-    """Mix the targets and scale the figure so that its eye centres lie 6.4 cm apart."""
+    """Blend the targets and scale the figure to a distance of the eye centres of ES0_CM."""
     base = source.read_base()
     count = len(base.vertices)
-    mixed = base.vertices.copy()
+    blended = base.vertices.copy()
     for name, weight in _weights().items():
-        mixed += weight * source.read_target(name, count)
-    left, right = (mixed[base.members(f"helper-{side}-eye")].mean(axis=0) for side in "lr")
+        blended += weight * source.read_target(name, count)
+    left, right = (blended[base.members(f"helper-{side}-eye")].mean(axis=0) for side in "lr")
     scale = ES0_CM / np.linalg.norm(left - right)
     shapes = {name: offsets * scale for name, offsets in source.read_face_units(count).items()}
-    return Character(base, (mixed - (left + right) / 2) * scale, shapes)
+    return Character(base, (blended - (left + right) / 2) * scale, shapes)
 
 
 def _weights() -> dict[str, float]:
     weights = dict(_DETAILS)
-    for sex, share in _SEX.items():
-        for origin, part in _ORIGIN.items():
-            weights[f"macrodetails/{origin}-{sex}-young"] = share * part
-        weights[f"macrodetails/universal-{sex}-young-averagemuscle-averageweight"] = share
+    for sex, sex_weight in _SEX.items():
+        for origin, origin_weight in _ORIGIN.items():
+            weights[f"macrodetails/{origin}-{sex}-young"] = sex_weight * origin_weight
+        weights[f"macrodetails/universal-{sex}-young-averagemuscle-averageweight"] = sex_weight
     return weights
 
 
 def align_to_canonical(character: Character) -> Character:
-    """Move the figure to where the tracker's canonical face lies."""
+    """Return the character aligned to the canonical face of the tracker."""
     points = {name: character.vertices[index] for name, index in VERTICES.items()}
     rotation, shift = align(points)
     shapes = {name: offsets @ rotation.T for name, offsets in character.shapes.items()}
     return Character(character.base, character.vertices @ rotation.T + shift, shapes)
+
+
+# Landmarks of MediaPipe's canonical face model (cm, x to the subject's left, y up, z to the viewer), midline and left;
+# the model is symmetric. Source: geometry metadata of face_landmarker.task.
+CANONICAL = {
+    "chin_bottom": (0.000, -9.403, 4.264),
+    "inner_lip_upper_mid": (0.000, -3.994, 5.219),
+    "inner_lip_lower_mid": (0.000, -4.542, 5.405),
+    "inner_lip_corner_l": (2.153, -4.276, 4.038),
+    "inner_lip_upper_l": (1.024, -3.990, 4.927),
+    "inner_lip_lower_l": (1.099, -4.459, 5.121),
+    "chin_boss": (0.000, -7.942, 5.181),
+    "eyelid_upper_l": (3.177, 2.964, 3.877),
+    "eyelid_lower_l": (3.177, 2.294, 3.776),
+    "eye_outer_corner_l": (4.446, 2.664, 3.173),
+    "eye_inner_corner_l": (1.856, 2.585, 3.758),
+    "outer_lip_upper_mid": (0.000, -3.406, 5.980),
+    "outer_lip_lower_mid": (0.000, -5.365, 5.535),
+    "outer_lip_corner_l": (2.456, -4.343, 4.284),
+    "outer_lip_upper_l": (1.432, -3.501, 5.496),
+    "outer_lip_lower_l": (1.325, -5.107, 5.205),
+    "cupids_bow_l": (0.711, -3.329, 5.877),
+    "nostril_border_l": (1.786, -0.978, 4.850),
+    "nose_bottom_edge_l": (1.406, -1.714, 5.241),
+}
+
+
+def align(points: dict[str, NDArray[np.float64]]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the rotation (3, 3) and translation (3,) that align the named points to the canonical ones, least squares.
+
+    Both faces are symmetric, so only pitch and a shift in the plane of symmetry remain.
+    """
+    names = [name for name in CANONICAL if name in points]
+    source = np.array([points[name] for name in names])
+    target = np.array([CANONICAL[name] for name in names])
+    flip = np.array([-1.0, 1.0, 1.0])
+    source, target = np.vstack([source, source * flip]), np.vstack([target, target * flip])
+    rotation = Rotation.align_vectors(target - target.mean(axis=0), source - source.mean(axis=0))[0].as_matrix()
+    shift = target.mean(axis=0) - rotation @ source.mean(axis=0)
+    return rotation, shift * [0.0, 1.0, 1.0]

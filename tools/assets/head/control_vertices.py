@@ -1,8 +1,8 @@
-"""Which vertex of the base mesh each control point lies on.
+"""Vertex of the base mesh for each control point.
 
-Found by running the face tracker on a drawing of the head, casting the landmarks back onto the mesh, and moving them to
-the anatomically true vertex (lid margin, line of contact of the lips, wing of the nose). The right side mirrors the
-left. The pupils are not here: they lie on the front of the generated eyeballs.
+Found by running the face tracker on a drawing of the head, projecting the landmarks back onto the mesh, and moving them
+to the anatomically correct vertex (lid margin, line of contact of the lips, wing of the nose). The right side mirrors
+the left. The pupils are not listed: they are the front vertices of the generated eyeballs.
 """
 
 VERTICES = {

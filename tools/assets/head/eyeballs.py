@@ -1,4 +1,4 @@
-"""The eyeballs: caps of a sphere with a slight corneal bulge, looking straight ahead."""
+"""The eyeballs: caps of a sphere with a corneal bulge, looking straight ahead."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,14 +6,14 @@ from numpy.typing import NDArray
 from tools.assets.head.part import FRAMES, Part, grid, rigid
 
 IRIS_ANGLE = 0.365  # radians from the optical axis to the limbus
-CAP_ANGLE = 1.75  # how far the cap reaches round
-_BULGE = 0.05  # cm
+CAP_ANGLE = 1.75  # of the cap's rim from the optical axis, radians
+_BULGE = 0.05  # height of the cornea, cm
 _COLUMNS = 28
 _RINGS = np.array([0.02, 0.08, 0.14, 0.2, 0.26, 0.32, 0.365, 0.41, 0.5, 0.62, 0.78, 0.96, 1.16, 1.4, CAP_ANGLE])
 
 
 def eye_uv(angle: NDArray[np.float64], around: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Map polar coordinates on the eyeball to the unit square: the iris gets most of it."""
+    """Map polar coordinates on the eyeball to the unit square, with more area for the iris."""
     radius = 0.5 * np.sqrt(angle / CAP_ANGLE)
     return np.stack([0.5 + radius * np.cos(around), 0.5 + radius * np.sin(around)], axis=-1)
 
@@ -27,7 +27,7 @@ def build_eyeball(group: str, centre: NDArray[np.float64], radius: float) -> Par
     polar = np.concatenate([[0.0], angle])
     bulge = _BULGE * np.clip(1 - (polar / (1.25 * IRIS_ANGLE)) ** 2, 0, None)
     vertices = centre + np.concatenate([front, direction]) * (radius + bulge)[:, None]
-    uvs = FRAMES["eye"].place(eye_uv(polar, np.concatenate([[0.0], around])))
+    uvs = FRAMES["eye"].map_into(eye_uv(polar, np.concatenate([[0.0], around])))
     rings = grid(len(_RINGS), _COLUMNS, closed="columns")
     rings = np.stack([rings[..., 0], rings[..., 0]], axis=-1) + 1
     column = np.arange(_COLUMNS)

@@ -1,4 +1,4 @@
-"""Write the head: OBJ with its material, control points, rig and shapes."""
+"""Write the files of the head: OBJ with its material, control points, rig and blendshapes."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -37,10 +37,10 @@ def write_ppc(folder: Path, points: NDArray[np.float64]) -> None:
 
 
 def write_rig(folder: Path, rig: Mapping[str, object]) -> None:
-    """Write rig.json: what turns about which centre, and the static anchors."""
+    """Write rig.json: centres of rotation of eyes and jaw, and the static anchors."""
     (folder / "rig.json").write_text(json.dumps(rig, indent=1) + "\n")
 
 
 def write_shapes(folder: Path, names: Sequence[str], shapes: NDArray[np.float64]) -> None:
-    """Write shapes.npz: the sculpted shapes as float16 centimetres."""
+    """Write shapes.npz: the sculpted blendshapes, float16, cm."""
     np.savez_compressed(folder / "shapes.npz", names=np.array(names), offsets=shapes.astype(np.float16))

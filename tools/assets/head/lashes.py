@@ -1,4 +1,4 @@
-"""Eyelashes: narrow sheets that stand on the lid margins, follow the lids and dip when the eyes close."""
+"""Eyelashes: narrow sheets on the lid margins that follow the lids and rotate down when the eyes close."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,17 +8,17 @@ from tools.assets.head.part import FRAMES, Part, grid
 
 _MARGIN_RING = 3  # edge loop of the lid margin
 _COLUMNS = 20
-_CURL = np.radians([0.0, 14.0, 38.0])  # how far each row has turned upwards
+_CURL = np.radians([0.0, 14.0, 38.0])  # upward rotation of each row
 _REACH = np.array([0.0, 0.45, 1.0])
 # Length from the inner to the outer corner, cm.
 _LENGTH = {"upper": (0.18, 0.44, 0.55, 0.62, 0.4), "lower": (0.08, 0.16, 0.2, 0.23, 0.15)}
-_DIP = np.radians(62.0)  # how far the upper lashes turn down with a full blink
+_DIP = np.radians(62.0)  # downward rotation of the upper lashes at a full blink
 
 
 def build_lashes(body: Part, eye_ring: NDArray[np.float64], blinks: dict[str, int]) -> Part:
     """Build group "lashes".
 
-    eye_ring : (V,) edge loops from the lid, of the body's vertices; blinks : side "l" or "r" -> index of its blink
+    eye_ring : (V,) number of edges to the lid, of the body's vertices; blinks : side "l" or "r" -> blendshape index
     """
     pieces = [_sheet(body, eye_ring, side, row, blinks[side]) for side in "lr" for row in ("upper", "lower")]
     vertices = np.concatenate([p[0] for p in pieces])
@@ -51,9 +51,9 @@ def _sheet(
     weights = _resample(body.vertices[margin])
     roots = weights @ body.vertices[margin]
     shapes = np.einsum("cm,smk->sck", weights, body.shapes[:, margin])
-    share = np.linspace(0, 1, _COLUMNS)
-    length = np.interp(share, np.linspace(0, 1, 5), _LENGTH[row])
-    fan = np.radians(np.interp(share, [0, 1], [-22.0, 38.0])) * sign
+    position = np.linspace(0, 1, _COLUMNS)
+    length = np.interp(position, np.linspace(0, 1, 5), _LENGTH[row])
+    fan = np.radians(np.interp(position, [0, 1], [-22.0, 38.0])) * sign
     rows, moved = [], []
     for reach, curl in zip(_REACH, _CURL, strict=True):
         direction = np.stack(
@@ -62,17 +62,17 @@ def _sheet(
         stick = direction * (reach * length)[:, None]
         rows.append(roots + stick + [0, up * 0.015, 0.015])
         offsets = shapes.copy()
-        turned = Rotation.from_euler("x", _DIP if row == "upper" else _DIP * 0.1).apply(stick)
-        offsets[blink] += turned - stick
+        rotated = Rotation.from_euler("x", _DIP if row == "upper" else _DIP * 0.1).apply(stick)
+        offsets[blink] += rotated - stick
         moved.append(offsets)
-    u, v = np.meshgrid(share, _REACH)
+    u, v = np.meshgrid(position, _REACH)
     v = 0.5 + 0.5 * v if row == "upper" else 0.5 * v
-    uvs = FRAMES["lashes"].place(np.stack([u.ravel(), v.ravel()], axis=1))
+    uvs = FRAMES["lashes"].map_into(np.stack([u.ravel(), v.ravel()], axis=1))
     return np.concatenate(rows), np.concatenate(moved, axis=1), uvs
 
 
 def _resample(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (columns, margin) weights that spread the columns evenly along the margin."""
+    """Return (columns, margin) weights of evenly spaced columns along the margin."""
     length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    wanted = np.linspace(0.04, 0.99, _COLUMNS) * length[-1]
-    return np.stack([np.interp(wanted, length, column) for column in np.eye(len(points))], axis=1)
+    targets = np.linspace(0.04, 0.99, _COLUMNS) * length[-1]
+    return np.stack([np.interp(targets, length, column) for column in np.eye(len(points))], axis=1)

@@ -1,4 +1,4 @@
-"""A part of the head: positions with their 52 shapes, and faces in named groups that point into the atlas."""
+"""A part of the head: vertices with 52 blendshapes, and faces in named groups with coordinates in the atlas."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ NONE = -1  # fourth corner of a triangle
 
 @dataclass(frozen=True)
 class Part:
-    """Positions shared by one or more groups of faces.
+    """Vertices shared by one or more groups of faces.
 
     vertices : (V, 3) cm; shapes : (52, V, 3) cm; uvs : (T, 2) in the atlas, v up
     groups : name -> (F, 4, 2) corners (vertex, uv); the fourth corner of a triangle is NONE
@@ -36,14 +36,14 @@ def split_quads(corners: NDArray[np.int64]) -> NDArray[np.int64]:
 
 @dataclass(frozen=True)
 class Frame:
-    """A rectangle of the atlas, in shares of its side, v up."""
+    """A rectangle of the atlas, in atlas coordinates 0 to 1, v up."""
 
     left: float
     bottom: float
     width: float
     height: float
 
-    def place(self, uvs: NDArray[np.float64]) -> NDArray[np.float64]:
+    def map_into(self, uvs: NDArray[np.float64]) -> NDArray[np.float64]:
         """Map (T, 2) coordinates of the unit square into the rectangle."""
         return np.array([self.left, self.bottom]) + uvs * [self.width, self.height]
 
@@ -82,7 +82,7 @@ def join(parts: Sequence[Part]) -> Part:
 def grid(rows: int, columns: int, *, closed: str = "") -> NDArray[np.int64]:
     """Return the (F, 4, 2) corners of a grid of vertices in row order.
 
-    closed : "columns" when the last column joins the first (the uv grid then has one column more)
+    closed : "columns" if the last column connects to the first; the uv grid then has one more column
     """
     wrap = closed == "columns"
     spans = columns if wrap else columns - 1
@@ -97,5 +97,5 @@ def grid(rows: int, columns: int, *, closed: str = "") -> NDArray[np.int64]:
 
 
 def rigid(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the shapes of a part that no shape moves."""
+    """Return the (52, V, 3) zero blendshapes of a rigid part."""
     return np.zeros((SHAPE_COUNT, len(vertices), 3))

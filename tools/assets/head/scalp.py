@@ -1,4 +1,4 @@
-"""The scalp as a height field around the middle of the head: where the hairline runs and how far out the skin is."""
+"""The scalp as a height field in polar coordinates around the middle of the head, and the hairline."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 from scipy.ndimage import gaussian_filter, map_coordinates, median_filter
 
-from tools.assets.head.casting import distances_along
+from tools.assets.head.raycast import distances_along
 
 CENTRE = np.array([0.0, 4.0, -6.0])  # cm, middle of the skull
 _AROUND, _DOWN = 96, 56  # cells of the height field
@@ -41,15 +41,15 @@ _HAIRLINE = np.array(
 
 @dataclass(frozen=True)
 class Scalp:
-    """The skull seen from its middle.
+    """Distances of the skin from CENTRE.
 
-    radius : (down, around) cm to the skin; around runs from the front over the left side, down from the crown
+    radius : (down, around) cm; around runs from the front over the left side, down runs from the crown
     """
 
     radius: NDArray[np.float64]
 
-    def out(self, around: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how far the skin is from the centre in these directions (radians)."""
+    def radius_at(self, around: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the distance of the skin from the centre, cm, in directions given in radians."""
         column = np.mod(around / (2 * np.pi), 1.0) * _AROUND
         row = np.clip(down / _DEEPEST, 0, 1) * (_DOWN - 1)
         padded = np.concatenate([self.radius, self.radius[:, :1]], axis=1)
@@ -58,12 +58,12 @@ class Scalp:
     def points(
         self, around: NDArray[np.float64], down: NDArray[np.float64], height: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return points at a height over the skin, cm, in directions given in radians."""
-        return CENTRE + _directions(around, down) * (self.out(around, down) + height)[..., None]
+        """Return the points at a height above the skin, cm, in directions given in radians."""
+        return CENTRE + _directions(around, down) * (self.radius_at(around, down) + height)[..., None]
 
 
 def build_scalp(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Scalp:
-    """Measure the skull; the ears are smoothed away."""
+    """Measure the skull; the ears are removed by a median filter."""
     around = np.arange(_AROUND) * 2 * np.pi / _AROUND
     down = np.linspace(0, _DEEPEST, _DOWN)
     directions = _directions(*np.meshgrid(around, down)).reshape(-1, 3)
@@ -80,7 +80,7 @@ def polar(points: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np
 
 
 def hairline(around: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how far down from the crown the hair reaches, radians."""
+    """Return the angle of the hairline from the crown, radians."""
     return np.asarray(_CURVE(np.abs(np.mod(np.asarray(around) + np.pi, 2 * np.pi) - np.pi)))
 
 

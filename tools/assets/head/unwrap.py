@@ -1,7 +1,7 @@
-"""Spread the base mesh's texture layout so that eyes and mouth get more of the picture than the scalp.
+"""Enlarge eyes and mouth in the texture layout of the base mesh.
 
-The layout has no folds but leaves the eyes 40 texels wide. Each magnification below is a smooth map of the plane onto
-itself that keeps its order (strengths under 2.2), so the layout stays without folds.
+The layout has no folds but gives the eyes a width of only 40 texels. Each magnification is a smooth bijection of the
+plane for strengths below 2.2, so that the layout stays without folds.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 def magnify(
     uvs: NDArray[np.float64], centres: Sequence[NDArray[np.float64]], reach: float, strength: float
 ) -> NDArray[np.float64]:
-    """Return (T, 2) coordinates moved away from the centres: 1 + strength times larger there, unmoved far off.
+    """Return (T, 2) coordinates moved away from the centres: magnified by 1 + strength there, unchanged far away.
 
-    centres : (2,) each, farther apart than the reach; reach : where the magnification fades, in the layout's own unit
+    centres : (2,) each, farther apart than the reach; reach : radius of the magnification, in texture coordinates
     Raises ValueError if the layout would fold.
     """
     if not 0 <= strength < 2.2:
-        raise ValueError(f"strength must lie between 0 and 2.2, got {strength}")
+        raise ValueError(f"strength must be between 0 and 2.2, got {strength}")
     moved = uvs.copy()
     for centre in centres:
         offset = uvs - centre
@@ -27,14 +27,14 @@ def magnify(
     return moved
 
 
-def spread_face(uvs: NDArray[np.float64], marks: Mapping[str, NDArray[np.int64]]) -> NDArray[np.float64]:
-    """Return the face's (T, 2) layout with its front, the eyes, the mouth and the ears enlarged.
+def spread_face(uvs: NDArray[np.float64], features: Mapping[str, NDArray[np.int64]]) -> NDArray[np.float64]:
+    """Return the (T, 2) layout of the face with its front, eyes, mouth and ears enlarged.
 
-    marks : name -> indices into uvs: eye_l, eye_r, mouth, ear_l, ear_r
+    features : name -> indices into uvs: eye_l, eye_r, mouth, ear_l, ear_r
     """
 
     def middle(name: str) -> NDArray[np.float64]:
-        return np.asarray((uvs[marks[name]].min(axis=0) + uvs[marks[name]].max(axis=0)) / 2)
+        return np.asarray((uvs[features[name]].min(axis=0) + uvs[features[name]].max(axis=0)) / 2)
 
     uvs = magnify(uvs, [(middle("eye_l") + middle("eye_r")) * 0.35 + middle("mouth") * 0.3], 0.22, 1.0)
     for names, reach, strength in _ENLARGED:

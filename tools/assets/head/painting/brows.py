@@ -1,4 +1,4 @@
-"""The eyebrows, drawn hair by hair on a plane before the face and cast onto the skin."""
+"""Draw the eyebrows hair by hair on a plane in front of the face and project them onto the skin."""
 
 from collections.abc import Mapping
 
@@ -7,28 +7,28 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from tools.assets.head.texels import Texels
+from tools.assets.head.painting.texels import Texels
 
-_SCALE = 160  # pixels a centimetre
-_WIDTH, _HEIGHT = 7.0, 3.2  # cm: the plane from x = 0, centred on the brow
+_SCALE = 160  # px/cm
+_WIDTH, _HEIGHT = 7.0, 3.2  # of the plane, cm; it starts at x = 0 and is centred on the brow
 _HAIRS = 640
-# From the control points inner, top and outer to where the brow's middle line starts, peaks and ends, cm.
+# Offsets from the control points inner, top and outer to start, peak and end of the brow's centre line, cm.
 _SPINE = np.array([(-0.1, -0.42), (-0.1, -0.2), (-0.4, 0.3)])
 _OVERSAMPLE = 16  # cv2's fractional bits are 4
 
 
 def brow_coverage(texels: Texels, points: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Return (N,) how much brow hair covers each texel, 0 to 1; the two sides mirror each other with other hairs."""
+    """Return the (N,) coverage of each texel by brow hair, 0 to 1; both sides have the same shape but other hairs."""
     inner, top, outer = (points[f"brow_{name}_l"] for name in ("inner", "top", "outer"))
     bottom = top[1] - _HEIGHT / 2
-    cover = np.zeros(len(texels.row))
+    coverage = np.zeros(len(texels.row))
     x, y, z = texels.position.T
     front = (z > -1.5) & (texels.normal[:, 2] > 0.05)
     for sign in (1, -1):
         plane = _draw(inner, top, outer, bottom, np.random.default_rng(40 + sign))
         drawn = map_coordinates(plane, [(y - bottom) * _SCALE, x * sign * _SCALE], order=1)
-        cover = np.maximum(cover, np.where(front & (x * sign > 0), drawn, 0))
-    return cover
+        coverage = np.maximum(coverage, np.where(front & (x * sign > 0), drawn, 0))
+    return coverage
 
 
 def _draw(
@@ -62,7 +62,7 @@ def _draw(
 def _spine(
     s: float, inner: NDArray[np.float64], top: NDArray[np.float64], outer: NDArray[np.float64]
 ) -> tuple[float, float, float]:
-    """Return x, y and slope of the brow's middle line at s from 0 (inner end) to 1 (outer end)."""
+    """Return x, y and slope (radians) of the brow's centre line at s from 0 (inner end) to 1 (outer end)."""
     start, peak, end = (point[:2] + shift for point, shift in zip((inner, top, outer), _SPINE, strict=True))
     control = 2 * peak - (start + end) / 2
     x, y = (1 - s) ** 2 * start + 2 * s * (1 - s) * control + s**2 * end

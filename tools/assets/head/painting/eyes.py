@@ -1,12 +1,12 @@
-"""Paint the eyeball: iris with its dark rim, pupil, sclera shaded towards the lids, fine vessels."""
+"""Paint the eyeball: iris with a dark rim, pupil, sclera shaded near the lids, fine vessels."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tools.assets.head.eyeballs import CAP_ANGLE, IRIS_ANGLE
-from tools.assets.head.noise import noise, smoothstep
+from tools.assets.head.painting.noise import noise, smoothstep
+from tools.assets.head.painting.texels import Texels
 from tools.assets.head.part import FRAMES
-from tools.assets.head.texels import Texels
 
 _SCLERA = (218, 208, 201)
 _IRIS_OUTER = (74, 62, 50)

@@ -1,14 +1,14 @@
-"""Paint the skin: tone, redness, lips, lids, brows, pores, the shadow of the beard and of everything that overhangs."""
+"""Paint the skin: tone, redness, lips, lids, brows, pores, stubble, and ambient occlusion."""
 
 from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tools.assets.head.brows import brow_coverage
-from tools.assets.head.noise import layered, noise, smoothstep
+from tools.assets.head.painting.brows import brow_coverage
+from tools.assets.head.painting.noise import layered, noise, smoothstep
+from tools.assets.head.painting.texels import Texels
 from tools.assets.head.scalp import hairline, polar
-from tools.assets.head.texels import Texels
 
 Points = Mapping[str, NDArray[np.float64]]
 Colours = NDArray[np.float64]
@@ -35,16 +35,16 @@ def paint_skin(texels: Texels, points: Points) -> Colours:
     for layer in (_flush, _beard, _scalp, _around_eyes, _nostrils, _lips, _brows):
         layer(colours, texels, points)
     _grain(colours, texels)
-    return _shadow(colours, texels)
+    return _occlusion(colours, texels)
 
 
 def blend(colours: Colours, target: tuple[int, int, int], amount: NDArray[np.floating]) -> None:
-    """Move the colours towards the target by an amount of 0 to 1 each, in place."""
+    """Blend the colours with the target in place; amount : (N,) 0 to 1."""
     colours += (np.array(target, dtype=float) - colours) * amount[:, None]
 
 
 def _blob(texels: Texels, centre: NDArray[np.float64], radius: tuple[float, float, float]) -> NDArray[np.float64]:
-    """Return a soft spot on both sides of the face: 1 at the centre, near 0 beyond the radius."""
+    """Return (N,) weights of a soft spot on both sides of the face: 1 at the centre, near 0 beyond the radius."""
     fold = np.array([np.sign(centre[0]), 1, 1])
     folded = np.where(
         centre[0] == 0, texels.position, np.abs(texels.position) * [1, 0, 0] + texels.position * [0, 1, 1]
@@ -83,7 +83,7 @@ def _beard(colours: Colours, texels: Texels, points: Points) -> None:
 
 
 def _scalp(colours: Colours, texels: Texels, points: Points) -> None:
-    """Darken the skin between the roots of the hair, fading out where the hair begins."""
+    """Darken the skin between the roots of the hair, faded at the hairline."""
     around, down, out = polar(texels.position)
     depth = (hairline(around) - down) * out
     x, y, z = texels.position.T
@@ -114,7 +114,7 @@ def _canthus_line(points: Points) -> tuple[list[float], list[float]]:
 
 
 def _nostrils(colours: Colours, texels: Texels, points: Points) -> None:
-    """Darken the inside of the nose, where no light comes out again."""
+    """Darken the inside of the nostrils."""
     base = (points["nose_bottom_edge_l"] + points["nose_bottom_edge_r"]) / 2
     near = smoothstep(1.9, 1.3, np.linalg.norm((texels.position - base - [0, 0.3, 0.6]) / [1.0, 0.8, 1.0], axis=1))
     blend(colours, _NOSTRIL, 0.9 * near * smoothstep(0.62, 0.3, texels.sky))
@@ -125,8 +125,8 @@ def _lips(colours: Colours, texels: Texels, points: Points) -> None:
     ring = texels.mouth_ring
     contact = points["inner_lip_upper_mid"][1]
     upper = y > contact
-    wander = 0.22 * noise(texels.position, 3.0)
-    edge = np.where(upper, 6.0, 7.0) + wander
+    irregularity = 0.22 * noise(texels.position, 3.0)
+    edge = np.where(upper, 6.0, 7.0) + irregularity
     vermilion = smoothstep(edge + 0.55, edge - 0.75, ring)
     creases = noise(texels.position, (9.0, 0.8, 0.8)) * smoothstep(2.4, 1.2, np.abs(x))
     tone = np.array(_LIP, dtype=float) * np.where(upper, 0.93, 1.03)[:, None] * (1 + 0.055 * creases)[:, None]
@@ -149,7 +149,7 @@ def _grain(colours: Colours, texels: Texels) -> None:
     blend(colours, (172, 118, 94), 0.16 * freckles)
 
 
-def _shadow(colours: Colours, texels: Texels) -> Colours:
-    """Darken what sees little sky; light that leaves skin again is red, so red darkens least."""
+def _occlusion(colours: Colours, texels: Texels) -> Colours:
+    """Apply ambient occlusion; light scattered in skin is red, so red is darkened least."""
     sky = np.clip(texels.sky, 0.05, 1)[:, None]
     return np.asarray(np.clip(colours * sky ** np.array([0.5, 0.62, 0.66]) * 1.02, 0, 255))

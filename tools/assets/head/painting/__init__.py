@@ -1,0 +1,1 @@
+"""Paint the texture atlas of the default head."""
