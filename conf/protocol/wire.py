@@ -26,8 +26,8 @@ from conf.protocol.messages import (
     StreamParameters,
 )
 
-MOTION_BIT = 0x80
 NUMBER_BITS = 7
+MOTION_BIT = 1 << NUMBER_BITS
 MAX_BODY = 1100
 MAX_POINTS = 64
 MILLISECONDS = 1000  # per second

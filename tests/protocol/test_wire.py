@@ -117,7 +117,7 @@ def parameters(**changes: object) -> bytes:
         (parameters(extra=1), "not msgpack"),
         (b"\0" + msgpack.packb([1] * 9), "not an array of 10"),
         (b"\0" + msgpack.packb(7), "not an array of 10"),
-        (b"\0" + msgpack.packb("text"), "not msgpack"),
+        *((b"\3" + msgpack.packb([value]), "not msgpack") for value in ("a", b"a", {1: 1}, msgpack.ExtType(1, b"a"))),
         (b"\1" + msgpack.packb([0, 2]), "unknown presence"),
         (b"\2", "a report without its flag"),
         (b"\2\1", "a report without its flag"),

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -11,20 +12,19 @@ from conf.protocol.codec.model import load_models
 from conf.protocol.codec.payload_header import PayloadHeader
 from conf.protocol.codec.reference_frames import MissingReferenceError, PointResidual, QuantisedFrame, ReferenceFrames
 from conf.protocol.codec.symbol_coder import LIMIT, SymbolReader, SymbolWriter
-from conf.protocol.codec.syntax import Context, FrameCoder, code_point_residuals, first_context, next_context
-from tests.protocol.independent_decoder import Frame, PayloadReader, Range
+from conf.protocol.codec.syntax import (
+    FEATURE_COUNT,
+    MAX_RESIDUALS,
+    Context,
+    FrameCoder,
+    code_point_residuals,
+    first_context,
+    next_context,
+)
+from tests.protocol.independent_decoder import Frame, PayloadReader, Range, uniform, weighted
 
 MODEL = load_models()["live"]
 COUNT = len(MODEL.default_reference.values)
-AGES = st.integers(1, 63)
-
-
-def lists(limit: int) -> st.SearchStrategy[list[int]]:
-    """Return frames of values of at most `limit`."""
-    return st.lists(st.integers(-limit, limit), min_size=COUNT, max_size=COUNT)
-
-
-VALUES = lists(3) | lists(40) | lists(700) | lists(LIMIT)
 STEP = st.integers(-300, 300)
 RESIDUALS = st.dictionaries(st.integers(0, MODEL.points - 1), st.tuples(STEP, STEP, STEP), max_size=12)
 READER = PayloadReader()
@@ -36,16 +36,19 @@ def independent(frame: QuantisedFrame) -> Frame:
     return Frame(list(frame.values), frame.staggered, frame.residuals)
 
 
-@given(VALUES, VALUES, VALUES, AGES, st.booleans(), RESIDUALS, RESIDUALS)
-def test_both_decoders_read_the_frame_that_was_written(
-    reference_values: list[int],
-    second_values: list[int],
-    targets: list[int],
-    age: int,
-    has_second: bool,
-    known: dict[int, PointResidual],
-    changes: dict[int, PointResidual],
-) -> None:
+def random_residuals(rng: np.random.Generator) -> dict[int, PointResidual]:
+    """Return residuals of up to 12 points, some of them 0."""
+    points = rng.choice(MODEL.points, int(rng.integers(0, 13)), replace=False).tolist()
+    return {point: tuple((rng.integers(-300, 301, 3) * rng.integers(0, 2)).tolist()) for point in points}
+
+
+@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("has_second", [False, True])
+def test_both_decoders_read_the_frame_that_was_written(seed: int, has_second: bool) -> None:
+    rng = np.random.default_rng(seed)
+    limit = (3, 40, 700, LIMIT)[seed % 4]
+    reference_values, second_values, targets = rng.integers(-limit, limit + 1, (3, COUNT)).tolist()
+    age, known, changes = int(rng.integers(1, 64)), random_residuals(rng), random_residuals(rng)
     reference = QuantisedFrame(tuple(reference_values), residuals=known)
     second = QuantisedFrame(tuple(second_values)) if has_second else None
     row = (MODEL.second_reference_rows if second else MODEL.rows)[age]
@@ -84,6 +87,7 @@ class FakeCoder:
 
     result: int
     scales: list[int] = field(default_factory=list)
+    tables: list[object] = field(default_factory=list)
     targets: list[float] = field(default_factory=list)
 
     def number(self, tables: object, scale: int, target: float) -> int:
@@ -93,8 +97,21 @@ class FakeCoder:
         return self.result
 
     def symbol(self, cumulative: object, value: int) -> int:
-        """Return the value."""
+        """Record the table."""
+        self.tables.append(cumulative)
         return value
+
+
+def test_point_residuals_use_the_tables_of_wire_md() -> None:
+    coder = FakeCoder(1)
+    assert code_point_residuals(coder, MODEL, {3: (5, 6, 7)}, {3: (1, 1, 1), 8: (0, 0, 2)}) == {
+        3: (6, 7, 8),
+        8: (1, 1, 1),
+    }
+    count = weighted([3000, 12, 10, 8, 6, 4, 4, 3, 2, 2, 2, 1, 1])
+    assert coder.tables == [count, uniform(50), uniform(50)]
+    assert (coder.scales, coder.targets) == ([24] * 6, [-4, -5, -6, 0, 0, 2])
+    assert (MAX_RESIDUALS, FEATURE_COUNT) == (12, 8)
 
 
 @pytest.mark.parametrize(("value", "difference"), [(LIMIT, 1), (-LIMIT, -1)])

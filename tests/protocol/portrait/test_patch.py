@@ -87,6 +87,7 @@ GOOD = encode_patch(example_patch())
     [
         (b"", "a patch cut off"),
         (GOOD[:2], "a patch cut off"),
+        (GOOD[:3], "a patch far from the face"),
         (GOOD[:1] + b"\2" + GOOD[2:], "invalid region or slot"),
         (GOOD[:2] + b"\x10" + GOOD[3:], "invalid region or slot"),
         (GOOD + b"\1", "padded"),

@@ -106,7 +106,7 @@ def test_the_size_of_a_photo_has_limits(size: tuple[int, int], valid: bool) -> N
         decode_photo(data)
 
 
-@pytest.mark.parametrize(("scale", "valid"), [(59.9, True), (60.1, False)])
+@pytest.mark.parametrize(("scale", "valid"), [(60.0, True), (60.1, False)])
 @pytest.mark.parametrize("field", ["points", "neutral"])
 def test_a_face_of_more_than_60_cm_is_rejected(field: str, scale: float, valid: bool) -> None:
     points = getattr(PHOTO, field)
@@ -152,8 +152,7 @@ def test_the_integers_of_a_neutral_pose_have_limits(index: int, value: int, vali
     [
         (b"\xc1", "not msgpack"),
         (msgpack.packb({}), "fields"),
-        (msgpack.packb({"a": 1}), "not msgpack"),
-        (msgpack.packb("text"), "not msgpack"),
+        *((msgpack.packb(value), "not msgpack") for value in ("a", {1: 1}, msgpack.ExtType(1, b"a"))),
         (msgpack.packb([[1] * 33]), "not msgpack"),
         (msgpack.packb([[]]), "fields"),
         (msgpack.packb([[], 1, 2]), "fields"),
@@ -163,6 +162,15 @@ def test_the_integers_of_a_neutral_pose_have_limits(index: int, value: int, vali
 def test_other_data_is_rejected(decode: Callable[[bytes], object], data: bytes, error: str) -> None:
     with pytest.raises(ProtocolError, match=error):
         decode(data)
+
+
+def test_the_fields_after_the_first_are_strings() -> None:
+    for strings in ([1, b"x"], [b"x", 1], [b"x"], [b"x", b"x", b"x"]):
+        with pytest.raises(ProtocolError, match="not 3 fields"):
+            decode_photo(msgpack.packb([FIELDS[0], *strings]))
+    for strings in ([1], [], [b"x", b"x"]):
+        with pytest.raises(ProtocolError, match="not 2 fields"):
+            decode_neutral(msgpack.packb([UPDATE_FIELDS[0], *strings]))
 
 
 @pytest.mark.parametrize(
