@@ -1,7 +1,7 @@
 """Write API pages from the docstrings: `python tools/docs/api.py [FOLDER]`, by default to build/api.
 
-The public names of conf.face, conf.protocol and conf.sender are imported lazily; they are imported here, so that each
-package's page shows them first.
+conf.face, conf.protocol and conf.sender import their public names lazily. This program imports all of them, so that
+they are listed first on the page of each package.
 """
 
 import sys
@@ -15,6 +15,7 @@ PACKAGES = ("conf.face", "conf.protocol", "conf.sender")
 
 
 def main() -> None:
+    """Write the pages."""
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else "build/api")
     for name in PACKAGES:
         package = import_module(name)

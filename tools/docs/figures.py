@@ -1,9 +1,9 @@
-"""Draw the thesis's figures again on the shipped head: `python tools/docs/figures.py [--output docs/figures]`.
+"""Draw the figures of the thesis on the default head: `python tools/docs/figures.py [--output docs/figures]`.
 
-- smile.jpg, open_mouth.jpg: the same by radial basis functions and by Waters' muscles (figures 4.5, 4.6, 4.11)
+- smile.jpg, open_mouth.jpg: one expression by radial basis functions and by Waters' muscles (figures 4.5, 4.6, 4.11)
 - square_mesh.png: a flat mesh contracted with angles of pi/2 and pi/6 (figure 4.10)
 - emotions.jpg: the six emotions of table 3.3
-- action_units.jpg: table 3.2, one by one
+- action_units.jpg: the action units of table 3.2
 """
 
 import argparse
@@ -31,7 +31,7 @@ from conf.render.camera import ViewState
 from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow
 
-Picture = NDArray[np.uint8]
+Image = NDArray[np.uint8]
 
 POSE = HeadPose(np.zeros(3), np.array([0.0, -0.03]), float(np.log(0.036)))
 CLOSE = ViewState(zoom=1.7, pan=(0.0, 0.22))
@@ -40,101 +40,100 @@ SUPERSAMPLING = 2
 QUALITY = {".jpg": [cv2.IMWRITE_JPEG_QUALITY, 90], ".png": [cv2.IMWRITE_PNG_COMPRESSION, 9]}
 INK, PAPER, RED = (40, 40, 40), (255, 255, 255), (40, 40, 200)
 
-# Millimetres of control points, as in figures 4.5 and 4.6: two points for a smile, few for an open mouth.
+# Displacements of control points in mm, as in figures 4.5 and 4.6.
 SMILE_MM = {"lip_corner": (6.0, 9.0, -4.0)}
 OPEN_MM = {
     "chin": (0.0, -17.0, -7.0), "lip_lower_mid": (0.0, -17.0, -6.0), "lip_lower_l": (-0.5, -13.0, -5.0),
     "lip_lower_r": (-0.5, -13.0, -5.0), "lip_corner": (-2.0, -4.0, -2.0), "lip_upper": (0.0, 1.5, 0.0),
 }  # fmt: skip
 SMILE_MUSCLES = {"zygomatic_major": 0.25}
-OPEN_MUSCLES, OPEN_JAW = {"depressor_labii": 0.12, "levator_labii": 0.03}, 0.18  # shares, radians
+OPEN_MUSCLES, OPEN_JAW = {"depressor_labii": 0.12, "levator_labii": 0.03}, 0.18  # contractions, radians
 
 
 def main() -> None:
-    """Write every figure and say where."""
+    """Write every figure and print its path."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     default = Path(__file__).resolve().parents[2] / "docs" / "figures"
-    parser.add_argument("--output", type=Path, default=default, help="folder for the pictures")
+    parser.add_argument("--output", type=Path, default=default, help="folder of the images")
     folder: Path = parser.parse_args().output
     folder.mkdir(parents=True, exist_ok=True)
-    studio = Studio(load_face())
+    camera = FigureCamera(load_face())
     figures = {
-        "smile.jpg": smile(studio),
-        "open_mouth.jpg": open_mouth(studio),
-        "emotions.jpg": emotions(studio),
-        "action_units.jpg": action_units(studio),
+        "smile.jpg": smile(camera),
+        "open_mouth.jpg": open_mouth(camera),
+        "emotions.jpg": emotions(camera),
+        "action_units.jpg": action_units(camera),
         "square_mesh.png": square_mesh(),
     }
-    studio.release()
-    for name, picture in figures.items():
-        cv2.imwrite(str(folder / name), picture, QUALITY[Path(name).suffix])
-        print(f"{folder / name}  {picture.shape[1]} x {picture.shape[0]}")
+    camera.release()
+    for name, image in figures.items():
+        cv2.imwrite(str(folder / name), image, QUALITY[Path(name).suffix])
+        print(f"{folder / name}  {image.shape[1]} x {image.shape[0]}")
 
 
-class Studio:
-    """One face and a camera."""
+class FigureCamera:
+    """Draws images of one face."""
 
     def __init__(self, face: FaceModel) -> None:
         self.face = face
-        self.plain = build_face(
-            face.mesh, face.control_points, rig=face.rig
-        )  # what the sculpted shapes taught left out
+        # The model without the correction that is trained on the sculpted blendshapes.
+        self.untrained = build_face(face.mesh, face.control_points, rig=face.rig)
         self.muscles = MuscleDeformer(face)
         self._window = OffscreenWindow(TILE[0] * SUPERSAMPLING, TILE[1] * SUPERSAMPLING)
         self._renderer = FaceRenderer(self._window.ctx, face)
 
-    def shoot(self, vertices: NDArray[np.float32], text: str, view: ViewState) -> Picture:
-        """Return a picture of the (V, 3) vertices with a line of text."""
+    def draw(self, vertices: NDArray[np.float32], text: str, view: ViewState) -> Image:
+        """Return an image of the (V, 3) vertices with a line of text."""
         self._window.begin()
         self._renderer.draw(vertices, POSE, view, self._window.framebuffer)
         self._window.end()
-        picture = cv2.resize(self._window.read(), TILE, interpolation=cv2.INTER_AREA)
-        return write(np.asarray(picture, np.uint8), text)
+        image = cv2.resize(self._window.read(), TILE, interpolation=cv2.INTER_AREA)
+        return write(np.asarray(image, np.uint8), text)
 
     def release(self) -> None:
-        """Free the camera."""
+        """Release the OpenGL objects."""
         self._renderer.release()
         self._window.release()
 
 
-def smile(studio: Studio) -> Picture:
-    """Return neutral, RBF and Waters: the corners of the mouth drawn up."""
-    corners = move_points(studio.plain, SMILE_MM)
-    pulled = studio.muscles.deform(both_sides(SMILE_MUSCLES))
-    return comparison(studio, corners, pulled)
+def smile(camera: FigureCamera) -> Image:
+    """Return neutral, RBF and Waters: the corners of the mouth raised."""
+    corners = move_points(camera.untrained, SMILE_MM)
+    pulled = camera.muscles.deform(both_sides(SMILE_MUSCLES))
+    return comparison(camera, corners, pulled)
 
 
-def open_mouth(studio: Studio) -> Picture:
-    """Return neutral, RBF and Waters: the mouth opened."""
-    opened = studio.muscles.deform(both_sides(OPEN_MUSCLES), jaw=OPEN_JAW)
-    return comparison(studio, move_points(studio.plain, OPEN_MM), opened)
+def open_mouth(camera: FigureCamera) -> Image:
+    """Return neutral, RBF and Waters: an open mouth."""
+    opened = camera.muscles.deform(both_sides(OPEN_MUSCLES), jaw=OPEN_JAW)
+    return comparison(camera, move_points(camera.untrained, OPEN_MM), opened)
 
 
-def comparison(studio: Studio, points: NDArray[np.float32], muscles: NDArray[np.float32]) -> Picture:
+def comparison(camera: FigureCamera, points: NDArray[np.float32], muscles: NDArray[np.float32]) -> Image:
     """Return two rows, skin and wireframe, of neutral, RBF and Waters."""
-    columns = {"neutral": studio.face.neutral, "radial basis functions": points, "Waters' muscles": muscles}
+    columns = {"neutral": camera.face.neutral, "radial basis functions": points, "Waters' muscles": muscles}
     rows = (CLOSE, CLOSE.toggled("wireframe"))
-    return np.vstack([np.hstack([studio.shoot(v, text, view) for text, v in columns.items()]) for view in rows])
+    return np.vstack([np.hstack([camera.draw(v, text, view) for text, v in columns.items()]) for view in rows])
 
 
-def emotions(studio: Studio) -> Picture:
+def emotions(camera: FigureCamera) -> Image:
     """Return the six emotions, three in a row."""
-    shown = load_emotions()
-    return sheet([studio.shoot(studio.face.deform(shown[name]), name, ViewState()) for name in shown.names], columns=3)
+    loaded = load_emotions()
+    return sheet([camera.draw(camera.face.deform(loaded[name]), name, ViewState()) for name in loaded.names], columns=3)
 
 
-def action_units(studio: Studio) -> Picture:
+def action_units(camera: FigureCamera) -> Image:
     """Return the action units, four in a row, at half size."""
     tiles = [
-        studio.shoot(studio.face.deform(displacements), unit_label(unit), ViewState())
+        camera.draw(camera.face.deform(displacements), unit_label(unit), ViewState())
         for unit, displacements in load_action_units().items()
     ]
-    picture = sheet(tiles, columns=4)
-    return np.asarray(cv2.resize(picture, None, fx=0.75, fy=0.75, interpolation=cv2.INTER_AREA), np.uint8)
+    image = sheet(tiles, columns=4)
+    return np.asarray(cv2.resize(image, None, fx=0.75, fy=0.75, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def move_points(face: FaceModel, shifts: dict[str, tuple[float, float, float]]) -> NDArray[np.float32]:
-    """Return the (V, 3) vertices with control points moved by millimetres, sideways away from the middle."""
+    """Return the (V, 3) vertices with control points moved by shifts in mm, x positive away from the middle."""
     displacements = np.zeros((CONTROL_POINT_COUNT, 3))
     for part, shift in shifts.items():
         for name in (name for name in CONTROL_POINT_INDEX if part in name):
@@ -148,8 +147,8 @@ def both_sides(contractions: dict[str, float]) -> dict[str, float]:
     return {f"{name}_{side}": strength for name, strength in contractions.items() for side in "lr"}
 
 
-def square_mesh(size: int = 440, lines: int = 25) -> Picture:
-    """Return a flat square mesh at rest and contracted by a muscle of two angles, A and I marked."""
+def square_mesh(size: int = 440, lines: int = 25) -> Image:
+    """Return a flat square mesh at rest and contracted by a muscle of two angles, origin A and insertion I marked."""
     grid = np.stack(np.meshgrid(np.linspace(-1, 1, lines), np.linspace(-1, 1, lines)), axis=-1)
     flat = np.concatenate([grid, np.zeros((lines, lines, 1))], axis=-1)
     root, insertion = np.array([0.0, 0.75, 0.0]), np.array([0.0, -0.15, 0.0])
@@ -163,33 +162,33 @@ def square_mesh(size: int = 440, lines: int = 25) -> Picture:
 
 def draw_grid(
     vertices: NDArray[np.float64], ends: tuple[NDArray[np.float64], NDArray[np.float64]], size: int, text: str
-) -> Picture:
+) -> Image:
     """Return a drawing of a (rows, columns, 3) mesh and of its muscle from A to I."""
-    picture = np.full((size, size, 3), PAPER, np.uint8)
+    image = np.full((size, size, 3), PAPER, np.uint8)
     for line in (*vertices, *vertices.swapaxes(0, 1)):
-        cv2.polylines(picture, [_pixels(line, size)], False, INK, 1, cv2.LINE_AA, 4)
+        cv2.polylines(image, [_pixels(line, size)], False, INK, 1, cv2.LINE_AA, 4)
     for name, end in zip("AI", ends, strict=True):
         (centre,) = _pixels(end[None], size)
-        cv2.circle(picture, tuple(map(int, centre)), 5 << 4, RED, -1, cv2.LINE_AA, 4)
-        cv2.putText(picture, name, (int(centre[0]) // 16 + 8, int(centre[1]) // 16 + 5), 0, 0.55, RED, 2, cv2.LINE_AA)
-    return write(picture, text, colour=INK)
+        cv2.circle(image, tuple(map(int, centre)), 5 << 4, RED, -1, cv2.LINE_AA, 4)
+        cv2.putText(image, name, (int(centre[0]) // 16 + 8, int(centre[1]) // 16 + 5), 0, 0.55, RED, 2, cv2.LINE_AA)
+    return write(image, text, colour=INK)
 
 
-def sheet(tiles: Sequence[Picture], *, columns: int) -> Picture:
-    """Return pictures of one size in rows."""
+def sheet(tiles: Sequence[Image], *, columns: int) -> Image:
+    """Return images of equal size in rows."""
     rows = [np.hstack(tiles[i : i + columns]) for i in range(0, len(tiles), columns)]
     return np.vstack(rows)
 
 
-def write(picture: Picture, text: str, *, colour: tuple[int, int, int] = PAPER) -> Picture:
-    """Return the picture with a line of text at its upper left."""
-    labelled = picture.copy()
+def write(image: Image, text: str, *, colour: tuple[int, int, int] = PAPER) -> Image:
+    """Return the image with a line of text at its upper left."""
+    labelled = image.copy()
     cv2.putText(labelled, text, (10, 24), cv2.FONT_HERSHEY_SIMPLEX, 0.6, colour, 1, cv2.LINE_AA)
     return labelled
 
 
 def _pixels(points: NDArray[np.float64], size: int) -> NDArray[np.int32]:
-    """Return (n, 2) sixteenths of a pixel of points between -1 and 1, with a margin."""
+    """Return (n, 2) positions in 1/16 px of points between -1 and 1, with a margin."""
     scaled = points[:, :2] * [0.44, -0.44] + [0.5, 0.52]
     return np.rint(scaled * size * 16).astype(np.int32)
 

@@ -1,12 +1,13 @@
-"""Make the pictures of a call that README shows, from the demo's clip.
+"""Make the images of a call in README from the demo clip.
 
     xvfb-run -s "-screen 0 1280x1024x24" python tools/docs/screenshots.py [--offscreen]
 
-- receiver.jpg: the receiver's window in the middle of a call
-- before_after.jpg: moments of the person, and what is drawn of them
+- receiver.jpg: the window of the receiver during a call
+- before_after.jpg: frames of the person, and their drawings
 - stages.png: the plot of `conf measure`
 
-The call goes through the real loop, datagrams included, in simulated time: the pictures are the same on a busy machine.
+The call runs through the receiver's loop, datagrams included, in simulated time, so that the images do not depend on
+the speed of the machine.
 """
 
 import argparse
@@ -45,7 +46,7 @@ Pixels = NDArray[np.uint8]
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 SIZE = (900, 675)
 FPS = 30.0
-LOOPS = 5  # of the clip, so that the meter has something to show
+LOOPS = 5  # repetitions of the clip, so that the statistics overlay has data
 QUALITY = [cv2.IMWRITE_JPEG_QUALITY, 88]
 LIPS = CONTROL_POINT_INDEX["inner_lip_lower_mid"], CONTROL_POINT_INDEX["inner_lip_upper_mid"]
 LIDS = [(CONTROL_POINT_INDEX[f"eyelid_upper_{side}"], CONTROL_POINT_INDEX[f"eyelid_lower_{side}"]) for side in "lr"]
@@ -53,8 +54,8 @@ COLUMN = 300
 CAPTION = 34
 
 
-class Recorded:
-    """The loop's socket and its clock: while the loop waits, the caller says the frames that are due."""
+class SimulatedSocket:
+    """Socket and clock of the receiver's loop; while the loop waits, the sender sends the frames that are due."""
 
     def __init__(self, call: LoopbackCall, frames: list[MotionFrame]) -> None:
         self.now = 0.0
@@ -66,16 +67,16 @@ class Recorded:
         return self.now
 
     def receive(self, limit: int = 4096) -> list[tuple[bytes, Address]]:
-        """Return nothing: the rehearsal hands its datagrams to the host by itself."""
+        """Return nothing: LoopbackCall delivers the sender's datagrams to the receiver."""
         return []
 
     def send(self, datagrams: list[tuple[bytes, Address]]) -> None:
-        """Hand the host's answers to the caller."""
+        """Deliver the receiver's datagrams to the sender."""
         for data, _ in datagrams:
             self._call.sender.receive_datagram(data, RECEIVER, self.now)
 
     def wait(self, seconds: float) -> None:
-        """Let time go by."""
+        """Advance the simulated time."""
         self.now += max(min(seconds, 1 / 60), 1e-4)
         while self._frames and self._frames[-1].timestamp <= self.now:
             frame = self._frames.pop()
@@ -83,15 +84,15 @@ class Recorded:
 
 
 def main() -> None:
-    """Write the pictures and say where."""
+    """Write the images and print their paths."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--offscreen", action="store_true", help="without a window: the same picture")
-    parser.add_argument("--output", type=Path, default=DOCS, help="folder for the pictures")
+    parser.add_argument("--offscreen", action="store_true", help="draw offscreen; the image is the same")
+    parser.add_argument("--output", type=Path, default=DOCS, help="folder of the images")
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
     clip = fetch_demo_clip()
     with OffscreenWindow(*SIZE) if options.offscreen else GlfwWindow(*SIZE, "conf") as window:
-        cv2.imwrite(str(options.output / "receiver.jpg"), receiver_picture(window, clip), QUALITY)
+        cv2.imwrite(str(options.output / "receiver.jpg"), receiver_image(window, clip), QUALITY)
     cv2.imwrite(str(options.output / "before_after.jpg"), before_after(list(run(clip))), QUALITY)
     plot(measure(clip), options.output / "stages.png")
     for name in ("stages.png", "before_after.jpg", "receiver.jpg"):
@@ -99,8 +100,8 @@ def main() -> None:
         print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
 
 
-def receiver_picture(window: Window, clip: Path) -> Pixels:
-    """Return the window's picture at the liveliest moment of the last time the clip goes round."""
+def receiver_image(window: Window, clip: Path) -> Pixels:
+    """Return the image of the window at the most expressive frame of the last repetition of the clip."""
     frames, parameters = motion(clip)
     length = frames[-1].timestamp + 1 / parameters.fps
     looped = [
@@ -109,23 +110,23 @@ def receiver_picture(window: Window, clip: Path) -> Pixels:
         for frame in frames
     ]
     call = LoopbackCall(parameters, 0.0, os.urandom, rate=RateOptions(LIVE.name))
-    link = Recorded(call, looped)
-    shown: list[tuple[float, Pixels]] = []
+    socket = SimulatedSocket(call, looped)
+    best: list[tuple[float, Pixels]] = []
 
     def keep(window: Window, now: float) -> None:
         if now > (LOOPS - 1) * length:
             played = now - ONE_WAY_S - call.stream.snapshot(now).playout_delay_ms / 1000
             nearest = min(looped, key=lambda frame: abs(frame.timestamp - played))
-            if not shown or liveliness(nearest) > shown[0][0]:
-                shown[:] = [(liveliness(nearest), window.read())]
+            if not best or expressiveness(nearest) > best[0][0]:
+                best[:] = [(expressiveness(nearest), window.read())]
 
-    loop = ReceiverLoop(window, load_face(), call.receiver, link, LoopOptions(FPS, on_frame=keep))  # type: ignore[arg-type]
-    loop.run(seconds=LOOPS * length, clock=link.clock)
-    return shown[0][1]
+    loop = ReceiverLoop(window, load_face(), call.receiver, socket, LoopOptions(FPS, on_frame=keep))  # type: ignore[arg-type]
+    loop.run(seconds=LOOPS * length, clock=socket.clock)
+    return best[0][1]
 
 
 def motion(clip: Path) -> tuple[list[MotionFrame], StreamParameters]:
-    """Return what the live profile sends of a clip."""
+    """Return the frames of a clip at the rate of the live profile, and the parameters of the stream."""
     with open_clip(clip) as source:
         size, fps = source.size, source.fps
     extractor = MotionExtractor(read_canonical_face(fetch_models()), size)
@@ -139,38 +140,38 @@ def motion(clip: Path) -> tuple[list[MotionFrame], StreamParameters]:
     return frames[::step], StreamParameters(*size, LIVE.fps, 50, extractor.fapu_distances())
 
 
-def liveliness(frame: MotionFrame) -> float:
-    """Return how well a moment suits a picture: an open mouth, open eyes, a head that is not turned far."""
+def expressiveness(frame: MotionFrame) -> float:
+    """Return a score of a frame: high for an open mouth, open eyes and little head rotation."""
     up = frame.displacements[:, 1]
     mouth = min(float(up[LIPS[1]] - up[LIPS[0]]), 350.0)
-    shut = sum(max(0.0, float(up[lower] - up[upper])) for upper, lower in LIDS)
-    return mouth - 0.6 * shut - 400.0 * float(np.abs(frame.pose[:3]).sum())
+    closure = sum(max(0.0, float(up[lower] - up[upper])) for upper, lower in LIDS)
+    return mouth - 0.6 * closure - 400.0 * float(np.abs(frame.pose[:3]).sum())
 
 
 def before_after(pairs: list[Pair]) -> Pixels:
-    """Return columns: the person above, what is drawn below, in words what it is."""
+    """Return columns for four expressions: person, drawing, caption."""
     mouth = [pair.source["mouth_opening"] for pair in pairs]
     lids = [pair.source["lid_left"] + pair.source["lid_right"] for pair in pairs]
     roll = [abs(pair.source["roll"]) for pair in pairs]
     brows = [pair.source["brow_inner"] + pair.source["brow_outer"] for pair in pairs]
-    moments = {
+    selected = {
         "mouth wide open": np.argmax(mouth),
         "eyes shut": np.argmin(lids),
         "head tilted": np.argmax(roll),
         "brows raised": np.argmax(np.array(brows) - np.array(mouth)),
     }
-    return np.hstack([column(pairs[int(i)], words) for words, i in moments.items()])
+    return np.hstack([column(pairs[int(i)], text) for text, i in selected.items()])
 
 
-def column(pair: Pair, words: str) -> Pixels:
-    """Return (H, COLUMN, 3): person, drawing, words."""
+def column(pair: Pair, text: str) -> Pixels:
+    """Return (H, COLUMN, 3): person, drawing, caption."""
     height = round(COLUMN * pair.pixels.shape[0] / pair.pixels.shape[1])
     person = cv2.resize(pair.pixels, (COLUMN, height), interpolation=cv2.INTER_CUBIC)
     drawing = cv2.resize(pair.drawing, (COLUMN, COLUMN), interpolation=cv2.INTER_AREA)
     caption = np.full((CAPTION, COLUMN, 3), 255, np.uint8)
-    (width, _), _ = cv2.getTextSize(words, cv2.FONT_HERSHEY_DUPLEX, 0.6, 1)
-    at = ((COLUMN - width) // 2, 23)
-    cv2.putText(caption, words, at, cv2.FONT_HERSHEY_DUPLEX, 0.6, (40, 40, 40), 1, cv2.LINE_AA)
+    (width, _), _ = cv2.getTextSize(text, cv2.FONT_HERSHEY_DUPLEX, 0.6, 1)
+    origin = ((COLUMN - width) // 2, 23)
+    cv2.putText(caption, text, origin, cv2.FONT_HERSHEY_DUPLEX, 0.6, (40, 40, 40), 1, cv2.LINE_AA)
     framed = cv2.copyMakeBorder(np.vstack([person, drawing]), 2, 2, 2, 2, cv2.BORDER_CONSTANT, value=(255, 255, 255))
     return np.vstack([cv2.resize(framed, (COLUMN, framed.shape[0])), caption]).astype(np.uint8)
 
