@@ -1,6 +1,6 @@
 """Where motion comes from: a tracked face, or a recording.
 
-A source goes from frame to frame; motion is asked for apart, so that only frames that are sent need be tracked.
+A source goes from frame to frame; motion is requested separately, so that only frames that are sent are tracked.
 """
 
 import time
@@ -94,7 +94,7 @@ class TrackedMotionSource:
         return motion
 
     def after_send(self, now: float) -> None:
-        """Pass the frame to the portrait scheduler, which may need most of the time until the next frame."""
+        """Pass the frame to the portrait scheduler, which may need almost a frame's interval."""
         sent, self._sent = self._sent, None
         if self._portrait_scheduler is None or self._frame is None or sent is None:
             return

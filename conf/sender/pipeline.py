@@ -93,7 +93,7 @@ class SenderLoop:
         return next(self._running, None)
 
     def close(self, now: float) -> None:
-        """End the call: the receiver is told."""
+        """End the call and notify the receiver."""
         self._socket.send(self._connection.close(now))
 
     def status(self, now: float) -> SenderStatus:

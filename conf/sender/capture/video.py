@@ -1,4 +1,4 @@
-"""Frames of a camera, or of a clip. They have timestamps; waiting until they are due is the caller's part."""
+"""Frames of a camera, or of a clip. They have timestamps, but are not delayed until they are due."""
 
 import math
 import os

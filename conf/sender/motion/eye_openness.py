@@ -1,7 +1,7 @@
 """Estimate how open each eye is, from a tracker whose lid landmarks never quite meet.
 
 A drawn eye must be shut when the person's is. On the clips the lid landmarks of a shut eye keep 0 to 0.28 of their
-neutral gap, depending on person and glasses. The blendshapes tell when an eye is shut, so this ratio is learned.
+neutral gap, depending on person and glasses. The blendshapes show when an eye is shut, so this ratio is learned.
 """
 
 import numpy as np

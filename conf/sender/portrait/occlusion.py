@@ -89,7 +89,7 @@ def rigid_skin(warp: PortraitWarp, /) -> NDArray[np.bool_]:
 
 
 def photo_scale(warp: PortraitWarp, /) -> float:
-    """Return the image heights that 1 cm of the face takes in the photo."""
+    """Return the length of 1 cm of the face in the photo, image heights."""
     return float(np.exp(warp.shape.pose.log_scale))
 
 

@@ -85,7 +85,7 @@ class PatchScheduler:
 
         displacements : (n, 3) FAPU units
         waiting_bytes : of all objects, not yet acknowledged
-        can_patch : whether the feature of a region can be cut from the frame; costly, so it is asked last
+        can_patch : whether the feature of a region can be cut from the frame; costly, so it is called last
         """
         if waiting_bytes > MAX_WAITING_BYTES:
             return None

@@ -16,7 +16,7 @@ from conf.sender.portrait.segmentation import segment_steps
 from conf.sender.tracking.canonical_face import CanonicalFace
 from conf.sender.tracking.pose_removal import remove_head_pose
 
-BACKGROUND_BLUR = 1.2  # px: a soft background takes few bytes
+BACKGROUND_BLUR = 1.2  # px: a soft background needs few bytes
 BODY_BLUR = 0.8  # px
 
 

@@ -1,7 +1,7 @@
 """Score a frame as a portrait photo: the typical pose and expression, at rest, sharp, eyes open, nothing in front.
 
-Strategy: the receiver draws a face worse the farther it is from the photo. So a photo should show the expression and
-head rotation of most of the call, be that a shut or a half-open mouth. Of all measures tried on clips, the mean
+Strategy: the receiver draws a face worse the farther it is from the photo. So a photo should show the typical
+expression and head rotation of the call, be that a shut or a half-open mouth. Of all measures tried on clips, the mean
 distance of the control points from their typical positions predicted best which photo serves a call. All penalties add
 up; lower is better. A `..._UNIT` is the deviation that adds 1.
 """
@@ -30,22 +30,16 @@ NEUTRAL_SAMPLES = 3  # assumed at the start
 
 
 class TypicalPose:
-    """The head rotation and expression of most of the time: the median of the last 20 s."""
+    """The median head rotation and expression of the last 20 s.
+
+    rotation : (3,) rad; displacements : (n, 2) FAPU units, x and y
+    """
 
     def __init__(self) -> None:
-        self._median = np.zeros(2 * CONTROL_POINT_COUNT + 3)
-        self._samples = deque([self._median] * NEUTRAL_SAMPLES, maxlen=SAMPLES)
+        self.rotation, self.displacements = np.zeros(3), np.zeros((CONTROL_POINT_COUNT, 2))
+        neutral = np.zeros(3 + self.displacements.size)
+        self._samples = deque([neutral] * NEUTRAL_SAMPLES, maxlen=SAMPLES)
         self._due = float("-inf")
-
-    @property
-    def displacements(self) -> NDArray[np.float64]:
-        """Typical displacements, (n, 2) FAPU units, x and y."""
-        return self._median[3:].reshape(-1, 2)
-
-    @property
-    def rotation(self) -> NDArray[np.float64]:
-        """Typical rotation vector, (3,) rad."""
-        return self._median[:3]
 
     def sample(self, motion: MotionFrame, now: float, /) -> None:
         """Add a frame's motion if a sample is due at `now`, seconds."""
@@ -53,7 +47,8 @@ class TypicalPose:
             return
         self._due = now + SAMPLE_INTERVAL_S
         self._samples.append(np.concatenate([motion.pose[:3], motion.displacements[:, :2].ravel()]))
-        self._median = np.asarray(np.median(self._samples, axis=0), np.float64)
+        median = np.median(self._samples, axis=0)
+        self.rotation, self.displacements = median[:3], median[3:].reshape(-1, 2)
 
 
 def motion_penalty(motion: MotionFrame, typical: TypicalPose, /) -> float:

@@ -13,7 +13,7 @@ from conf.sender.portrait.photo_builder import CapturedFace
 from conf.sender.portrait.photo_quality import TypicalPose, motion_penalty, speed_penalty
 
 FIRST_SEARCH_S = 0.3  # for the draft
-ACCEPT_PENALTY = 2.0  # above the best image penalty so far: the draft is taken at once below this
+ACCEPT_PENALTY = 2.0  # above the best image penalty so far: the draft is sent at once below this
 REPLACE_PENALTY = 2.2  # the same, for the photo after the draft
 MIN_LEAD_S = 0.5  # a frame must stay the best this long: a hand needs that to leave the face
 MAX_DRAFT_S = 10.0  # after which the best frame replaces the draft, whatever its penalty

@@ -11,7 +11,7 @@ from conf.sender.tracking.detector import FaceDetector
 from conf.sender.tracking.inference import Backend, choose_backend
 from conf.sender.tracking.landmarks import Crop, LandmarkNetwork
 
-# Frames between two predictions: they take LiteRT 0.4 ms and OpenCV 1.6 ms, and calibration can wait two frames.
+# Frames between two predictions: each costs LiteRT 0.4 ms and OpenCV 1.6 ms, and calibration can wait two frames.
 BLENDSHAPE_INTERVAL = {"litert": 1, "opencv": 3}
 MIN_PRESENCE = 0.5
 MAX_CANDIDATES = 3  # detections examined in one frame
@@ -67,7 +67,7 @@ class FaceTracker:
         """Search the whole frame, the most likely caller first.
 
         Landmarks are predicted twice, the second time in the crop that the first ones give: on a face they agree; on a
-        cloud or letters, which the networks sometimes take for a face, they do not.
+        cloud or letters, which the networks sometimes mistake for a face, they do not.
         """
         for face in self._detector.detect(pixels)[:MAX_CANDIDATES]:
             first = self._predict_landmarks(pixels, Crop.around_points(face.box.reshape(2, 2), face.eyes))
