@@ -1,6 +1,5 @@
 """Calls in memory and in simulated time: senders, a receiver, and a network of seeded losses, delays and jitter."""
 
-import heapq
 import random
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -19,11 +18,10 @@ from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import Connected, Event
 from conf.protocol.session.server import SessionServer
 from conf.protocol.statistics import HEADER_BYTES
+from tests.support.simulated_sessions import CODE, RECEIVER, Network
+from tests.support.simulated_sessions import WRONG as WRONG
 from tests.support.synthetic_motion import talking
 
-CODE = "acorn-tulip-river-42"
-WRONG = "acorn-tulip-river-43"
-RECEIVER: Address = ("192.0.2.1", 5005)
 PARAMETERS = StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1))
 STEP_S = 1 / 60
 Motion = Callable[[float], MotionFrame | None]
@@ -163,8 +161,8 @@ class World:
         self.senders: list[SimulatedSender] = []
         self.events: list[Event] = []
         self.traffic: list[tuple[float, Address, Address, bytes]] = []
-        self._in_flight: list[tuple[float, int, Address, Address, bytes]] = []
-        self._order, self._calls = count(), count(1)
+        self._network = Network()
+        self._calls = count(1)
 
     def call(
         self,
@@ -230,11 +228,10 @@ class World:
                 sender.wire.append((self.now, len(data) + HEADER_BYTES))
             delay = sender.line.delay()
             if delay is not None:
-                heapq.heappush(self._in_flight, (self.now + delay, next(self._order), source, target, data))
+                self._network.put(self.now + delay, source, target, data)
 
     def _deliver(self) -> None:
-        while self._in_flight and self._in_flight[0][0] <= self.now:
-            arrival, _, source, target, data = heapq.heappop(self._in_flight)
+        for arrival, source, target, data in self._network.arrivals(self.now):
             if target == RECEIVER:
                 self.receiver.receive_datagram(data, source, arrival)
             for sender in self.senders:

@@ -1,4 +1,4 @@
-"""The sealed session beneath the messages: code, handshake, seal, replay, roaming. Pure, sans-IO.
+"""The encrypted session beneath the messages: pairing code, handshake, sealing, replay protection, roaming. Sans-IO.
 
-Reading order: code.py, packet.py, replay.py, seal.py, handshake.py, initiator.py, responder.py, client.py, server.py.
+Reading order: pairing_code, packet, replay_window, seal, handshake, initiator, responder, client, server.
 """

@@ -9,18 +9,9 @@ from collections import Counter, deque
 from dataclasses import dataclass
 
 from conf.protocol.address import Address
+from conf.protocol.session import events
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
-from conf.protocol.session.events import (
-    BodyReceived,
-    Connected,
-    Event,
-    LossReason,
-    NoAnswer,
-    Refused,
-    SealedDatagram,
-    SessionEnded,
-    WrongCode,
-)
+from conf.protocol.session.events import Event, LossReason, SealedDatagram
 from conf.protocol.session.handshake import RandomBytes, Refusal
 from conf.protocol.session.initiator import HandshakeDone, HandshakeRefused, Initiator
 from conf.protocol.session.packet import DataPacket, HandshakePacket, Kind, parse_datagram
@@ -121,7 +112,7 @@ class SenderSession:
         waited = now - self._trying_since
         if self._initiator and not self._active and not self._no_answer_reported and waited >= NO_ANSWER_S:
             self._no_answer_reported = True
-            self._events.append(NoAnswer(waited))
+            self._events.append(events.NoAnswer(waited))
 
     def _receive_data(self, packet: DataPacket, address: Address, now: float) -> None:
         active = self._active
@@ -131,7 +122,7 @@ class SenderSession:
         active.last_received = now
         if self._initiator and self._initiator.secrets is None:
             self._initiator = None
-        self._events.append(BodyReceived(active.session, body, address, counter))
+        self._events.append(events.BodyReceived(active.session, body, address, counter))
 
     def _receive_handshake(self, packet: HandshakePacket, now: float) -> None:
         if packet.kind is Kind.UNKNOWN:
@@ -159,14 +150,14 @@ class SenderSession:
         sealer = Sealer(result.session, result.secrets.from_sender, epoch_length=self._epoch_length)
         self._active = ActiveSession(result.session, opener, sealer, now)
         self._initiator = None
-        self._events.append(Connected(result.session, self._remote))
+        self._events.append(events.Connected(result.session, self._remote))
 
     def _on_refused(self, result: HandshakeRefused, now: float) -> None:
         wait = max(result.number, MIN_WAIT_S) if result.refusal in _TEMPORARY else None
         if result.refusal is Refusal.WRONG_CODE:
-            self._events.append(WrongCode(result.number, self._remote))
+            self._events.append(events.WrongCode(result.number, self._remote))
         else:
-            self._events.append(Refused(result.refusal, wait))
+            self._events.append(events.Refused(result.refusal, wait))
         if wait is None or self._initiator is None:
             self._initiator, self.stopped = None, True
             return
@@ -182,5 +173,5 @@ class SenderSession:
 
     def _end(self, reason: LossReason) -> None:
         assert self._active
-        self._events.append(SessionEnded(self._active.session, reason))
+        self._events.append(events.SessionEnded(self._active.session, reason))
         self._active = None

@@ -1,4 +1,4 @@
-"""What a session tells the program above it."""
+"""The events of a session."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -10,15 +10,15 @@ from conf.protocol.session.handshake import Refusal
 class LossReason(StrEnum):
     """Why a session ended."""
 
-    IDLE = "idle"  # nothing heard for 30 s
-    REPLACED = "replaced"  # the same sender has shaken hands again
+    IDLE = "idle"  # nothing received for 30 s
+    REPLACED = "replaced"  # by a new handshake of the same sender
     EXHAUSTED = "exhausted"  # 2^32 datagrams sent
-    CLOSED = "closed"  # closed by this side's program
+    CLOSED = "closed"  # closed on this side
 
 
 @dataclass(frozen=True)
 class Connected:
-    """A session is ready; after a reconnection it is a new one: its counters start at 0, nothing is acknowledged."""
+    """A session is ready. After a reconnection it is a new one: its counters start at 0, nothing is acknowledged."""
 
     session: int
     address: Address
@@ -26,7 +26,7 @@ class Connected:
 
 @dataclass(frozen=True)
 class WrongCode:
-    """The code is wrong. At the sender: it has stopped trying. At the receiver: somebody at `address` tried."""
+    """The code is wrong. At the sender: it has stopped trying. At the receiver: a sender at `address` used it."""
 
     tries_left: int
     address: Address
@@ -34,7 +34,7 @@ class WrongCode:
 
 @dataclass(frozen=True)
 class Refused:
-    """The receiver will not talk to this sender now; wait_s : seconds until the sender tries again, None if never."""
+    """The receiver refuses this sender. wait_s : seconds until the sender tries again, None if never"""
 
     refusal: Refusal
     wait_s: float | None
@@ -42,14 +42,14 @@ class Refused:
 
 @dataclass(frozen=True)
 class NoAnswer:
-    """At the sender: nobody has answered the handshake for `seconds`; it goes on trying."""
+    """At the sender: no answer to the handshake for `seconds`; it continues to try."""
 
     seconds: float
 
 
 @dataclass(frozen=True)
 class BodyReceived:
-    """A body under a valid seal. counter : its datagram's, unique in the session, rising in the order of sending."""
+    """An authenticated body. counter : of its datagram, unique in the session, rising in the order of sending"""
 
     session: int
     body: bytes
@@ -67,7 +67,7 @@ class AddressChanged:
 
 @dataclass(frozen=True)
 class SessionEnded:
-    """A session has ended; its number may be used again."""
+    """A session has ended. Its number may be used again."""
 
     session: int
     reason: LossReason
@@ -75,7 +75,7 @@ class SessionEnded:
 
 @dataclass(frozen=True)
 class SealedDatagram:
-    """A body on its way: the datagram, where to, and its counter, by which it will be acknowledged."""
+    """A datagram to send, its destination, and its counter, by which it will be acknowledged."""
 
     datagram: bytes
     address: Address

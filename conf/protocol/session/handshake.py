@@ -1,16 +1,16 @@
-"""What both sides of the handshake share: the flow, the SPAKE2 shares, the keys and proofs that come of them.
+"""What both sides of the handshake have in common: its flow, the SPAKE2 key shares, the session's keys and proofs.
 
     sender (initiator)                                     receiver (responder)
     HELLO(attempt, no cookie, share A)      57 B  ->
-                                                  <-  25 B  RETRY(attempt, cookie)           nothing kept, no curve work
+                                                  <-  25 B  RETRY(attempt, cookie)           no state, no curve work
     HELLO(attempt, cookie, share A)         57 B  ->
                                                   <-  49 B  ANSWER(attempt, share B)
     CONFIRM(attempt, proof)                 34 B  ->
                                                   <-  34 B  DONE(attempt, session, proof)     or 19 B REFUSED
 
-Strategy. The sender proves first: until then the receiver has told nothing by which a code could be tested, so exactly
-the wrong proofs are counted as wrong codes. `attempt` (8 random bytes) names a handshake: who has not seen its
-datagrams cannot answer in it. Only the sender repeats itself; the receiver answers a repetition as the first time.
+Strategy. The sender proves first. Until then the receiver has revealed nothing by which a code could be tested, so that
+exactly the wrong proofs count as wrong codes. `attempt` (8 random bytes) identifies a handshake: only who has seen its
+datagrams can answer in it. Only the sender repeats datagrams; the receiver answers a repetition identically.
 """
 
 import copy
@@ -41,14 +41,14 @@ class Refusal(IntEnum):
     """Why a receiver refuses a handshake, and what the number beside it means."""
 
     WRONG_CODE = 0  # tries left
-    LOCKED = 1  # too many wrong codes lately: seconds to wait
-    FULL = 2  # all sessions taken: 0
-    BUSY = 3  # too many handshakes under way: seconds to wait
+    LOCKED = 1  # too many wrong codes in the last minute: seconds to wait
+    FULL = 2  # no free session: 0
+    BUSY = 3  # too many handshakes in progress: seconds to wait
 
 
 @dataclass(frozen=True)
 class SessionSecrets:
-    """What a handshake yields, 32 B each: the two chains of keys, and the keys of the two proofs."""
+    """The result of a handshake, 32 B each: the secrets of both key chains, and the keys of both proofs."""
 
     from_sender: bytes
     from_receiver: bytes
@@ -57,31 +57,32 @@ class SessionSecrets:
 
 
 def sender_share(code: str, random: RandomBytes) -> tuple[SPAKE2_A, bytes]:
-    """Return the sender's half of SPAKE2 and its share (32 B)."""
-    half = SPAKE2_A(code.encode(), idA=SENDER_ID, idB=RECEIVER_ID, entropy_f=random)
-    return half, half.start()[1:]
+    """Return the sender's SPAKE2 state and its key share (32 B)."""
+    spake = SPAKE2_A(code.encode(), idA=SENDER_ID, idB=RECEIVER_ID, entropy_f=random)
+    return spake, spake.start()[1:]
 
 
 def sender_secrets(spake: SPAKE2_A, attempt: bytes, shares: tuple[bytes, bytes]) -> SessionSecrets:
-    """Return the secrets. shares : the sender's and the receiver's. Raises DatagramError if the latter is no share."""
+    """Return the secrets. shares : the sender's and the receiver's. Raises DatagramError if the latter is invalid."""
     return _secrets(_finish(spake, b"B" + shares[1]), attempt, shares)
 
 
 def receiver_secrets(code: str, attempt: bytes, key_share: bytes, random: RandomBytes) -> tuple[SessionSecrets, bytes]:
-    """Return the secrets and the receiver's share. Raises DatagramError if `share`, the sender's, is no share."""
-    half = SPAKE2_B(code.encode(), idA=SENDER_ID, idB=RECEIVER_ID, entropy_f=random)
-    own = half.start()[1:]
-    return _secrets(_finish(half, b"A" + key_share), attempt, (key_share, own)), own
+    """Return the secrets and the receiver's key share. Raises DatagramError if the sender's `key_share` is invalid."""
+    spake = SPAKE2_B(code.encode(), idA=SENDER_ID, idB=RECEIVER_ID, entropy_f=random)
+    own = spake.start()[1:]
+    return _secrets(_finish(spake, b"A" + key_share), attempt, (key_share, own)), own
 
 
 def proof(key: bytes, session: int) -> bytes:
-    """Return the proof (16 B) that its maker knows the key; the receiver's also covers the session it names."""
+    """Return the proof (16 B) that its maker has the key; the receiver's also covers the session number."""
     return hmac.digest(key, bytes((VERSION, session)), "sha256")[:PROOF_BYTES]
 
 
 def _finish(spake: SPAKE2_A | SPAKE2_B, message: bytes) -> bytes:
     try:
-        key: bytes = copy.copy(spake).finish(message)  # a half finishes once, and a forged share must not use it up
+        # A copy, as the state can finish only once and a forged share must not use it up.
+        key: bytes = copy.copy(spake).finish(message)
     except (ValueError, NotOnCurve, SPAKEError):
         raise DatagramError(DropReason.SHARE) from None
     return key

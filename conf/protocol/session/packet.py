@@ -1,13 +1,13 @@
-"""Datagrams as bytes: the outer framing, and nothing else. WIRE.md describes it.
+"""The outer framing of datagrams. WIRE.md describes it.
 
 Strategy. Every datagram is one msgpack array of small integers and one `bin`. Only the shortest msgpack form of each is
-allowed, so a datagram has one spelling, and a parser of fixed shape is simpler and faster than msgpack's:
+valid, so that a datagram has one encoding, and a parser of fixed shape is simpler and faster than msgpack's:
 
     data       94 VV ss cc.. c4 nn ....    [version, session 0..127, counter, bin(sealed body)]
     handshake  93 VV kk c4 nn ....         [version, kind, bin(fields, CRC-32)]
 
-The counter on the wire is cut to its low seven bits when the peer is known to be near enough to restore it, as in QUIC
-(RFC 9000, A.3). The CRC tells damage from a wrong code: it stops no attacker and is not meant to.
+The counter is cut to its low seven bits if the peer's newest counter is known to be near enough to restore it, as in
+QUIC (RFC 9000, A.3). The CRC distinguishes damage from a wrong code. It protects against no attacker.
 """
 
 import zlib
@@ -30,12 +30,12 @@ LOW_BITS = 0x7F
 
 DATA_PREFIX, HANDSHAKE_PREFIX = 0x94, 0x93
 BIN8, BIN16 = 0xC4, 0xC5
-# msgpack's unsigned integers: mark -> (bytes, smallest value that needs them)
+# msgpack's unsigned integers: prefix -> (bytes, smallest value that needs them)
 _WIDTHS = {0xCC: (1, 0x80), 0xCD: (2, 0x100), 0xCE: (4, 0x10000)}
 
 
 class Kind(IntEnum):
-    """Handshake datagrams, in the order of the handshake."""
+    """The kinds of handshake datagrams, in the order of the handshake."""
 
     HELLO = 0
     RETRY = 1
@@ -46,7 +46,7 @@ class Kind(IntEnum):
     UNKNOWN = 6
 
 
-# Fields of each kind, big-endian; WIRE.md names them. A question is never shorter than its answers.
+# The fields of each kind, big-endian. A request is never shorter than its answers.
 FIELDS = {
     Kind.HELLO: Struct(">8s8s32s"),  # attempt, cookie or zeros, the sender's SPAKE2 share
     Kind.RETRY: Struct(">8s8s"),  # attempt, cookie
@@ -61,9 +61,9 @@ _KINDS = {int(kind): (kind, fields, fields.size + 4) for kind, fields in FIELDS.
 
 @dataclass(frozen=True, slots=True)
 class DataPacket:
-    """A sealed datagram, its seal not yet checked.
+    """A sealed datagram, not authenticated yet.
 
-    counter : as on the wire; below 128 it is the low seven bits of the true one
+    counter : as on the wire; below 128 it is the low seven bits of the full one
     """
 
     session: int
@@ -74,14 +74,14 @@ class DataPacket:
 
 @dataclass(frozen=True, slots=True)
 class HandshakePacket:
-    """A handshake datagram whose checksum fits: its kind and the fields of FIELDS[kind]."""
+    """A handshake datagram whose checksum is right: its kind and the fields of FIELDS[kind]."""
 
     kind: Kind
     fields: tuple[Any, ...]
 
 
 def parse_datagram(data: bytes) -> DataPacket | HandshakePacket:
-    """Return what a datagram says. Raises DatagramError, whatever the bytes, and no other exception."""
+    """Return the packet in a datagram. Raises DatagramError, whatever the bytes, and no other exception."""
     if not MIN_DATAGRAM <= len(data) <= MAX_DATAGRAM:
         raise DatagramError(DropReason.SIZE)
     if data[0] == DATA_PREFIX:
@@ -96,10 +96,10 @@ def _parse_data(data: bytes) -> DataPacket:
         raise DatagramError(DropReason.VERSION)
     session, counter, at = data[2], data[3], 4
     if counter > LOW_BITS:
-        width, least = _WIDTHS.get(counter, (0, 0))
+        width, smallest = _WIDTHS.get(counter, (0, 0))
         at += width
         counter = int.from_bytes(data[4:at])
-        if not width or counter < least:
+        if not width or counter < smallest:
             raise DatagramError(DropReason.SYNTAX)
     start = at + 3 if data[at] == BIN16 else at + 2
     size = len(data) - start
@@ -127,11 +127,10 @@ def handshake_datagram(kind: Kind, *fields: bytes | int) -> bytes:
 
 
 def data_header(session: int, counter: int, acknowledged: int, body_bytes: int) -> bytes:
-    """Return everything of a data datagram that goes before its sealed body.
+    """Return all of a data datagram that precedes its sealed body.
 
-    counter : the datagram's own
     acknowledged : the newest counter that the peer is known to have received, -1 if none
-    Raises ValueError if the whole would exceed 1,200 B.
+    Raises ValueError if the datagram would exceed 1,200 B.
     """
     if counter - acknowledged <= SHORT_COUNTER_REACH:
         counter &= LOW_BITS
@@ -142,10 +141,10 @@ def data_header(session: int, counter: int, acknowledged: int, body_bytes: int) 
 
 
 def restore_counter(on_wire: int, highest: int) -> int:
-    """Return the true counter of a datagram.
+    """Return the full counter of a datagram.
 
-    on_wire : the counter as parsed; below 128 only its low seven bits
-    highest : the highest counter received under a valid seal, -1 if none
+    on_wire : as parsed; below 128 only the low seven bits
+    highest : the highest authenticated counter, -1 if none
     """
     return on_wire if on_wire > LOW_BITS else unwrap(on_wire, bits=7, expected=highest + 1)
 
@@ -153,8 +152,8 @@ def restore_counter(on_wire: int, highest: int) -> int:
 def _counter_bytes(counter: int) -> bytes:
     if counter <= LOW_BITS:
         return bytes((counter,))
-    mark, width = next((mark, width) for mark, (width, _) in _WIDTHS.items() if counter < 1 << 8 * width)
-    return bytes((mark,)) + counter.to_bytes(width)
+    prefix, width = next((prefix, width) for prefix, (width, _) in _WIDTHS.items() if counter < 1 << 8 * width)
+    return bytes((prefix,)) + counter.to_bytes(width)
 
 
 def _bin_header(size: int) -> bytes:

@@ -1,7 +1,7 @@
-"""The one-time code a receiver prints: three words and a number, easy to say over a telephone.
+"""The pairing code that a receiver shows: three words and a number, easy to read out over a telephone.
 
-The code is a password of log2(256^3 x 100) = 30.6 bits. That is enough because SPAKE2 gives nobody a way to test
-guesses but to ask, and the receiver answers five wrong guesses a minute (limits.py): one chance in 640 a year.
+The code is a password of log2(256^3 x 100) = 30.6 bits. That is enough, as SPAKE2 lets a guess be tested only by asking
+the receiver, which answers five wrong guesses a minute (flood_protection.py): a chance of one in 640 a year.
 """
 
 import difflib
@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 NUMBERS = 100
 
-# No two words are one letter apart, none sounds like another, each has four to eight letters.
+# No two words differ in one letter only or sound alike; each has four to eight letters.
 WORDS = tuple(
     """
     acorn actor album alley amber ankle apple apron arena arrow aspen atlas attic autumn bacon badge bagel baker
@@ -34,10 +34,7 @@ WORDS = tuple(
 
 
 def generate_code(random: Callable[[int], bytes]) -> str:
-    """Return a new code such as "acorn-tulip-river-42".
-
-    random : n -> n random bytes, os.urandom outside of tests
-    """
+    """Return a new code such as "acorn-tulip-river-42". random : n -> n random bytes"""
     number = int.from_bytes(random(12))
     number, last = divmod(number, NUMBERS)
     words = []
@@ -48,9 +45,9 @@ def generate_code(random: Callable[[int], bytes]) -> str:
 
 
 def normalise_code(text: str) -> str:
-    """Return a code as make_code writes it, whatever its case and whatever separates its words.
+    """Return a code as generate_code writes it, whatever its case and whatever separates its words.
 
-    Raises ValueError, with a sentence for the user, if it is not three known words and a number below 100.
+    Raises ValueError, with a message for the user, if it is not three known words and a number below 100.
     """
     parts = re.findall(r"[a-z]+|[0-9]+", text.lower()) if len(text) <= 80 else []
     if len(parts) != 4 or re.search(r"[^A-Za-z0-9\s,.;:_-]", text):

@@ -1,4 +1,4 @@
-"""Which counters have been received: a window of the newest 64, as in IPsec (RFC 4303, 3.4.3)."""
+"""The counters received: a window of the newest 64, as in IPsec (RFC 4303, 3.4.3)."""
 
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 
@@ -18,7 +18,7 @@ class ReplayWindow:
         self.received = 0
 
     def check(self, counter: int) -> None:
-        """Raise DatagramError if the counter was accepted before, or is too old to tell. Changes nothing."""
+        """Raise DatagramError if the counter was accepted before or is too old to tell. Changes nothing."""
         behind = self.highest - counter
         if behind >= WINDOW:
             raise DatagramError(DropReason.TOO_OLD)
@@ -26,7 +26,7 @@ class ReplayWindow:
             raise DatagramError(DropReason.REPLAYED)
 
     def accept(self, counter: int) -> None:
-        """Note a counter that was checked and whose datagram carried a valid seal."""
+        """Record a counter that passed `check` and whose datagram is authentic."""
         ahead = counter - self.highest
         if ahead > 0:
             self.received = ((self.received << min(ahead, WINDOW)) | 1) & _MASK

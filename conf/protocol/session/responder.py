@@ -1,8 +1,8 @@
-"""The receiver's side of all handshakes: what a stranger can make it do is bounded here.
+"""The receiver's side of all handshakes, with bounded work for strangers.
 
-Strategy. A hello without a valid cookie gets a cookie and is forgotten. With one it may cost the curve work (7 ms of
-pure Python), of which a token bucket lets through a few a second, and a place in a table of fixed size. Every answer
-is kept with its attempt, so that a repeated question gets the same answer and is not counted again.
+Strategy. A hello without a valid cookie gets a cookie and leaves no state. With one it may cause the curve work (7 ms
+of Python), of which a token bucket allows a few a second, and an entry in a table of limited size. Every answer is kept
+with its attempt, so that a repeated datagram gets the same answer and is not counted again.
 """
 
 import hmac
@@ -20,10 +20,10 @@ from conf.protocol.session.packet import Kind, handshake_datagram
 MAX_ATTEMPTS = 32
 MAX_ATTEMPTS_PER_HOST = 8
 ATTEMPT_LIFE_S = 30.0
-# Cookies a second: a flood of hellos must not fill a narrow link with our answers. Who has his cookie is not held up.
+# Cookies a second: a flood of hellos must not fill a slow link with answers. A hello with a cookie is not delayed.
 RETRIES_PER_SECOND = 200.0
-SHARES_PER_SECOND = 5.0
-SHARES_AT_ONCE = 10.0
+ANSWERS_PER_SECOND = 5.0
+ANSWER_BURST = 10.0
 BUSY_WAIT_S = 2
 
 # (secrets, address, now) -> the new session's number, or None if there is no room
@@ -32,7 +32,7 @@ Accept = Callable[[SessionSecrets, Address, float], int | None]
 
 @dataclass
 class Attempt:
-    """A handshake under way or, once it has an outcome (DONE or REFUSED), remembered for its repetitions."""
+    """A handshake in progress or, once it has an outcome (DONE or REFUSED), remembered for repetitions."""
 
     address: Address
     share: bytes
@@ -46,7 +46,7 @@ class Responder:
     """Answer hellos and confirms.
 
     has_room : whether a session would be accepted from an address
-    accept : called with the secrets of a handshake whose proof was good
+    accept : called with the secrets of a handshake whose proof was right
     """
 
     def __init__(self, code: str, random: RandomBytes, *, has_room: Callable[[Address], bool], accept: Accept) -> None:
@@ -58,12 +58,11 @@ class Responder:
         self._accept = accept
         self._cookies = CookieFactory(random)
         self._retries = TokenBucket(RETRIES_PER_SECOND, RETRIES_PER_SECOND)
-        self._shares = TokenBucket(SHARES_PER_SECOND, SHARES_AT_ONCE)
+        self._answers = TokenBucket(ANSWERS_PER_SECOND, ANSWER_BURST)
 
     def expire(self, now: float) -> None:
-        """Forget the attempts whose time is over."""
-        for name in [name for name, attempt in self.attempts.items() if attempt.expires <= now]:
-            del self.attempts[name]
+        """Remove the attempts whose time is over."""
+        self.attempts = {name: attempt for name, attempt in self.attempts.items() if attempt.expires > now}
 
     def hello(self, fields: tuple[bytes, bytes, bytes], address: Address, now: float) -> bytes:
         """Return the answer to a hello: RETRY, ANSWER or REFUSED. Raises DatagramError if it gets none."""
@@ -90,7 +89,7 @@ class Responder:
             raise DatagramError(DropReason.UNKNOWN_ATTEMPT)
         if attempt.outcome is not None:
             return attempt.outcome, None
-        if wait := self.limit.wait(now):  # locked: the proof is not even looked at
+        if wait := self.limit.wait(now):  # locked: the proof is not even checked
             return _refused(name, Refusal.LOCKED, wait), None
         if hmac.compare_digest(mac, proof(attempt.secrets.sender_proof, 0)):
             attempt.outcome = self._finish(name, attempt.secrets, address, now)
@@ -107,8 +106,8 @@ class Responder:
             return _refused(name, Refusal.FULL, 0)
         self.expire(now)
         hosts = [attempt.address[0] for attempt in self.attempts.values() if attempt.outcome is None]
-        crowded = len(self.attempts) >= MAX_ATTEMPTS or hosts.count(address[0]) >= MAX_ATTEMPTS_PER_HOST
-        if crowded or not self._shares.take(1, now):
+        is_full = len(self.attempts) >= MAX_ATTEMPTS or hosts.count(address[0]) >= MAX_ATTEMPTS_PER_HOST
+        if is_full or not self._answers.take(1, now):
             return _refused(name, Refusal.BUSY, BUSY_WAIT_S)
         return None
 

@@ -1,9 +1,9 @@
-"""Sealing and opening bodies: AES-128-CCM with 8-byte tags, one chain of keys a direction.
+"""Authenticated encryption of bodies: AES-128-CCM with 8-byte tags, one chain of keys for each direction.
 
-Strategy. A counter names a datagram for the life of a session and is never used twice. It also names its key: epoch =
-counter // EPOCH_LENGTH, and each epoch's key comes from the one before by a one-way step, so a key change needs no
-message and an old key cannot be found from a newer one. The opener keeps the keys of three epochs: the one before, the
-present one and the next, and moves on only by a valid seal, so that junk never costs a key derivation.
+Strategy. A counter identifies a datagram of a session and is never used twice. It also selects the key: the epoch is
+counter // EPOCH_LENGTH. Each epoch's key is derived from the one before by a one-way step, so that a key change needs
+no message and an old key cannot be computed from a newer one. The opener has the keys of three epochs: the previous,
+the current and the next. It advances only by an authentic datagram, so that junk never causes a key derivation.
 
 nonce (13 B) = the epoch's salt (5 B) and the counter (8 B, big-endian); associated data = the header as sent.
 """
@@ -23,8 +23,8 @@ EPOCH_LENGTH = 1 << 20
 SECRET_BYTES, KEY_BYTES, SALT_BYTES = 32, 16, 5
 
 
-class CounterExhausted(Exception):  # noqa: N818 - it is no error: the session has lived its 2^32 datagrams
-    """A session has used its last counter: shake hands again."""
+class CounterExhausted(Exception):  # noqa: N818 - the end of a session, no error
+    """A session has used its last counter: a new handshake is needed."""
 
 
 @dataclass(frozen=True)
@@ -40,17 +40,14 @@ class EpochKey:
 
 
 class KeyChain:
-    """The keys of one direction, epoch after epoch.
-
-    secret : 32 B; forgotten as soon as the next one is derived
-    """
+    """The keys of one direction, one for each epoch. secret : 32 B, replaced when the next key is derived"""
 
     def __init__(self, secret: bytes) -> None:
         self._secret = secret
         self.next_epoch = 0
 
     def next_key(self) -> EpochKey:
-        """Return the key of `next_epoch` and step to the one after it."""
+        """Return the key of `next_epoch` and advance to the following epoch."""
         size = KEY_BYTES + SALT_BYTES + SECRET_BYTES
         material = HKDFExpand(SHA256(), size, b"conf epoch").derive(self._secret)
         self._secret = material[-SECRET_BYTES:]
@@ -61,7 +58,7 @@ class KeyChain:
 class Sealer:
     """Seal bodies with rising counters.
 
-    counter : the counter of the next datagram
+    counter : of the next datagram
     acknowledged : the newest counter the peer is known to have received, -1 if none; shortens the counters on the wire
     """
 
@@ -88,13 +85,13 @@ class Sealer:
         return header + self._key.cipher.encrypt(self._key.nonce(counter), body, header)
 
     def acknowledge(self, counter: int) -> None:
-        """Note that the peer has received `counter`; one that was never sent is ignored."""
+        """Record that the peer has received `counter`; one that was never sent is ignored."""
         if self.acknowledged < counter < self.counter:
             self.acknowledged = counter
 
 
 class Opener:
-    """Open sealed datagrams, each once."""
+    """Open each sealed datagram once."""
 
     def __init__(self, secret: bytes, *, epoch_length: int = EPOCH_LENGTH) -> None:
         self.window = ReplayWindow()
@@ -103,9 +100,9 @@ class Opener:
         self._keys = {epoch: self._chain.next_key() for epoch in range(2)}
 
     def open(self, packet: DataPacket) -> tuple[int, bytes]:
-        """Return the true counter and the body.
+        """Return the full counter and the body.
 
-        Raises DatagramError if the datagram was seen before or its seal is not good; nothing has changed then.
+        Raises DatagramError, and changes nothing, if the datagram was received before or is not authentic.
         """
         counter = restore_counter(packet.counter, self.window.highest)
         self.window.check(counter)

@@ -5,17 +5,9 @@ from dataclasses import dataclass
 
 from conf.protocol.address import Address
 from conf.protocol.rate_limit import TokenBucket
+from conf.protocol.session import events
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
-from conf.protocol.session.events import (
-    AddressChanged,
-    BodyReceived,
-    Connected,
-    Event,
-    LossReason,
-    SealedDatagram,
-    SessionEnded,
-    WrongCode,
-)
+from conf.protocol.session.events import Event, LossReason, SealedDatagram
 from conf.protocol.session.handshake import RandomBytes, SessionSecrets
 from conf.protocol.session.packet import (
     MAX_SESSION,
@@ -117,8 +109,8 @@ class SessionServer:
         peer.last_received = now
         if address != peer.address and counter > newest:  # a datagram that arrives late does not move the session back
             peer.address = address
-            self._events.append(AddressChanged(packet.session, address))
-        self._events.append(BodyReceived(packet.session, body, address, counter))
+            self._events.append(events.AddressChanged(packet.session, address))
+        self._events.append(events.BodyReceived(packet.session, body, address, counter))
 
     def _receive_handshake(self, packet: HandshakePacket, address: Address, now: float) -> None:
         if packet.kind is Kind.HELLO:
@@ -127,7 +119,7 @@ class SessionServer:
             answer, tries_left = self._responder.confirm(packet.fields, address, now)
             self._pending.append((answer, address))
             if tries_left is not None:
-                self._events.append(WrongCode(tries_left, address))
+                self._events.append(events.WrongCode(tries_left, address))
         else:
             raise DatagramError(DropReason.DIRECTION)
 
@@ -147,9 +139,9 @@ class SessionServer:
         opener = Opener(secrets.from_sender, epoch_length=self._epoch_length)
         sealer = Sealer(session, secrets.from_receiver, epoch_length=self._epoch_length)
         self.sessions[session] = ServerSession(opener, sealer, address, now)
-        self._events.append(Connected(session, address))
+        self._events.append(events.Connected(session, address))
         return session
 
     def _drop(self, session: int, reason: LossReason) -> None:
         del self.sessions[session]
-        self._events.append(SessionEnded(session, reason))
+        self._events.append(events.SessionEnded(session, reason))

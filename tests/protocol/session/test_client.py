@@ -1,4 +1,4 @@
-"""The sender's session: it connects through any network that lets something pass, and reconnects by itself."""
+"""The sender's session: it connects over any network that delivers anything, and reconnects by itself."""
 
 import random
 from collections.abc import Callable, Iterable
@@ -14,19 +14,15 @@ from conf.protocol.session.events import Connected, LossReason, NoAnswer, Refuse
 from conf.protocol.session.handshake import Refusal
 from conf.protocol.session.initiator import CONFIRM_TIMEOUT_S
 from conf.protocol.session.packet import Kind, handshake_datagram
-from tests.support.simulated_sessions import RECEIVER, SENDER, WRONG, World, at_once
+from tests.support.simulated_sessions import RECEIVER, SENDER, WRONG, World, at_once, lose_all
 
-# What becomes of the first datagrams, one entry each: the delays of the copies that arrive. Later ones arrive.
-FATES = st.lists(st.lists(st.sampled_from([0.0, 0.1, 0.3, 1.0, 3.0]), max_size=3), max_size=24)
+# For each of the first datagrams the delays of the copies that arrive. Later datagrams arrive.
+DELAYS = st.lists(st.lists(st.sampled_from([0.0, 0.1, 0.3, 1.0, 3.0]), max_size=3), max_size=24)
 
 
-def listed(fates: list[list[float]]) -> Callable[[bytes], Iterable[float]]:
-    rest = iter(fates)
+def listed(delays: list[list[float]]) -> Callable[[bytes], Iterable[float]]:
+    rest = iter(delays)
     return lambda _: next(rest, [0.0])
-
-
-def lose_all(_data: bytes) -> list[float]:
-    return []
 
 
 def connected() -> World:
@@ -37,8 +33,8 @@ def connected() -> World:
     return world
 
 
-def keep_talking(world: World, seconds: float) -> None:
-    """Send a body and a report twice a second, as the program above does."""
+def exchange_bodies(world: World, seconds: float) -> None:
+    """Send a body and a report twice a second, as a call does."""
     for _ in range(int(seconds / 0.5)):
         world.run(0.5)
         for session in list(world.receiver.sessions):
@@ -51,21 +47,21 @@ def keep_talking(world: World, seconds: float) -> None:
         world.settle()
 
 
-@given(FATES)
-def test_any_loss_duplication_and_reordering_connects_in_the_end(fates: list[list[float]]) -> None:
-    world = World(listed(fates))
+@given(DELAYS)
+def test_it_connects_despite_loss_duplication_and_reordering(delays: list[list[float]]) -> None:
+    world = World(listed(delays))
     sender = world.add_sender()
     world.run_until(lambda: sender.session in world.receiver.sessions, 90.0)
-    world.fate = at_once
+    world.delays = at_once
     world.send_body(b"motion")
     world.settle()
     assert world.bodies() == [b"motion"]
     assert not any(isinstance(event, WrongCode) for event in world.events())
 
 
-@given(FATES)
-def test_a_wrong_code_never_connects_and_is_told_on_both_sides(fates: list[list[float]]) -> None:
-    world = World(listed(fates))
+@given(DELAYS)
+def test_a_wrong_code_never_connects_and_is_reported_on_both_sides(delays: list[list[float]]) -> None:
+    world = World(listed(delays))
     sender = world.add_sender(code=WRONG)
     world.run_until(lambda: sender.stopped, 90.0)
     assert sender.session is None and not world.receiver.sessions
@@ -74,12 +70,12 @@ def test_a_wrong_code_never_connects_and_is_told_on_both_sides(fates: list[list[
     assert sender.seal_body(b"") is None
 
 
-def test_the_handshake_in_bytes() -> None:
+def test_the_sizes_of_the_handshake_datagrams() -> None:
     world = connected()
     assert [len(data) for _, _, data in world.traffic] == [57, 25, 57, 49, 34, 34]
 
 
-def test_a_full_receiver_is_told_and_final() -> None:
+def test_a_full_receiver_is_reported_and_final() -> None:
     world = World(max_sessions=1)
     world.add_sender()
     world.run(0.1)
@@ -90,7 +86,7 @@ def test_a_full_receiver_is_told_and_final() -> None:
     assert sender.stopped
 
 
-def test_a_locked_receiver_is_tried_again_by_itself() -> None:
+def test_a_locked_receiver_is_tried_again_after_its_wait() -> None:
     world = World()
     for n in range(5):
         world.add_sender(("198.51.100.9", n), WRONG)
@@ -107,92 +103,92 @@ def test_a_locked_receiver_is_tried_again_by_itself() -> None:
     assert sender.session in world.receiver.sessions
 
 
-def test_nobody_answers() -> None:
+def test_no_answer_is_reported_once_and_tried_on() -> None:
     world = World(lose_all)
     sender = world.add_sender()
     world.run(40.0)
-    (told,) = world.events(SENDER)
-    assert isinstance(told, NoAnswer) and told.seconds == pytest.approx(5.0, abs=0.2)
-    world.fate = at_once
+    (event,) = world.events(SENDER)
+    assert isinstance(event, NoAnswer) and event.seconds == pytest.approx(5.0, abs=0.2)
+    world.delays = at_once
     world.run(5.0)
     assert sender.session is not None
 
 
 def test_a_restarted_receiver_with_the_same_code_is_found_again() -> None:
     world = connected()
-    keep_talking(world, 5.0)
+    exchange_bodies(world, 5.0)
     first = world.senders[SENDER].session
     world.restart_receiver()
     at = world.now
-    keep_talking(world, 4.0)
+    exchange_bodies(world, 4.0)
     assert world.senders[SENDER].session in world.receiver.sessions
     assert SessionEnded(first, LossReason.REPLACED) in world.events(SENDER)  # type: ignore[arg-type]
     assert world.bodies()[-1] == b"motion"
     assert world.now - at <= 4.1
 
 
-@pytest.mark.parametrize("hints", [True, False])
-def test_two_restarts_with_and_without_the_receivers_hint(hints: bool) -> None:
+@pytest.mark.parametrize("replies", [True, False])
+def test_two_restarts_with_and_without_the_unknown_session_reply(replies: bool) -> None:
     world = connected()
-    world.fate = lambda data: [0.0] if hints or data[:3] != b"\x93\x02\x06" else []
+    world.delays = lambda data: [0.0] if replies or data[:3] != b"\x93\x02\x06" else []
     for seed in ("second", "third"):
-        keep_talking(world, 3.0)
+        exchange_bodies(world, 3.0)
         world.restart_receiver(seed)
-        keep_talking(world, SILENCE_S + 2.0)
+        exchange_bodies(world, SILENCE_S + 2.0)
         assert world.senders[SENDER].session in world.receiver.sessions
 
 
-def test_a_receiver_restarted_with_another_code_ends_it_clearly() -> None:
+def test_a_receiver_restarted_with_another_code_ends_the_session() -> None:
     world = connected()
-    keep_talking(world, 2.0)
+    exchange_bodies(world, 2.0)
     world.restart_receiver(code=WRONG)
-    keep_talking(world, IDLE_S + 5.0)
-    told = [event for event in world.events(SENDER) if not isinstance(event, Connected)]
-    assert told == [WrongCode(4, RECEIVER), SessionEnded(told[1].session, LossReason.IDLE)]  # type: ignore[union-attr]
+    exchange_bodies(world, IDLE_S + 5.0)
+    reported = [event for event in world.events(SENDER) if not isinstance(event, Connected)]
+    assert reported == [WrongCode(4, RECEIVER), SessionEnded(reported[1].session, LossReason.IDLE)]  # type: ignore[union-attr]
 
 
-def test_a_forged_hint_does_nothing_to_a_live_session_and_cannot_end_a_silent_one() -> None:
+def test_a_forged_unknown_session_reply_cannot_end_a_session() -> None:
     world = connected()
     sender = world.senders[SENDER]
-    keep_talking(world, 2.0)
+    exchange_bodies(world, 2.0)
     session = sender.session
     assert session is not None
     forged = handshake_datagram(Kind.UNKNOWN, session)
     sender.receive_datagram(forged, RECEIVER, world.now)
     world.run(0.1)
     assert not any(data[0] == 0x93 for _, _, data in world.traffic[6:])
-    world.fate = lose_all
+    world.delays = lose_all
     world.run(1.5)
     sender.receive_datagram(forged, RECEIVER, world.now)
     world.run(2.0)
     assert sender.session == session
-    world.fate = at_once
-    keep_talking(world, 3.0)
+    world.delays = at_once
+    exchange_bodies(world, 3.0)
     assert sender.session in world.receiver.sessions
     assert len(world.receiver.sessions) == 1
 
 
 def test_an_outage_shorter_than_the_idle_time_keeps_a_session() -> None:
     world = connected()
-    keep_talking(world, 2.0)
+    exchange_bodies(world, 2.0)
     session = world.senders[SENDER].session
-    world.fate = lose_all
-    keep_talking(world, 20.0)
-    world.fate = at_once
-    keep_talking(world, 9.0)
+    world.delays = lose_all
+    exchange_bodies(world, 20.0)
+    world.delays = at_once
+    exchange_bodies(world, 9.0)
     assert list(world.receiver.sessions) == [session]
     assert world.senders[SENDER].session in world.receiver.sessions
     assert not any(isinstance(e, SessionEnded) and e.reason is LossReason.IDLE for e in world.events())
 
 
 def test_a_false_receiver_gets_at_most_three_proofs_a_minute() -> None:
-    """It refuses or keeps silent after each proof, hoping for another guess."""
+    """It refuses or ignores each proof in order to get another guess."""
     for refusal in (None, Refusal.BUSY, Refusal.LOCKED):
         world = World()
         world.add_sender(code=WRONG)
         proofs: set[bytes] = set()
 
-        def fate(data: bytes, proofs: set[bytes] = proofs, refusal: Refusal | None = refusal) -> list[float]:
+        def delays(data: bytes, proofs: set[bytes] = proofs, refusal: Refusal | None = refusal) -> list[float]:
             if data[2] == Kind.CONFIRM:
                 proofs.add(data)
                 if refusal is not None:
@@ -200,20 +196,20 @@ def test_a_false_receiver_gets_at_most_three_proofs_a_minute() -> None:
                 return []
             return [0.0]
 
-        world.fate = fate
+        world.delays = delays
         world.run(60.0)
         assert 2 <= len(proofs) <= 60 / CONFIRM_TIMEOUT_S
 
 
-def test_a_silent_session_is_lost_in_the_end_but_not_given_up() -> None:
+def test_a_silent_session_ends_and_is_renewed_when_the_receiver_answers() -> None:
     world = connected()
     sender = world.senders[SENDER]
-    world.fate = lose_all
+    world.delays = lose_all
     world.run(IDLE_S + 1.0)
     assert sender.session is None
     kinds = [type(event) for event in world.events(SENDER)]
     assert kinds == [Connected, SessionEnded, NoAnswer]
-    world.fate = at_once
+    world.delays = at_once
     world.run(5.0)
     assert sender.session is not None
 
@@ -241,7 +237,7 @@ def test_an_exhausted_session_is_followed_by_a_new_one() -> None:
     assert world.bodies() == [b"motion"]
 
 
-def test_what_belongs_to_no_handshake_is_counted() -> None:
+def test_datagrams_of_no_handshake_and_no_session_are_counted() -> None:
     world = connected()
     sender = world.senders[SENDER]
     sender.receive_datagram(handshake_datagram(Kind.RETRY, bytes(8), bytes(8)), RECEIVER, world.now)
@@ -258,27 +254,31 @@ TROUBLES = st.lists(
 
 
 @given(TROUBLES)
-def test_whatever_happened_a_session_plays_again_when_the_trouble_is_over(troubles: list[tuple[str, int]]) -> None:
+def test_after_any_trouble_bodies_arrive_again(troubles: list[tuple[str, int]]) -> None:
     world = connected()
     address: Address = SENDER
     for number, (trouble, half_seconds) in enumerate(troubles):
         if trouble == "restart":
             world.restart_receiver(f"restart {number}")
         if trouble == "roam":
-            roamed = ("203.0.113.9", number)
-            world.senders[roamed], world.heard[roamed] = world.senders.pop(address), world.heard.pop(address)
-            address = roamed
-        world.fate = half_lost(number) if trouble == "half lost" else at_once
-        deaf: dict[str, set[Address]] = {"outage": {RECEIVER, address}, "one way": {RECEIVER}, "other way": {address}}
-        world.deaf = deaf.get(trouble, set())
-        keep_talking(world, half_seconds / 2)
-    world.fate, world.deaf = at_once, set()
-    keep_talking(world, CONFIRM_TIMEOUT_S + SILENCE_S + 4.0)
+            moved = ("203.0.113.9", number)
+            world.move_sender(address, moved)
+            address = moved
+        world.delays = half_lost(number) if trouble == "half lost" else at_once
+        unreachable: dict[str, set[Address]] = {
+            "outage": {RECEIVER, address},
+            "one way": {RECEIVER},
+            "other way": {address},
+        }
+        world.unreachable = unreachable.get(trouble, set())
+        exchange_bodies(world, half_seconds / 2)
+    world.delays, world.unreachable = at_once, set()
+    exchange_bodies(world, CONFIRM_TIMEOUT_S + SILENCE_S + 4.0)
     sender = world.senders[address]
     assert sender.session in world.receiver.sessions
-    world.send_body(b"plays", address)
+    world.send_body(b"last", address)
     world.settle()
-    assert world.bodies()[-1] == b"plays"
+    assert world.bodies()[-1] == b"last"
     assert not any(isinstance(event, WrongCode | Refused) for event in world.events(address) + world.events())
 
 

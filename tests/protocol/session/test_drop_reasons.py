@@ -1,4 +1,4 @@
-"""Reasons are countable and cheap."""
+"""A dropped datagram has a reason that can be counted."""
 
 from conf.errors import ProtocolError
 from conf.protocol.session.drop_reasons import DatagramError, DropReason

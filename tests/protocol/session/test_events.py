@@ -1,4 +1,4 @@
-"""Events are values that can be compared, matched and kept."""
+"""Events are values that can be compared, matched and stored."""
 
 from dataclasses import is_dataclass
 from typing import get_args

@@ -1,4 +1,4 @@
-"""Cookies are bound to address, content and time; wrong codes are counted over a sliding minute."""
+"""Cookies are bound to address, content and time. Wrong codes are counted over a sliding minute."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -13,14 +13,14 @@ from conf.protocol.session.flood_protection import (
 from tests.support.simulated_sessions import SENDER, seeded
 
 
-def test_a_cookie_is_good_for_its_address_content_and_time_only() -> None:
-    jar = CookieFactory(seeded(1))
-    cookie = jar.make(b"bound", SENDER, 100.0)
-    assert jar.check(cookie, b"bound", SENDER, 100.0 + COOKIE_SLOT_S)
-    assert not jar.check(cookie, b"bound", SENDER, 100.0 + 2 * COOKIE_SLOT_S)
-    assert not jar.check(cookie, b"bounD", SENDER, 100.0)
-    assert not jar.check(cookie, b"bound", (SENDER[0], SENDER[1] + 1), 100.0)
-    assert not jar.check(cookie, b"bound", ("198.51.100.8", SENDER[1]), 100.0)
+def test_a_cookie_is_valid_for_its_address_content_and_time_only() -> None:
+    factory = CookieFactory(seeded(1))
+    cookie = factory.make(b"bound", SENDER, 100.0)
+    assert factory.check(cookie, b"bound", SENDER, 100.0 + COOKIE_SLOT_S)
+    assert not factory.check(cookie, b"bound", SENDER, 100.0 + 2 * COOKIE_SLOT_S)
+    assert not factory.check(cookie, b"bounD", SENDER, 100.0)
+    assert not factory.check(cookie, b"bound", (SENDER[0], SENDER[1] + 1), 100.0)
+    assert not factory.check(cookie, b"bound", ("198.51.100.8", SENDER[1]), 100.0)
     assert not CookieFactory(seeded(2)).check(cookie, b"bound", SENDER, 100.0)
 
 

@@ -1,4 +1,4 @@
-"""The golden datagrams hold the wire still; a second reading of WIRE.md, by hand, opens them."""
+"""The golden datagrams have not changed, and an independent implementation of WIRE.md opens them."""
 
 import hashlib
 import hmac
@@ -25,7 +25,7 @@ def golden(name: str) -> list[object]:
     return array
 
 
-def test_the_bytes_of_the_wire_have_not_changed() -> None:
+def test_the_bytes_have_not_changed() -> None:
     assert {name: path.read_bytes() for name, path in VALID.items()} == valid()
     assert {name: path.read_bytes() for name, path in INVALID.items()} == invalid()
 
@@ -56,12 +56,12 @@ def hkdf_expand(key: bytes, info: bytes, size: int) -> bytes:
     return result[:size]
 
 
-def test_wire_md_read_by_hand_opens_the_golden_datagrams() -> None:
-    """Nothing of conf is used here but the golden files, the code and the label of the sender's randomness."""
+def test_an_independent_implementation_opens_the_golden_datagrams() -> None:
+    """Nothing of conf is used but the golden files, the code and the seed of the sender's random bytes."""
     random = stream("sender")
     attempt = random(8)
-    half = SPAKE2_A(CODE.encode(), idA=b"conf sender", idB=b"conf receiver", entropy_f=random)
-    share = half.start()[1:]
+    spake = SPAKE2_A(CODE.encode(), idA=b"conf sender", idB=b"conf receiver", entropy_f=random)
+    share = spake.start()[1:]
     version, kind, hello = golden("hello")
     assert (version, kind) == (2, 0)
     assert isinstance(hello, bytes) and hello[:-4] == attempt + bytes(8) + share
@@ -69,7 +69,7 @@ def test_wire_md_read_by_hand_opens_the_golden_datagrams() -> None:
 
     answer = golden("answer")[2]
     assert isinstance(answer, bytes) and answer[:8] == attempt
-    key = half.finish(b"B" + answer[8:40])
+    key = spake.finish(b"B" + answer[8:40])
     transcript = hashlib.sha256(b"\x02conf senderconf receiver" + attempt + share + answer[8:40]).digest()
     secrets = hkdf_expand(hmac.digest(transcript, key, "sha256"), b"conf session", 128)
     from_sender, from_receiver, sender_proof, receiver_proof = (secrets[i : i + 32] for i in range(0, 128, 32))
@@ -83,12 +83,12 @@ def test_wire_md_read_by_hand_opens_the_golden_datagrams() -> None:
     expected = {"data_first": (0, 0), "data_full_counter": (201, 201), "data_short_counter": (202, 74)}
     for name, (counter, on_wire) in expected.items():
         assert golden(name)[:3] == [2, session, on_wire]
-        assert open_by_hand(name, from_sender, counter) == b"motion"
-    assert open_by_hand("data_long", from_sender, 203) == bytes(300)
-    assert open_by_hand("data_to_sender", from_receiver, 0) == b"report"
+        assert open_independently(name, from_sender, counter) == b"motion"
+    assert open_independently("data_long", from_sender, 203) == bytes(300)
+    assert open_independently("data_to_sender", from_receiver, 0) == b"report"
 
 
-def open_by_hand(name: str, secret: bytes, counter: int) -> bytes:
+def open_independently(name: str, secret: bytes, counter: int) -> bytes:
     data, sealed = VALID[name].read_bytes(), golden(name)[3]
     assert isinstance(sealed, bytes)
     material = hkdf_expand(secret, b"conf epoch", 53)

@@ -1,4 +1,4 @@
-"""Framing: one spelling for every datagram, msgpack as the oracle, and a counted error for all else."""
+"""Framing: one encoding for every datagram, msgpack as the oracle, and a counted error for all else."""
 
 import msgpack
 import pytest
@@ -64,7 +64,7 @@ def test_a_counter_is_short_up_to_64_above_what_is_acknowledged() -> None:
 @given(st.integers(0, MAX_COUNTER - 200), st.integers(0, SHORT_COUNTER_REACH - 1), st.integers(0, SHORT_COUNTER_REACH))
 @example(0, 0, 0)
 @example(127, 0, 1)
-def test_a_short_counter_is_restored_whatever_arrived_in_between(highest: int, ahead: int, behind: int) -> None:
+def test_a_short_counter_is_restored_whatever_has_arrived_since(highest: int, ahead: int, behind: int) -> None:
     """The receiver has `highest`; the datagram is up to 64 ahead of it, or overtaken by at most 62 others."""
     counter = highest + 1 + ahead if ahead else max(0, highest - min(behind, SHORT_COUNTER_REACH - 2))
     acknowledged = min(highest, counter - 1)
@@ -87,8 +87,8 @@ def test_any_bytes_parse_or_give_a_datagram_error(data: bytes) -> None:
 
 
 @given(st.sampled_from([0x94, 0x93]), st.just(VERSION), st.binary(max_size=80))
-def test_nearly_right_bytes_have_one_spelling(mark: int, version: int, rest: bytes) -> None:
-    data = bytes((mark, version)) + rest
+def test_nearly_valid_bytes_have_one_encoding(prefix: int, version: int, rest: bytes) -> None:
+    data = bytes((prefix, version)) + rest
     if reason_of(data) is None:
         assert msgpack.packb(msgpack.unpackb(data)) == data
 
@@ -103,7 +103,7 @@ def test_every_truncation_and_extension_is_rejected(
 
 
 @pytest.mark.parametrize("kind", Kind)
-def test_every_single_bit_and_every_cut_of_a_handshake_datagram_is_noticed(kind: Kind) -> None:
+def test_every_flipped_bit_and_every_truncation_of_a_handshake_datagram_is_noticed(kind: Kind) -> None:
     data = handshake_datagram(kind, *FIELDS[kind].unpack(bytes(FIELDS[kind].size)))
     for bit in range(8 * len(data)):
         damaged = bytearray(data)
@@ -140,10 +140,10 @@ TAG = "00" * 8
         ("930207c405057a4a1d9d", DropReason.SYNTAX),  # no such kind
     ],
 )
-def test_what_is_wrong_is_counted_by_its_reason(hexes: str, reason: DropReason) -> None:
+def test_each_error_has_its_reason(hexes: str, reason: DropReason) -> None:
     assert reason_of(bytes.fromhex(hexes)) is reason
 
 
-def test_a_body_that_does_not_fit_is_the_callers_fault() -> None:
+def test_a_body_that_does_not_fit_is_refused() -> None:
     with pytest.raises(ValueError, match="a body of 1200 B does not fit a datagram of 1200 B"):
         data_header(0, 0, -1, 1200)

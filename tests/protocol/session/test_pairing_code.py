@@ -1,4 +1,4 @@
-"""The code: what is printed is what is read, whatever people make of it on the way."""
+"""The pairing code: what is shown is what is read, whatever case and separators people use."""
 
 from itertools import combinations
 
@@ -21,12 +21,12 @@ def test_words_are_256_and_no_two_are_one_letter_apart() -> None:
 
 
 @given(st.integers())
-def test_a_made_code_is_normal(seed: int) -> None:
+def test_a_generated_code_is_in_normal_form(seed: int) -> None:
     code = generate_code(seeded(seed))
     assert normalise_code(code) == code
 
 
-def test_codes_spread_over_all_words_and_numbers() -> None:
+def test_codes_use_all_words_and_numbers() -> None:
     random = seeded("spread")
     codes = [generate_code(random).split("-") for _ in range(4000)]
     assert {word for *words, _ in codes for word in words} == set(WORDS)
@@ -57,7 +57,7 @@ def test_leading_zero_and_missing_space_before_the_number() -> None:
         ("acorn-tulip-river-river", "a code ends in a number from 0 to 99, not in 'river'"),
     ],
 )
-def test_nonsense_is_explained(text: str, message: str) -> None:
+def test_invalid_codes_are_explained(text: str, message: str) -> None:
     with pytest.raises(ValueError, match=message.replace("?", r"\?")):
         normalise_code(text)
 

@@ -1,4 +1,4 @@
-"""The window against a set of everything ever received."""
+"""The window against a set of all counters ever received."""
 
 import pytest
 from hypothesis import given
@@ -9,11 +9,11 @@ from conf.protocol.session.replay_window import WINDOW, ReplayWindow
 
 
 @given(st.lists(st.integers(0, 300)))
-def test_every_counter_passes_once_and_only_inside_the_window(counters: list[int]) -> None:
-    window, seen = ReplayWindow(), set[int]()
+def test_every_counter_is_accepted_once_and_only_inside_the_window(counters: list[int]) -> None:
+    window, received = ReplayWindow(), set[int]()
     for counter in counters:
-        highest = max(seen, default=-1)
-        allowed = counter not in seen and counter > highest - WINDOW
+        highest = max(received, default=-1)
+        allowed = counter not in received and counter > highest - WINDOW
         try:
             window.check(counter)
         except DatagramError:
@@ -21,8 +21,8 @@ def test_every_counter_passes_once_and_only_inside_the_window(counters: list[int
             continue
         assert allowed
         window.accept(counter)
-        seen.add(counter)
-    assert window.highest == max(seen, default=-1)
+        received.add(counter)
+    assert window.highest == max(received, default=-1)
 
 
 def test_check_alone_changes_nothing() -> None:
@@ -33,7 +33,7 @@ def test_check_alone_changes_nothing() -> None:
 
 
 @pytest.mark.parametrize(("counter", "reason"), [(100, DropReason.REPLAYED), (36, DropReason.TOO_OLD)])
-def test_reasons(counter: int, reason: DropReason) -> None:
+def test_the_reasons_for_rejection(counter: int, reason: DropReason) -> None:
     window = ReplayWindow()
     window.accept(100)
     with pytest.raises(DatagramError) as caught:

@@ -1,22 +1,22 @@
-"""The receiver against strangers: bounded work, no larger answer, five wrong codes a minute, nothing counted twice."""
+"""The receiver against strangers: bounded work, small answers, five wrong codes a minute, nothing counted twice."""
 
 from conf.protocol.address import Address
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.flood_protection import MAX_WRONG_CODES
 from conf.protocol.session.handshake import Refusal, proof, sender_secrets, sender_share
 from conf.protocol.session.packet import FIELDS, HandshakePacket, Kind, parse_datagram
-from conf.protocol.session.responder import ATTEMPT_LIFE_S, MAX_ATTEMPTS_PER_HOST, SHARES_AT_ONCE, Responder
+from conf.protocol.session.responder import ANSWER_BURST, ATTEMPT_LIFE_S, MAX_ATTEMPTS_PER_HOST, Responder
 from tests.support.simulated_sessions import CODE, SENDER, WRONG, seeded
 
 
 class Caller:
-    """A sender that does what a test tells it, right or wrong."""
+    """A sender controlled by the test."""
 
     def __init__(self, responder: Responder, name: int, code: str = CODE, address: Address = SENDER) -> None:
         self.responder = responder
         self.address = address
         self.name = name.to_bytes(8)
-        self.half, self.share = sender_share(code, seeded(name))
+        self.spake, self.share = sender_share(code, seeded(name))
 
     def hello(self, now: float, cookie: bytes = bytes(8)) -> HandshakePacket:
         return read(self.responder.hello((self.name, cookie, self.share), self.address, now))
@@ -25,7 +25,7 @@ class Caller:
         return self.hello(now, self.hello(now).fields[1])
 
     def confirm(self, answer: HandshakePacket, now: float) -> tuple[HandshakePacket, int | None]:
-        secrets = sender_secrets(self.half, self.name, (self.share, answer.fields[1]))
+        secrets = sender_secrets(self.spake, self.name, (self.share, answer.fields[1]))
         data, left = self.responder.confirm((self.name, 0, proof(secrets.sender_proof, 0)), self.address, now)
         return read(data), left
 
@@ -40,21 +40,21 @@ def responder(*, room: bool = True) -> Responder:
     return Responder(CODE, seeded("responder"), has_room=lambda _: room, accept=lambda *_: 5)
 
 
-def test_no_answer_is_larger_than_its_question() -> None:
+def test_no_answer_is_larger_than_its_request() -> None:
     size = {kind: fields.size for kind, fields in FIELDS.items()}
     assert max(size[Kind.RETRY], size[Kind.ANSWER], size[Kind.REFUSED]) <= size[Kind.HELLO]
     assert max(size[Kind.DONE], size[Kind.REFUSED]) <= size[Kind.CONFIRM]
     assert 5 + size[Kind.UNKNOWN] + 4 <= 14
 
 
-def test_nothing_is_kept_before_the_cookie() -> None:
+def test_a_hello_without_a_cookie_leaves_no_state() -> None:
     side = responder()
     for name in range(100):
         assert Caller(side, name).hello(0.0).kind is Kind.RETRY
     assert not side.attempts
 
 
-def test_a_repeated_question_gets_the_same_answer() -> None:
+def test_a_repeated_datagram_gets_the_same_answer() -> None:
     side = responder()
     caller = Caller(side, 1)
     answer = caller.hello_twice(0.0)
@@ -65,7 +65,7 @@ def test_a_repeated_question_gets_the_same_answer() -> None:
     assert caller.confirm(answer, 2.0) == done
 
 
-def test_a_wrong_code_is_counted_once_and_told() -> None:
+def test_a_wrong_code_is_counted_once_and_reported() -> None:
     side = responder()
     caller = Caller(side, 1, WRONG)
     answer = caller.hello_twice(0.0)
@@ -76,7 +76,7 @@ def test_a_wrong_code_is_counted_once_and_told() -> None:
     assert side.limit.tries_left(1.0) == 4
 
 
-def test_after_five_wrong_codes_no_proof_is_looked_at_for_the_rest_of_the_minute() -> None:
+def test_after_five_wrong_codes_no_proof_is_checked_for_the_rest_of_the_minute() -> None:
     side = responder()
     callers = [Caller(side, name, WRONG if name < 6 else CODE) for name in range(7)]
     answers = [caller.hello_twice(0.0) for caller in callers]
@@ -89,21 +89,21 @@ def test_after_five_wrong_codes_no_proof_is_looked_at_for_the_rest_of_the_minute
     assert right.confirm(right.hello_twice(60.0), 60.0)[0].kind is Kind.DONE
 
 
-def test_curve_work_is_rationed() -> None:
+def test_curve_work_is_rate_limited() -> None:
     side = responder()
     kinds = [Caller(side, n, address=(f"host{n}", 1)).hello_twice(0.0).kind for n in range(20)]
-    assert kinds.count(Kind.ANSWER) == SHARES_AT_ONCE
+    assert kinds.count(Kind.ANSWER) == ANSWER_BURST
     assert Caller(side, 99, address=("host99", 1)).hello_twice(1.0).kind is Kind.ANSWER
 
 
-def test_one_host_cannot_take_all_places() -> None:
+def test_one_host_cannot_use_all_attempts() -> None:
     side = responder()
     kinds = [Caller(side, n, address=("host", n)).hello_twice(10.0 * (n > 7)).kind for n in range(10)]
     assert kinds == [Kind.ANSWER] * MAX_ATTEMPTS_PER_HOST + [Kind.REFUSED] * 2
     assert Caller(side, 99).hello_twice(10.0).kind is Kind.ANSWER
 
 
-def test_places_are_bounded_and_come_free() -> None:
+def test_the_number_of_attempts_is_limited_and_they_expire() -> None:
     side = responder()
     answered = 0
     for n in range(200):
@@ -114,14 +114,14 @@ def test_places_are_bounded_and_come_free() -> None:
     assert len(side.attempts) == 1
 
 
-def test_a_full_receiver_says_so_without_curve_work() -> None:
+def test_a_full_receiver_refuses_without_curve_work() -> None:
     assert Caller(responder(room=False), 1).hello_twice(0.0).fields[1:] == (Refusal.FULL, 0)
 
 
-def test_another_share_or_address_under_a_known_name_changes_nothing() -> None:
+def test_another_share_or_address_with_a_known_attempt_changes_nothing() -> None:
     side = responder()
     caller, thief = Caller(side, 1), Caller(side, 1, address=("elsewhere", 1))
-    thief.half, thief.share = sender_share(CODE, seeded("thief"))
+    thief.spake, thief.share = sender_share(CODE, seeded("thief"))
     answer = caller.hello_twice(0.0)
     try:
         thief.hello_twice(0.0)

@@ -1,4 +1,4 @@
-"""Seals: what was sealed opens once, in any order; nothing else opens; keys change by themselves."""
+"""Sealed bodies open once, in any order; nothing else opens; keys change by themselves."""
 
 import pytest
 from hypothesis import given
@@ -37,7 +37,7 @@ def test_bodies_open_in_any_order_once_across_key_changes(bodies: list[bytes], e
         assert reason_of(opener, data) is DropReason.REPLAYED
 
 
-def test_a_key_change_costs_no_byte_and_old_keys_are_forgotten() -> None:
+def test_a_key_change_costs_no_byte_and_old_keys_are_dropped() -> None:
     sealer, opener = Sealer(7, SECRET, epoch_length=4), Opener(SECRET, epoch_length=4)
     datagrams = []
     for counter in range(16):
@@ -64,7 +64,7 @@ def test_a_counter_beyond_the_next_epoch_is_refused_before_any_work() -> None:
     assert open_datagram(opener, datagrams[200]) == (200, b"")
 
 
-def test_every_single_bit_matters_and_changes_nothing() -> None:
+def test_a_datagram_with_a_flipped_bit_is_dropped_and_changes_nothing() -> None:
     opener = Opener(SECRET)
     sealer = Sealer(7, SECRET)
     data = [sealer.seal(b"body") for _ in range(3)][2]
@@ -85,7 +85,7 @@ def test_a_datagram_behind_the_window_is_too_old() -> None:
     assert reason_of(opener, datagrams[200]) is DropReason.TOO_OLD
 
 
-def test_counters_are_never_used_twice_and_end() -> None:
+def test_counters_are_used_once_and_end() -> None:
     sealer = Sealer(7, SECRET, epoch_length=1 << 32)
     sealer.counter = 0xFFFFFFFF
     assert sealer.seal(b"")[:8].hex() == "940207ceffffffff"
