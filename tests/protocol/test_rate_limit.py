@@ -62,6 +62,8 @@ def test_a_forced_amount_becomes_a_debt_of_at_most_the_capacity() -> None:
     assert bucket.time_until(10, 0.0) == 10.0
     bucket.force_take(0, 3.0)
     assert bucket.time_until(10, 3.0) == 7.0
+    bucket.force_take(4, 100.0)
+    assert bucket.time_until(10, 100.0) == 2.0
 
 
 def test_a_clock_that_goes_back_gives_nothing() -> None:

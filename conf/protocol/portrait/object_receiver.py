@@ -84,8 +84,3 @@ class ObjectReceiver:
         self._acknowledged_at = now
         partial = tuple((number, frozenset(partial.chunks)) for number, partial in self._partial.items())
         return encode_ack(Ack(self._receiver_id, complete, partial))
-
-    @property
-    def held_bytes(self) -> int:
-        """Bytes of incomplete objects in memory."""
-        return sum(len(data) for partial in self._partial.values() for data in partial.chunks.values())
