@@ -57,7 +57,7 @@ class FaceInstance:
         built = self._builds.poll()
         if built is not None:
             self.model, self.build_ms = built
-            self.view.set_face(self.model)
+            self.view.face = self.model
         if muscles.active and self._muscles is None and not self._muscle_builds.busy:
             model = self.model
             self._muscle_builds.submit(lambda: MuscleDeformer(model))

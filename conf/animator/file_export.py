@@ -24,7 +24,7 @@ from conf.face.retargeting.arkit_csv import write_blendshape_csv
 from conf.face.retargeting.mpeg4_fap import to_faps, write_fap
 from conf.output.media_writer import IMAGE_FORMATS, VIDEO_FORMATS, VideoWriter, save_image
 from conf.output.obj_writer import write_obj
-from conf.render.window.offscreen import read_pixels
+from conf.render.window import read_pixels
 
 SIZE_LIMITS = (16, 4096)  # width and height of an image, pixels
 FPS_LIMITS = (1.0, 120.0)

@@ -4,34 +4,18 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from conf.commands import Terminal
 from conf.commands.arguments import AXES
 
 if TYPE_CHECKING:
-    from conf.animator.background_fit import FitResult
+    from conf.animator.background_fit import Axes, FitResult
 
 HELP = "a window to animate a face by hand, emotions, muscles or recordings"
 SIZE = (1280, 800)
-
-
-@dataclass(frozen=True)
-class FaceOptions:
-    """The face to animate.
-
-    face : mesh, None for the shipped head
-    ppc : its control points, None for the PPC file beside it or to find them
-    up, front : the mesh's axes towards the crown and towards the nose, such as "z" and "-y"
-    """
-
-    face: Path | None = None
-    ppc: Path | None = None
-    up: str | None = None
-    front: str | None = None
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,13 +28,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace, _terminal: Terminal) -> None:
-    face = FaceOptions(options.face, options.ppc, options.up, options.front)
-    animate(face, dpc=options.dpc, emotion=options.emotion)
+    axes = options.up, options.front
+    animate(options.face, options.ppc, axes=axes, dpc=options.dpc, emotion=options.emotion)
 
 
-def animate(options: FaceOptions, *, dpc: Path | None = None, emotion: str | None = None) -> None:
+def animate(
+    face: Path | None = None,
+    ppc: Path | None = None,
+    *,
+    axes: Axes = (None, None),
+    dpc: Path | None = None,
+    emotion: str | None = None,
+) -> None:
     """Open the animator's window and return when it is closed.
 
+    face : mesh, None for the shipped head
+    ppc : its control points, None for the PPC file beside it or to find them
+    axes : the mesh's axes towards the crown and towards the nose, such as "z" and "-y"
     dpc : a recording to play at once
     emotion : one of the six by name, or an EPC file whose first expression is played
     Raises GraphicsError, FileFormatError, ConfError.
@@ -60,7 +54,7 @@ def animate(options: FaceOptions, *, dpc: Path | None = None, emotion: str | Non
     from conf.face.animation.action_units import load_emotions, load_expression
     from conf.render.window.glfw_window import GlfwWindow
 
-    document = open_face_document(options.face, options.ppc, up=options.up, front=options.front)
+    document = open_face_document(face, ppc, up=axes[0], front=axes[1])
     name = None if emotion is None else load_expression(emotion).names[0]
     with GlfwWindow(*SIZE, "conf animate") as window:
         animator = AnimatorApp(window, document, fit=fit_points)
@@ -79,13 +73,10 @@ def animate(options: FaceOptions, *, dpc: Path | None = None, emotion: str | Non
             animator.close()
 
 
-def fit_points(path: Path, axes: tuple[str | None, str | None], on_progress: Callable[[str], None], /) -> FitResult:
+def fit_points(path: Path, axes: Axes, on_progress: Callable[[str], None], /) -> FitResult:
     """Return the control points of a mesh file, as `conf fit` finds them. Raises ConfError if it shows no face."""
     from conf.animator.background_fit import FitResult
-    from conf.face.formats.ppc import read_ppc
-    from conf.mesh_fitting.fit import fit
+    from conf.mesh_fitting.fit import find_points
 
-    with TemporaryDirectory(prefix="conf-fit-") as folder:
-        output = Path(folder) / "found.ppc"
-        report = fit(path, output, up=axes[0], front=axes[1], on_progress=on_progress)
-        return FitResult(read_ppc(output), report.remarks)
+    fitted, _, remarks = find_points(path, axes, on_progress)
+    return FitResult(fitted.points, remarks)

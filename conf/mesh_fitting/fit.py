@@ -58,13 +58,7 @@ def fit(
     up, front : the mesh's axis towards the crown and towards the nose, such as "y" or "-z"; None searches for it
     Raises FileFormatError if the file is no mesh, ConfError if no face is found in it, GraphicsError, ModelError.
     """
-    mesh = load_mesh(face)
-    known = points_of_landmark_mesh(mesh, read_canonical_face(fetch_models()))
-    if known is not None:
-        fitted, axes = FittedPoints(known, 3, 4, 0, False), ("", "")
-    else:
-        fitted, axes = find_points(mesh, face, (up, front), on_progress)
-    remarks = ((TRACKER_MESH_NOTE,) if known is not None else ()) + _remarks(fitted)
+    fitted, axes, remarks = find_points(face, (up, front), on_progress)
     try:
         write_ppc(output, fitted.points)
     except OSError as error:
@@ -77,14 +71,18 @@ def fit(
 
 
 def find_points(
-    mesh: Mesh, path: Path, axes: tuple[str | None, str | None], on_progress: Progress | None = None
-) -> tuple[FittedPoints, tuple[str, str]]:
-    """Return the control points in the mesh's own coordinates, and its axes (up, front).
+    path: Path, axes: tuple[str | None, str | None], on_progress: Progress | None = None
+) -> tuple[FittedPoints, tuple[str, str], tuple[str, ...]]:
+    """Return the control points of a mesh file in its own coordinates, its axes (up, front), and remarks.
 
     axes : the axes that the user named
-    Raises ConfError if no face is found.
+    Raises what `fit` raises.
     """
-    up, front = axes
+    mesh, (up, front) = load_mesh(path), axes
+    known = points_of_landmark_mesh(mesh, read_canonical_face(fetch_models()))
+    if known is not None:
+        fitted = FittedPoints(known, 3, 4, 0, False)
+        return fitted, ("", ""), (TRACKER_MESH_NOTE, *_remarks(fitted))
     candidates = [(u, f) for u, f in ORIENTATIONS if up in (None, u) and front in (None, f)]
     if not candidates:
         raise ConfError(f"--up {up} and --front {front} are the same line: name two, such as --up y --front z")
@@ -97,7 +95,7 @@ def find_points(
             "--front, or set the points by hand in `conf animate`"
         )
     fitted = fit_control_points(search.observed, search.mesh.vertices, search.mesh.triangles, prior)
-    return replace(fitted, points=search.frame.inverse_apply(fitted.points)), search.axes
+    return replace(fitted, points=search.frame.inverse_apply(fitted.points)), search.axes, _remarks(fitted)
 
 
 def points_of_landmark_mesh(mesh: Mesh, canonical: CanonicalFace) -> NDArray[np.float64] | None:

@@ -25,6 +25,7 @@ from conf.render.render_target import RenderTarget
 from conf.render.shader_programs import DrawCall, to_column_major
 from conf.render.shadow_map import ShadowMap, light_matrix
 from conf.render.vertex_cache import optimise_vertex_cache
+from conf.render.vertex_colour_renderer import VertexColourRenderer
 from conf.render.vertex_normals import VertexNormals
 from conf.render.wireframe import WireframeRenderer
 
@@ -41,6 +42,7 @@ class FaceRenderer(GpuObject):
         self.background = "wall"  # a key of render_target.BACKDROPS or SOLID_COLOURS
         self.target: RenderTarget | None = None  # of the last draw
         self._ctx = ctx
+        self._mesh = mesh
         self._lighting = lighting
         self._neck = NeckBend(mesh)
         self._normals = VertexNormals(mesh.triangles, mesh.render_vertices)
@@ -57,8 +59,8 @@ class FaceRenderer(GpuObject):
         self._wireframe = WireframeRenderer(ctx, mesh, self._vertices)
         self._shadow = ShadowMap(ctx, mesh, self._vertices)
         self._markers = ControlPointMarkers(ctx, face.control_points, mesh.vertices)
-        self._interleaved = np.empty((0, 6), np.float32)
-        self._points = face.control_points.astype(np.float32)
+        self._vertex_colours: VertexColourRenderer | None = None
+        self._is_coloured = False
         self._owned = (*self._parts, self._wireframe, self._shadow, self._markers, uvs, self._vertices, self._atlas)
 
     def draw(
@@ -68,22 +70,10 @@ class FaceRenderer(GpuObject):
 
         vertices : (V, 3) float32, face axes, cm
         """
-        self.prepare(vertices, pose)
-        self.upload()
-        self.draw_uploaded(pose, view, framebuffer)
-
-    def prepare(self, vertices: NDArray[np.float32], pose: HeadPose) -> None:
-        """First step of `draw`: bend the neck and compute the normals of the (V, 3) vertices."""
-        self._interleaved = self._normals.interleaved(self._neck.apply(vertices, pose))
-        self._points = self._markers.positions(vertices)
-
-    def upload(self) -> None:
-        """Second step of `draw`: upload positions and normals."""
+        interleaved = self._normals.interleaved(self._neck.apply(vertices, pose))
+        points = self._markers.positions(vertices)
         self._vertices.orphan()
-        self._vertices.write(self._interleaved)
-
-    def draw_uploaded(self, pose: HeadPose, view: ViewState, framebuffer: moderngl.Framebuffer) -> None:
-        """Third step of `draw`: draw the vertices uploaded last."""
+        self._vertices.write(interleaved)
         _, _, width, height = framebuffer.viewport
         self.target = target = self._target_of((width, height))
         clip = to_column_major(clip_matrix(pose, view, aspect=width / height))
@@ -92,8 +82,11 @@ class FaceRenderer(GpuObject):
         if view.wireframe:
             target.begin()
             self._wireframe.draw(**matrices)
+        elif self._vertex_colours and self._is_coloured:
+            target.begin()
+            self._vertex_colours.draw(**matrices)
         else:
-            light = self._shadow.update(light_matrix(rotation, self._lighting.key), self._points)
+            light = self._shadow.update(light_matrix(rotation, self._lighting.key), points)
             target.begin()
             self._atlas.use(0)
             self._shadow.depth.use(1)
@@ -102,7 +95,16 @@ class FaceRenderer(GpuObject):
                 part.draw(**matrices)
         target.resolve(framebuffer)
         if view.points:
-            self._markers.draw(self._points, clip, target.depth)
+            self._markers.draw(points, clip, target.depth)
+
+    def set_colours(self, colours: NDArray[np.float32] | None) -> None:
+        """Draw the vertices in these colours, (V, 3) sRGB 0 to 1, from now on; None draws the materials again."""
+        self._is_coloured = colours is not None
+        if colours is not None:
+            if self._vertex_colours is None:
+                self._vertex_colours = VertexColourRenderer(self._ctx, self._mesh, self._vertices)
+                self._owned = (self._vertex_colours, *self._owned)
+            self._vertex_colours.set_colours(colours)
 
     def release(self) -> None:
         """Free everything on the graphics card."""

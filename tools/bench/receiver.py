@@ -31,7 +31,7 @@ from conf.render.face_renderer import FaceRenderer
 from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.render.window.offscreen import OffscreenWindow
 
-STEPS = ("decode", "deform", "normals", "upload", "draw", "meter", "read_back")
+STEPS = ("decode", "deform", "draw", "meter", "read_back")
 WARM_UP = 20
 TRAFFIC = TrafficSnapshot(900, 3, 1, 900, 0, 60.0, 60.0, 7.2, 230400, 27648.0, 3840.0, 4.1, 67.0)
 STATS = CallStats("receiving", 60.0, TRAFFIC, 50, 320, 240, 24.0, tuple(7.0 + np.sin(np.arange(60) / 5)), 30.0)
@@ -67,12 +67,8 @@ def measure(size: tuple[int, int], frames: int, *, meter: bool) -> tuple[np.ndar
             face.deform(frame.displacements, out=vertices)
             times_of_frame.append(time.perf_counter())
             pose = HeadPose.from_vector(frame.pose)
-            renderer.prepare(vertices, pose)
-            times_of_frame.append(time.perf_counter())
-            renderer.upload()
-            times_of_frame.append(time.perf_counter())
             window.begin()
-            renderer.draw_uploaded(pose, ViewState(), window.framebuffer)
+            renderer.draw(vertices, pose, ViewState(), window.framebuffer)
             window.end()
             window.ctx.finish()
             times_of_frame.append(time.perf_counter())

@@ -6,12 +6,10 @@ from typing import Any
 
 import glfw
 import moderngl
-import numpy as np
-from numpy.typing import NDArray
 
 from conf.errors import GraphicsError
 from conf.render.gpu_object import GpuObject
-from conf.render.window import BLACK, Colour
+from conf.render.window import BLACK, Colour, Window
 from conf.render.window.input_events import (
     EDITING_KEYS,
     Dragged,
@@ -24,7 +22,6 @@ from conf.render.window.input_events import (
     Scrolled,
     TextInput,
 )
-from conf.render.window.offscreen import read_pixels
 
 NO_DISPLAY = (
     "no window can be opened: there is no display (DISPLAY is {display}); "
@@ -71,13 +68,12 @@ class _GlfwContextLoader(GpuObject):
         return int(glfw.get_proc_address(name) or 0)
 
 
-class GlfwWindow(GpuObject):
-    """An implementation of `Window` on a display."""
+class GlfwWindow(Window):
+    """A window on a display."""
 
     def __init__(self, width: int, height: int, title: str) -> None:
         """Open the window. Raises GraphicsError if there is no display or no OpenGL 3.3."""
-        if width < 1 or height < 1:
-            raise ValueError(f"width and height must be positive, got {width} x {height}")
+        super().__init__(width, height)
         glfw.ERROR_REPORTING = "ignore"
         if not glfw.init():
             raise GraphicsError(NO_DISPLAY.format(display=os.environ.get("DISPLAY") or "not set"))
@@ -94,7 +90,6 @@ class GlfwWindow(GpuObject):
         self.ctx = moderngl.create_context(require=330, **loader)
         self.framebuffer = self.ctx.screen
         self.size = self._framebuffer_size()  # larger than the window's size in points on a HiDPI display
-        self.close_on_escape = True
         self._events: list[Event] = []
         self._cursor = glfw.get_cursor_pos(self._window)
         self._before_full_screen: tuple[int, int, int, int] | None = None
@@ -108,12 +103,10 @@ class GlfwWindow(GpuObject):
 
     @property
     def pixel_ratio(self) -> float:
-        """Pixels per point of the display."""
         return float(glfw.get_window_content_scale(self._window)[0])
 
     @property
     def should_close(self) -> bool:
-        """Whether the user closed the window, or the program asked for it."""
         return bool(glfw.window_should_close(self._window))
 
     @should_close.setter
@@ -121,7 +114,6 @@ class GlfwWindow(GpuObject):
         glfw.set_window_should_close(self._window, value)
 
     def poll(self) -> list[Event]:
-        """Return the input events since the last call, oldest first."""
         glfw.poll_events()
         events, self._events = self._events, []
         return events
@@ -131,19 +123,12 @@ class GlfwWindow(GpuObject):
         glfw.make_context_current(self._window)
         self.size = self._framebuffer_size()
         self.framebuffer.viewport = (0, 0, *self.size)
-        self.framebuffer.use()
-        self.framebuffer.clear(*colour)
+        super().begin(colour)
 
     def end(self) -> None:
-        """Present the frame; waits for the next refresh of the display."""
         glfw.swap_buffers(self._window)
 
-    def read(self) -> NDArray[np.uint8]:
-        """Return the frame as (H, W, 3) uint8 BGR. Call it before `end`."""
-        return read_pixels(self.framebuffer, self.size)
-
     def toggle_full_screen(self) -> None:
-        """Fill the monitor, or restore the window's former size and position."""
         if self._before_full_screen is None:
             self._before_full_screen = (*glfw.get_window_pos(self._window), *glfw.get_window_size(self._window))
             monitor = glfw.get_primary_monitor()

@@ -2,15 +2,10 @@
 
 from typing import Any
 
-import cv2
 import moderngl
-import numpy as np
-from numpy.typing import NDArray
 
 from conf.errors import GraphicsError
-from conf.render.gpu_object import GpuObject
-from conf.render.window import BLACK, Colour
-from conf.render.window.input_events import Event
+from conf.render.window import BLACK, Colour, Window
 
 NO_OPENGL = (
     "OpenGL is not available without a display: install a driver with "
@@ -30,44 +25,17 @@ def create_offscreen_context() -> moderngl.Context:
         raise GraphicsError(NO_OPENGL) from error
 
 
-def read_pixels(framebuffer: moderngl.Framebuffer, size: tuple[int, int]) -> NDArray[np.uint8]:
-    """Return (H, W, 3) uint8 BGR, first row on top, of a framebuffer with `size` (W, H) pixels."""
-    width, height = size
-    rgba = np.frombuffer(framebuffer.read((0, 0, width, height), components=4), np.uint8).reshape(height, width, 4)
-    return np.asarray(cv2.cvtColor(rgba[::-1], cv2.COLOR_RGBA2BGR), dtype=np.uint8)
-
-
-class OffscreenWindow(GpuObject):
-    """An implementation of `Window` without input."""
+class OffscreenWindow(Window):
+    """A window whose framebuffer is in memory."""
 
     def __init__(self, width: int, height: int) -> None:
-        if width < 1 or height < 1:
-            raise ValueError(f"width and height must be positive, got {width} x {height}")
+        super().__init__(width, height)
         self.ctx = create_offscreen_context()
-        self.size = (width, height)
-        self.pixel_ratio = 1.0
-        self.should_close = False
-        self.close_on_escape = True
         colour, depth = self.ctx.renderbuffer(self.size, 4), self.ctx.depth_renderbuffer(self.size)
         self.framebuffer = self.ctx.framebuffer(colour, depth)
         self._owned = (self.framebuffer, colour, depth, self.ctx)
 
-    def poll(self) -> list[Event]:
-        """Return no events."""
-        return []
-
     def begin(self, colour: Colour = BLACK) -> None:
         """Start a frame: make this window's context current, bind its framebuffer and clear it."""
         self.ctx.__enter__()  # type: ignore[no-untyped-call]
-        self.framebuffer.use()
-        self.framebuffer.clear(*colour)
-
-    def end(self) -> None:
-        """Do nothing: there is no display."""
-
-    def toggle_full_screen(self) -> None:
-        """Do nothing: there is no display."""
-
-    def read(self) -> NDArray[np.uint8]:
-        """Return the frame as (H, W, 3) uint8 BGR."""
-        return read_pixels(self.framebuffer, self.size)
+        super().begin(colour)
