@@ -20,14 +20,20 @@ from conf.animator.face_document import (
 )
 from conf.animator.face_instance import FaceInstance
 from conf.animator.file_export import ExportOptions, check_output, export, export_still, parse_fps, parse_size
-from conf.animator.motion_clips import make_expression_clip, peak_time
 from conf.animator.motion_mixer import mix_motion
-from conf.animator.motion_player import REST_POSE, MotionPlayer, MotionSample, load_motion_clip
+from conf.animator.motion_player import (
+    REST_POSE,
+    MotionPlayer,
+    MotionSample,
+    load_motion_clip,
+    make_expression_clip,
+    peak_time,
+)
 from conf.animator.state.editor import CURRENT_VIEW, RECORDING, EditorState
-from conf.animator.state.expression import ExpressionState
 from conf.animator.state.point_placement import PointPlacement
 from conf.errors import ConfError
 from conf.face.animation.action_units import load_emotions
+from conf.face.animation.expression_state import ExpressionState
 from conf.face.animation.idle_motion import IdleMotion
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.deformation.face_model import DeformerOptions

@@ -7,11 +7,11 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.animator.background_task import LatestTaskWorker
+from conf.animator.background_fit import LatestTaskWorker
 from conf.animator.face_document import FaceDocument
 from conf.animator.face_view import FaceView
 from conf.animator.picking import Picker
-from conf.animator.state.muscles import MuscleState
+from conf.animator.state.editor import MuscleState
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.default_head import DEFAULT_HEAD
 from conf.face.deformation.face_model import DeformerOptions, FaceModel

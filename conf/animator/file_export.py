@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.animator.face_view import FaceView
-from conf.animator.motion_clips import fit_to_aspect, resample
 from conf.animator.motion_mixer import with_eye_contact
-from conf.animator.motion_player import MotionSample, sample_clip
+from conf.animator.motion_player import MotionSample, fit_to_aspect, resample, sample_clip
 from conf.animator.state.editor import ViewSettings
 from conf.errors import ConfError
 from conf.face.deformation.face_model import FaceModel

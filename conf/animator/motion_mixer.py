@@ -7,7 +7,7 @@ import numpy as np
 
 from conf.animator.motion_player import REST_POSE, MotionPlayer, MotionSample
 from conf.animator.state.editor import ViewSettings
-from conf.animator.state.expression import ExpressionState
+from conf.face.animation.expression_state import ExpressionState
 from conf.face.animation.gaze import EYE_RADIUS, LID_GAZE_COUPLING, gaze_angles
 from conf.face.animation.idle_motion import IdleMotion
 from conf.face.animation.timed_expression import add_motions, blend_without_doubling

@@ -108,8 +108,7 @@ def _load_motion(request: ExportRequest, face: FaceModel, fps: float | None) -> 
     """Return the motion, and the time in seconds that a single image shows."""
     import numpy as np
 
-    from conf.animator.motion_clips import make_expression_clip, peak_time
-    from conf.animator.motion_player import load_motion_clip
+    from conf.animator.motion_player import load_motion_clip, make_expression_clip, peak_time
     from conf.face.animation.action_units import load_expression
     from conf.face.animation.idle_motion import IdleMotion
     from conf.face.animation.timed_expression import Envelope

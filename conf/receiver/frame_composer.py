@@ -4,10 +4,9 @@ from conf.face.deformation.face_model import FaceModel
 from conf.protocol.messages import MotionFrame
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.receiver.call_stats import CallStatsCollector
-from conf.receiver.key_bindings import help_lines
 from conf.receiver.participant_grid import ParticipantGrid, Viewport
 from conf.receiver.stats_overlay import draw_stats
-from conf.receiver.viewer_controls import ViewerControls
+from conf.receiver.viewer_controls import ViewerControls, help_lines
 from conf.render.gpu_object import GpuObject
 from conf.render.ui.hud import draw_help, draw_label, draw_toast
 from conf.render.ui.imgui_overlay import ImGuiOverlay
@@ -43,7 +42,7 @@ class FrameComposer(GpuObject):
         if not controls.paused:
             playouts = {session: stream.motion.frame_at(now) for session, stream in streams.items()}
             self._frames = {session: playout.frame if playout else None for session, playout in playouts.items()}
-        frames = {s: frame and controls.expressions.apply(frame, now) for s, frame in self._frames.items()}
+        frames = {s: frame and controls.add_emotions(frame, now) for s, frame in self._frames.items()}
         if first := next((frame for frame in frames.values() if frame), None):
             controls.on_motion(first, now)
         self._window.begin()

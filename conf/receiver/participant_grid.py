@@ -53,15 +53,13 @@ class ParticipantGrid(GpuObject):
         self._face = face
         self._renderer = FaceRenderer(window.ctx, face)
         self._framing: dict[int, AutoFraming] = {}
-        self._stores: dict[int, PortraitStore] = {}
         self._portraits: dict[int, PortraitRenderer] = {}
 
     def receive_portrait_object(self, participant: int, data: bytes) -> None:
         """Add an object of a participant's portrait; an invalid one is ignored."""
-        if participant not in self._stores:
-            self._stores[participant] = store = PortraitStore()
-            self._portraits[participant] = PortraitRenderer(self._window.ctx, store)
-        self._stores[participant].receive(data)
+        if participant not in self._portraits:
+            self._portraits[participant] = PortraitRenderer(self._window.ctx, PortraitStore())
+        self._portraits[participant].store.receive(data)
 
     def draw(self, frames: Mapping[int, MotionFrame | None], view: ViewState, now: float) -> dict[int, Viewport]:
         """Draw one image of each participant's frame; None, or no participant, is the neutral face.
@@ -70,7 +68,7 @@ class ParticipantGrid(GpuObject):
         """
         self._framing = {participant: self._framing.get(participant, AutoFraming()) for participant in frames}
         for gone in self._portraits.keys() - frames.keys():
-            self._remove_portrait(gone)
+            self._portraits.pop(gone).release()
         participants = list(frames.items()) or [(PLACEHOLDER_ID, None)]
         covered = self._covered(view)
         cells = layout_grid(len(participants), self._window.size, left=covered if len(participants) > 1 else 0)
@@ -94,13 +92,8 @@ class ParticipantGrid(GpuObject):
 
     def release(self) -> None:
         """Free everything on the graphics card."""
-        self._renderer.release()
-        for participant in list(self._portraits):
-            self._remove_portrait(participant)
-
-    def _remove_portrait(self, participant: int) -> None:
-        del self._stores[participant]
-        self._portraits.pop(participant).release()
+        for owned in (self._renderer, *self._portraits.values()):
+            owned.release()
 
     def _covered(self, view: ViewState) -> int:
         """Return the width, in pixels from the left, that the stats overlay covers: at most half of the image."""

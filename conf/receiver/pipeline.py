@@ -112,27 +112,21 @@ class ReceiverLoop:
         return len(datagrams) == RECEIVE_BATCH
 
     def _handle_event(self, event: Event, now: float) -> None:
+        """Label the participants, and tell the viewer about a session event."""
         match event:
-            case Connected(session=session, address=address) | AddressChanged(session=session, address=address):
-                self._composer.names[session] = "{}:{}".format(*address)
+            case Connected(address=address):
+                text = f"a call from {address[0]}"
+            case AddressChanged(address=address):
+                text = f"a caller has moved to {address[0]}"
             case SessionEnded(session=session):
                 self._composer.names.pop(session, None)
-        if text := describe_event(event):
-            self._composer.controls.show_toast(text, now)
-            if self._options.on_event:
-                self._options.on_event(text)
-
-
-def describe_event(event: Event) -> str:
-    """Return a message to the viewer about a session event, empty for those that need none."""
-    match event:
-        case Connected(address=address):
-            return f"a call from {address[0]}"
-        case SessionEnded():
-            return "a call has ended"
-        case AddressChanged(address=address):
-            return f"a caller has moved to {address[0]}"
-        case WrongCode(tries_left=left, address=address):
-            return f"a wrong code from {address[0]}: {left} more tries this minute"
-        case _:
-            return ""
+                text = "a call has ended"
+            case WrongCode(tries_left=left, address=address):
+                text = f"a wrong code from {address[0]}: {left} more tries this minute"
+            case _:
+                return
+        if isinstance(event, Connected | AddressChanged):
+            self._composer.names[event.session] = "{}:{}".format(*event.address)
+        self._composer.controls.show_toast(text, now)
+        if self._options.on_event:
+            self._options.on_event(text)

@@ -1,20 +1,68 @@
-"""The viewer's controls: view, pause, saved images, recordings."""
+"""The viewer's controls: keys, view, pause, emotions, saved images, recordings."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from conf.errors import ConfError
+from conf.face.animation.action_units import load_emotions
+from conf.face.animation.expression_state import ExpressionState
+from conf.face.animation.timed_expression import blend_without_doubling
 from conf.output.media_writer import VideoWriter, next_free_path, save_image
 from conf.output.motion_recorder import MotionRecorder
 from conf.protocol.messages import MotionFrame
-from conf.receiver.expression_overlay import ExpressionOverlay
-from conf.receiver.key_bindings import action_of, apply_view_event
-from conf.render.camera import ViewState
+from conf.render.camera import TOGGLES, ViewState
 from conf.render.window import Window
-from conf.render.window.input_events import KeyPressed
+from conf.render.window.input_events import Event, KeyPressed, apply_camera_event
 
 TOAST_S = 3.0
 VIDEO_FPS = 30.0
+
+# key -> (action, help text); keys with an empty help text share that of another key. Actions that are the name of a
+# switch of ViewState toggle it.
+KEYS = {
+    "space": ("pause", "pause and go on"),
+    "w": ("wireframe", "wireframe"),
+    "p": ("points", "control points"),
+    "m": ("stats", "call statistics"),
+    "v": ("portrait", "the caller's own picture, or the head"),
+    "c": ("centred", "centre the head, or as sent"),
+    "s": ("save image", "save a picture (JPG)"),
+    "r": ("record video", "record a clip (AVI), stop recording"),
+    "d": ("record motion", "record the motion (DPC), stop recording"),
+    "1": ("emotion", "an emotion over the live motion"),
+    **dict.fromkeys("23456", ("emotion", "")),
+    "f": ("full screen", "full screen"),
+    "h": ("help", "this help"),
+    "home": ("reset", "look straight again"),
+    "0": ("reset", ""),
+    "escape": ("quit", "quit"),
+    "q": ("quit", ""),
+}
+MOUSE_HELP = (("drag", "turn the head"), ("wheel", "zoom"), ("shift + drag", "move"))
+KEY_LABELS = {"space": "Space", "home": "Home", "escape": "Esc"}
+
+
+def action_of(event: Event) -> str | None:
+    """Return the action of a key, None for other keys and events."""
+    return KEYS.get(event.key, (None, ""))[0] if isinstance(event, KeyPressed) else None
+
+
+def apply_view_event(view: ViewState, event: Event) -> ViewState:
+    """Return the view changed by a key or the mouse; unchanged by other events."""
+    action = action_of(event)
+    if action in TOGGLES:
+        return view.toggled(str(action))
+    return view.reset() if action == "reset" else apply_camera_event(view, event)
+
+
+def help_lines() -> list[tuple[str, str]]:
+    """Return keys and mouse gestures with their help texts; keys with the same action are on one line."""
+    keys: dict[str, list[str]] = {}
+    for key, (action, _) in KEYS.items():
+        keys.setdefault(action, []).append(KEY_LABELS.get(key, key.upper()))
+    texts = {action: text for action, text in KEYS.values() if text}
+    return [(", ".join(keys[action]), text) for action, text in texts.items()] + list(MOUSE_HELP)
 
 
 class ViewerControls:
@@ -25,7 +73,7 @@ class ViewerControls:
         self.view = ViewState()
         self.paused = False
         self.quit_requested = False
-        self.expressions = ExpressionOverlay()
+        self._expressions = ExpressionState()
         self._window = window
         self._folder = folder or Path()
         self._toast = ("", 0.0)
@@ -51,7 +99,7 @@ class ViewerControls:
                 case "full screen":
                     self._window.toggle_full_screen()
                 case "emotion" if isinstance(event, KeyPressed):
-                    self.show_toast(self.expressions.play(int(event.key), now), now)
+                    self._play_emotion(int(event.key) - 1, now)
 
     def show_toast(self, text: str, now: float) -> None:
         """Show a message for TOAST_S seconds."""
@@ -61,6 +109,13 @@ class ViewerControls:
         """Return the message to show, empty for none."""
         text, until = self._toast
         return text if now < until else ""
+
+    def add_emotions(self, frame: MotionFrame, now: float) -> MotionFrame:
+        """Return a frame of received motion with the running emotions added."""
+        self._expressions = self._expressions.without_finished(now)
+        if not self._expressions.running:
+            return frame
+        return replace(frame, displacements=blend_without_doubling(frame.displacements, self._expressions.at(now)))
 
     def on_motion(self, frame: MotionFrame, now: float) -> None:
         """Record the motion that is shown, if that is switched on."""
@@ -82,6 +137,11 @@ class ViewerControls:
         if self._video:
             self._video.close()
             self._video = None
+
+    def _play_emotion(self, index: int, now: float) -> None:
+        emotions = load_emotions()
+        self._expressions = self._expressions.play(emotions.names[index], emotions.displacements[index], now)
+        self.show_toast(emotions.names[index], now)
 
     def _save_image(self) -> str:
         return f"saved {save_image(next_free_path(self._folder, 'conf', '.jpg'), self._window.read())}"

@@ -1,11 +1,15 @@
+import os
+import sys
+import threading
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from threading import Event
 
 import numpy as np
 import pytest
 
-from conf.animator.background_fit import Axes, BackgroundFit, FitResult
+from conf.animator.background_fit import NICENESS, Axes, BackgroundFit, FitResult, LatestTaskWorker
 from conf.errors import ConfError
 
 
@@ -52,3 +56,51 @@ def test_without_a_function_no_fit_can_start() -> None:
     assert not fitting.available
     with pytest.raises(ValueError, match="function must be given"):
         fitting.start(Path("a.obj"), (None, None))
+
+
+def wait_for_result(worker: LatestTaskWorker[int]) -> int:
+    while (result := worker.poll()) is None:
+        pass
+    return result
+
+
+def test_only_the_newest_waiting_task_runs() -> None:
+    worker: LatestTaskWorker[int] = LatestTaskWorker()
+    gate = threading.Event()
+    done: list[int] = []
+
+    def note(number: int) -> int:
+        done.append(number)
+        return number
+
+    def slow() -> int:
+        gate.wait(10)
+        return note(0)
+
+    worker.submit(slow)
+    for i in range(1, 5):
+        worker.submit(partial(note, i))
+    assert worker.poll() is None and worker.busy
+    gate.set()
+    assert wait_for_result(worker) == 0
+    assert wait_for_result(worker) == 4
+    assert done == [0, 4] and not worker.busy
+    worker.close()
+
+
+def test_polling_raises_what_the_task_raised() -> None:
+    worker: LatestTaskWorker[int] = LatestTaskWorker()
+    worker.submit(lambda: 1 // 0)
+    with pytest.raises(ZeroDivisionError):
+        wait_for_result(worker)
+    worker.close()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has a niceness for each thread")
+def test_the_thread_has_a_lower_priority() -> None:
+    worker: LatestTaskWorker[int] = LatestTaskWorker()
+    own = os.getpriority(os.PRIO_PROCESS, 0)
+    worker.submit(lambda: os.getpriority(os.PRIO_PROCESS, 0))
+    niceness = wait_for_result(worker)
+    worker.close()
+    assert niceness == min(own + NICENESS, 19) and os.getpriority(os.PRIO_PROCESS, 0) == own

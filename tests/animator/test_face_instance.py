@@ -4,7 +4,7 @@ import numpy as np
 
 from conf.animator.face_document import FaceDocument
 from conf.animator.face_instance import FaceInstance, face_without_points
-from conf.animator.state.muscles import MuscleState
+from conf.animator.state.editor import MuscleState
 from conf.face.deformation.face_model import DeformerOptions
 from tests.support.imgui_stage import Stage
 

@@ -10,7 +10,7 @@ import pytest
 
 from conf.animator.face_document import FaceDocument
 from conf.animator.file_export import ExportOptions, check_output, export, needs_drawing, parse_fps, parse_size
-from conf.animator.motion_clips import make_expression_clip
+from conf.animator.motion_player import make_expression_clip
 from conf.animator.state.editor import ViewSettings
 from conf.errors import ConfError
 from conf.face.animation.action_units import load_emotions

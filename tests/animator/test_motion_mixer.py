@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from conf.animator.motion_mixer import mix_motion, with_eye_contact
 from conf.animator.motion_player import REST_POSE, MotionPlayer, MotionSample
 from conf.animator.state.editor import ViewSettings
-from conf.animator.state.expression import ExpressionState
 from conf.face.animation.action_units import load_action_units
+from conf.face.animation.expression_state import ExpressionState
 from conf.face.animation.gaze import gaze_angles, gaze_displacements
 from conf.face.animation.idle_motion import IdleMotion
 from conf.face.formats.dpc import MotionClip

@@ -5,10 +5,21 @@ import cv2
 import numpy as np
 import pytest
 
+from conf.face.animation.action_units import load_emotions
+from conf.face.animation.timed_expression import blend_without_doubling
 from conf.face.formats.dpc import read_dpc
 from conf.protocol.messages import MotionFrame
-from conf.receiver.viewer_controls import TOAST_S, VIDEO_FPS, ViewerControls
-from conf.render.window.input_events import Dragged, Event, KeyPressed
+from conf.receiver.viewer_controls import (
+    KEYS,
+    TOAST_S,
+    VIDEO_FPS,
+    ViewerControls,
+    action_of,
+    apply_view_event,
+    help_lines,
+)
+from conf.render.camera import TOGGLES, ViewState
+from conf.render.window.input_events import Dragged, Event, KeyPressed, Scrolled
 from conf.render.window.offscreen import OffscreenWindow
 
 
@@ -43,8 +54,25 @@ def test_a_number_key_adds_an_emotion_to_the_motion(monkeypatch: pytest.MonkeyPa
     viewer = ViewerControls(window)
     press(monkeypatch, viewer, window, "2")
     frame = MotionFrame(0.0, np.zeros((50, 3), np.float32), np.zeros(6))
-    assert np.abs(viewer.expressions.apply(frame, 1.0).displacements).max() > 100
+    assert np.abs(viewer.add_emotions(frame, 1.0).displacements).max() > 100
     assert viewer.toast(0.0) == "surprise"
+    assert viewer.add_emotions(frame, 20.0) is frame
+
+
+def test_an_emotion_is_blended_with_the_motion_and_fades_out_the_one_before(
+    monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow
+) -> None:
+    viewer, emotions = ViewerControls(window), load_emotions()
+    motion = np.random.default_rng(1).normal(0.0, 20.0, (50, 3)).astype(np.float32)
+    frame = MotionFrame(0.0, motion, np.zeros(6))
+    for key in "123456":
+        press(monkeypatch, viewer, window, key)
+        assert viewer.toast(0.0) == emotions.names[int(key) - 1]
+    shown = viewer.add_emotions(frame, 1.0)
+    np.testing.assert_allclose(
+        shown.displacements, blend_without_doubling(motion, emotions.displacements[-1]), atol=1e-3
+    )
+    assert shown.pose is frame.pose
 
 
 def test_a_toast_disappears_after_its_time(window: OffscreenWindow) -> None:
@@ -147,3 +175,40 @@ def test_the_motion_of_a_call_is_recorded(
     (path,) = tmp_path.iterdir()
     assert viewer.toast(0.0) == f"saved {path}"
     assert (read_dpc(path).displacements == 7).all()
+
+
+@pytest.mark.parametrize("toggle", TOGGLES)
+def test_every_switch_of_the_view_has_a_key(toggle: str) -> None:
+    key = next(key for key, (action, _) in KEYS.items() if action == toggle)
+    assert apply_view_event(ViewState(), KeyPressed(key)) == ViewState().toggled(toggle)
+
+
+def test_zero_and_home_reset_the_camera_and_keep_the_switches() -> None:
+    moved = ViewState(yaw=1.0, zoom=3.0, points=True)
+    for key in ("0", "home"):
+        assert apply_view_event(moved, KeyPressed(key)) == ViewState(points=True)
+
+
+@pytest.mark.parametrize("key", ["x", "space"])
+def test_other_keys_do_not_change_the_view(key: str) -> None:
+    assert apply_view_event(ViewState(), KeyPressed(key)) == ViewState()
+
+
+def test_the_mouse_moves_the_camera() -> None:
+    assert apply_view_event(ViewState(), Dragged("orbit", 0.5, 0.0)) == ViewState().orbited(0.5, 0.0)
+
+
+def test_only_bound_keys_have_actions() -> None:
+    assert action_of(KeyPressed("space")) == "pause"
+    assert action_of(KeyPressed("q")) == action_of(KeyPressed("escape")) == "quit"
+    assert action_of(KeyPressed("")) is None
+    assert action_of(Scrolled(1.0)) is None
+
+
+def test_the_help_lists_every_key_and_the_mouse() -> None:
+    lines = dict(help_lines())
+    assert lines["Space"] == "pause and go on"
+    assert lines["Esc, Q"] == "quit"
+    assert lines["drag"] == "turn the head"
+    listed = {key for keys in lines for key in keys.split(", ")}
+    assert len(listed) == len(KEYS) + 3

@@ -14,7 +14,7 @@ from conf.face.deformation.face_model import FaceModel
 from conf.face.fapu import Fapu
 from conf.face.head_pose import HeadPose
 from conf.output.media_writer import save_image
-from conf.receiver.key_bindings import action_of, apply_view_event, help_lines
+from conf.receiver.viewer_controls import action_of, apply_view_event, help_lines
 from conf.render.camera import ViewState
 from conf.render.face_renderer import FaceRenderer
 from conf.render.ui.hud import draw_help

@@ -7,11 +7,10 @@ from imgui_bundle import imgui
 
 from conf.animator.controller import Controller
 from conf.animator.gui.layout import REFERENCE_ASPECT, Layout
-from conf.animator.gui.panels.deformer import draw_deformer
+from conf.animator.gui.panels.deformer import draw_deformer, draw_muscles
 from conf.animator.gui.panels.export import draw_export
 from conf.animator.gui.panels.expressions import draw_expressions
 from conf.animator.gui.panels.face import draw_face
-from conf.animator.gui.panels.muscles import draw_muscles
 from conf.animator.gui.panels.reference_face import ReferenceFace
 from conf.animator.gui.panels.timeline import draw_timeline
 from conf.animator.gui.panels.view import draw_view

@@ -17,10 +17,10 @@ from conf.face.portrait.motion_deadband import dampen_descriptor
 from conf.face.portrait.patch_features import DESCRIPTOR_STEP, FEATURES, MOUTH
 from conf.face.portrait.patch_mapping import PatchMapping
 from conf.receiver.portrait.inpainting import extend_border
-from conf.receiver.portrait.layer import TexturedLayer, load_texture
 from conf.receiver.portrait.patch_blending import blend_weights, compositing_order
 from conf.receiver.portrait.portrait_store import PortraitStore, ReceivedPatch, ReceivedPhoto
 from conf.render.camera import ViewState, view_rotation
+from conf.render.gpu_object import GpuObject
 from conf.render.shader_programs import load_program
 
 LETTERBOX = (0.13, 0.14, 0.17)  # RGB beside a photo of another aspect ratio than the viewport
@@ -33,21 +33,64 @@ MAX_ORBIT = np.radians(20)  # limit of the viewer's yaw and pitch: a photo shows
 _LIP = CONTROL_POINT_INDEX["inner_lip_upper_mid"]
 
 
-class PortraitRenderer:
+def load_texture(
+    ctx: moderngl.Context, pixels: NDArray[np.uint8], alpha: NDArray[np.uint8] | None = None
+) -> moderngl.Texture:
+    """Return a texture of (H, W, 3) uint8 BGR and (H, W) uint8 alpha, first row first."""
+    height, width = pixels.shape[:2]
+    rgba = np.empty((height, width, 4), np.uint8)
+    rgba[..., :3] = pixels[..., ::-1]
+    rgba[..., 3] = 255 if alpha is None else alpha
+    texture = ctx.texture((width, height), 4, rgba.tobytes())
+    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    texture.repeat_x = texture.repeat_y = False
+    return texture
+
+
+class TexturedLayer(GpuObject):
+    """A texture with its coordinates on the mesh."""
+
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        program: moderngl.Program,
+        positions: moderngl.Buffer,
+        *,
+        uvs: NDArray[np.floating],
+        alphas: NDArray[np.floating],
+        triangles: NDArray[np.integer],
+        texture: moderngl.Texture,
+    ) -> None:
+        """Take over the texture. positions : (V, 2) float32, shared; uvs : (V, 2); alphas : (V,); triangles : (F, 3)"""
+        self._texture = texture
+        attributes = ctx.buffer(np.column_stack([uvs, alphas]).astype("f4").tobytes())
+        indices = ctx.buffer(np.ascontiguousarray(triangles, dtype=np.int32).tobytes())
+        content = [(positions, "2f4", "in_position"), (attributes, "2f4 1f4", "in_uv", "in_alpha")]
+        self._array = ctx.vertex_array(program, content, indices, skip_errors=True)
+        self._owned = (self._array, indices, attributes, texture)
+
+    def draw(self) -> None:
+        """Draw with the program's current uniforms."""
+        self._texture.use(0)
+        self._array.render(moderngl.TRIANGLES)
+
+
+class PortraitRenderer(GpuObject):
     """Draws one participant's portrait from a store that fills during the call."""
 
     def __init__(self, ctx: moderngl.Context, store: PortraitStore) -> None:
         self._ctx = ctx
-        self._store = store
+        self.store = store
         self._program = load_program(ctx, "portrait", "portrait")
         self._mouth_program = load_program(ctx, "portrait", "portrait_mouth")
         self._mouth_program["dark"] = DARK_MOUTH
         self._scene: _PhotoScene | None = None
+        self._owned = (self._program, self._mouth_program)
 
     @property
     def ready(self) -> bool:
         """Whether a photo has been received."""
-        return self._store.photo is not None
+        return self.store.photo is not None
 
     def draw(
         self, displacements: NDArray[np.floating], pose: HeadPose, view: ViewState, framebuffer: moderngl.Framebuffer
@@ -57,13 +100,15 @@ class PortraitRenderer:
         displacements : (n, 3) FAPU units
         Raises ValueError if no photo has been received.
         """
-        photo = self._store.photo
+        photo = self.store.photo
         if photo is None:
             raise ValueError("the store must have a photo")
         if self._scene is None or self._scene.photo is not photo:
-            self._release_scene()
+            if self._scene is not None:
+                self._scene.release()
             self._scene = _PhotoScene(self._ctx, self._program, self._mouth_program, photo)
-        self._scene.sync_patches(self._store)
+            self._owned = (self._scene, self._program, self._mouth_program)
+        self._scene.sync_patches(self.store)
         framebuffer.use()
         x, y, width, height = framebuffer.viewport
         framebuffer.clear(*LETTERBOX, viewport=(x, y, width, height))
@@ -76,19 +121,8 @@ class PortraitRenderer:
         self._scene.draw(displacements, _limited_orbit(pose, view))
         self._ctx.scissor = None
 
-    def release(self) -> None:
-        """Release the GPU objects."""
-        self._release_scene()
-        self._program.release()
-        self._mouth_program.release()
 
-    def _release_scene(self) -> None:
-        if self._scene is not None:
-            self._scene.release()
-            self._scene = None
-
-
-class _PhotoScene:
+class _PhotoScene(GpuObject):
     """The GPU objects of one photo and its patches."""
 
     def __init__(
@@ -111,11 +145,12 @@ class _PhotoScene:
             triangles=mesh.triangles[mesh.in_mouth], texture=load_texture(ctx, np.zeros((1, 1, 3), np.uint8)),
         )  # fmt: skip
         corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-        self._backdrop_positions = ctx.buffer((corners * half).astype("f4").tobytes())
+        backdrop_positions = ctx.buffer((corners * half).astype("f4").tobytes())
         self._backdrop = TexturedLayer(
-            ctx, program, self._backdrop_positions, uvs=corners * (0.5, -0.5) + 0.5, alphas=np.ones(4),
+            ctx, program, backdrop_positions, uvs=corners * (0.5, -0.5) + 0.5, alphas=np.ones(4),
             triangles=np.array([[0, 1, 2], [0, 2, 3]]), texture=load_texture(ctx, photo.matte.backdrop),
         )  # fmt: skip
+        self._owned = (self._person, self._mouth, self._backdrop, self._positions, backdrop_positions)
         self._mappings = [PatchMapping(region, warp) for region in FEATURES]
         self._patches: dict[tuple[int, int], tuple[ReceivedPatch, TexturedLayer]] = {}
 
@@ -168,10 +203,9 @@ class _PhotoScene:
 
     def release(self) -> None:
         """Release the GPU objects."""
-        for layer in (self._person, self._mouth, self._backdrop, *(layer for _, layer in self._patches.values())):
+        for _, layer in self._patches.values():
             layer.release()
-        self._positions.release()
-        self._backdrop_positions.release()
+        super().release()
 
     def _load_patch(self, region: int, patch: ReceivedPatch) -> TexturedLayer:
         mapping, triangles = self._mappings[region], self.photo.warp.mesh.triangles

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from conf.animator.state.expression import ExpressionState
 from conf.face.animation.action_units import load_action_units, load_emotions
+from conf.face.animation.expression_state import ExpressionState
 from conf.face.animation.timed_expression import Envelope
 
 JOY, ANGER = load_emotions()["joy"], load_emotions()["anger"]
