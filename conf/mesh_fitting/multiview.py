@@ -7,7 +7,6 @@ asymmetric.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +20,7 @@ from conf.face.head_pose import HeadPose
 from conf.face.mesh.mesh import Mesh
 from conf.render.camera import ViewState, clip_matrix
 from conf.render.face_renderer import FaceRenderer
+from conf.render.gpu_object import GpuObject
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.tracking.tracker import FaceTracker
 
@@ -40,7 +40,7 @@ class LandmarkView:
     clip: NDArray[np.float64]
 
 
-class MultiviewTracker:
+class MultiviewTracker(GpuObject):
     """Renders and tracks a mesh."""
 
     def __init__(
@@ -52,6 +52,7 @@ class MultiviewTracker:
         operator = np.zeros((len(mesh.vertices), CONTROL_POINT_COUNT), np.float32)
         model = FaceModel(mesh, placeholder_points, Fapu.measure(placeholder_points), operator)
         self._renderer = FaceRenderer(window.ctx, model)
+        self._owned = (self._renderer,)
 
     def track_views(self, pose: HeadPose) -> Iterator[LandmarkView]:
         """Yield the landmarks in an image and in its mirror image; nothing where no face is found."""
@@ -66,12 +67,6 @@ class MultiviewTracker:
             if tracked is not None:
                 xy = tracked.landmarks[OBSERVED_LANDMARKS, :2].astype(np.float64) / IMAGE_SIZE * [2, -2] + [-1, 1]
                 yield LandmarkView(xy[OBSERVED_MIRROR_INDICES] * [-1, 1] if mirrored else xy, clip)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._renderer.release()
 
 
 def camera_pose(view: tuple[float, float], /, *, height: float, centre: tuple[float, float] = (0.0, 0.0)) -> HeadPose:
