@@ -1,17 +1,20 @@
-"""The command line: the only module that exits.
+"""The command line: the only module that prints and exits.
 
 Exit status: 0 success, 1 an error, explained in one line on stderr, 2 wrong usage. With --json a command prints one
 JSON object and nothing else.
 """
 
 import argparse
+import json
 import os
 import signal
 import sys
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import asdict
 from typing import Any
 
-from conf.commands import Terminal, animate, demo, doctor, export, extract, fit, measure, models, receive, send
+from conf.commands import animate, demo, doctor, export, extract, fit, measure, models, receive, send
 from conf.errors import ConfError
 
 COMMANDS = {
@@ -27,7 +30,7 @@ def main(arguments: list[str] | None = None) -> None:
     options = build_parser().parse_args(arguments)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        options.run(options, Terminal(json=getattr(options, "json", False)))
+        options.run(options, _Terminal(json=getattr(options, "json", False)))
     except ConfError as error:
         sys.exit(f"conf: {error}")
     except KeyboardInterrupt:
@@ -61,3 +64,57 @@ class _PrintVersion(argparse.Action):
 
         print(f"conf {version('conf')}")
         parser.exit()
+
+
+class _Terminal:
+    """The terminal of commands.Terminal."""
+
+    def __init__(self, *, json: bool) -> None:
+        self._json = json
+
+    def write(self, text: str, /) -> None:
+        print(text, file=sys.stderr if self._json else sys.stdout, flush=True)
+
+    def ask(self, question: str, /) -> str:
+        return input(question) if sys.stdin.isatty() else ""
+
+    @contextmanager
+    def status_line(self) -> Iterator[Callable[[str], None]]:
+        from rich.console import Console
+
+        with Console(stderr=True, quiet=self._json).status("starting") as status:
+            yield status.update
+
+    @contextmanager
+    def progress_bar(self) -> Iterator[Callable[[float], None]]:
+        from rich.console import Console
+        from rich.progress import Progress
+
+        with Progress(console=Console(stderr=True), transient=True, disable=self._json) as progress:
+            task = progress.add_task("writing", total=1.0)
+            yield lambda fraction: progress.update(task, completed=fraction)
+
+    def print_figures(self, title: str, figures: Any, /) -> None:
+        values = asdict(figures)
+        if self._json:
+            print(json.dumps({name: round(v, 3) if isinstance(v, float) else v for name, v in values.items()}))
+            return
+        from rich.console import Console
+        from rich.table import Table
+
+        table = Table(title=title, show_header=False, title_justify="left")
+        nested = [item for value in values.values() if isinstance(value, dict) for item in value.items()]
+        for name, value in [*values.items(), *nested]:
+            if not isinstance(value, dict):
+                table.add_row(name.replace("_", " "), f"{value:,.1f}" if isinstance(value, float) else str(value))
+        Console().print(table)
+
+    def print_list(self, key: str, items: Iterable[Any], text: object, /) -> None:
+        if self._json:
+            print(json.dumps({key: [asdict(item) for item in items]}))
+        elif isinstance(text, str):
+            print(text)
+        else:
+            from rich.console import Console
+
+            Console().print(text)
