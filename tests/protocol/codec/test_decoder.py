@@ -13,7 +13,7 @@ from conf.protocol.codec.reference_frames import MissingReferenceError
 from tests.protocol.independent_decoder import PayloadReader
 from tests.support.synthetic_motion import grimace, talking
 
-PAYLOADS = 24
+PAYLOADS = 14
 
 
 def call(profile: Profile, frames: int, *, ack_delay: int) -> list[tuple[int, bytes]]:
@@ -30,7 +30,7 @@ def call(profile: Profile, frames: int, *, ack_delay: int) -> list[tuple[int, by
 @given(
     lost=st.sets(st.integers(0, PAYLOADS - 1)),
     acks_lost=st.sets(st.integers(0, PAYLOADS - 1)),
-    delay=st.integers(1, 12),
+    delay=st.integers(1, 8),
 )
 def test_no_loss_makes_a_frame_wrong(profile: Profile, lost: set[int], acks_lost: set[int], delay: int) -> None:
     """Every payload that arrives is decoded at once, bit for bit as the encoder expects."""

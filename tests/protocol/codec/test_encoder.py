@@ -276,6 +276,24 @@ def test_decode_own_returns_what_a_receiver_decodes() -> None:
         assert np.array_equal(own.displacements, shown.displacements)
         assert np.array_equal(own.pose, shown.pose)
     assert encoder.decode_own(77) is None
-    last, shifted = encoder.decode_own(12), encoder.decode_own(12, stride=3)
-    assert last is not None and shifted is not None
-    assert not np.array_equal(last.pose, shifted.pose)
+    encoder.encode(talking(1, first=5), 13)
+    [default, shifted, plain] = [
+        encoder.decode_own(13),
+        encoder.decode_own(13, stride=1),
+        encoder.decode_own(13, stride=2),
+    ]
+    assert default is not None and shifted is not None and plain is not None
+    assert np.array_equal(default.displacements, shifted.displacements)
+    assert not np.array_equal(plain.displacements, shifted.displacements)
+
+
+def test_small_residuals_need_a_reference() -> None:
+    """3.2 steps are above the threshold with a reference, 2.5, and below that without, 4."""
+    [frame], [odd] = still(1), grimace(1)
+    largest = np.linalg.norm(TRANSFORM.residual(odd.displacements), axis=1).max()
+    frame = replace(frame, displacements=(odd.displacements * (3.2 / largest)).astype(np.float32))
+    encoder, decoder = Encoder(), Decoder()
+    for number in range(2):
+        decoder.decode(encoder.encode([frame], number), number)
+        encoder.acknowledge([number])
+    assert [bool(decoder._references["live"].require(number).residuals) for number in range(2)] == [False, True]

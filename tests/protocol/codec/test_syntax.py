@@ -81,6 +81,12 @@ def test_changed_residuals_replace_those_of_the_reference(
     }
 
 
+def test_a_residual_is_removed_only_if_all_axes_are_zero() -> None:
+    changes = {3: (0, 0, 5), 4: (0, 1, 0), 5: (2, 0, 0), 6: (0, 0, 0)}
+    coded = code_point_residuals(SymbolWriter(rd_lambda=0.0), MODEL, {6: (1, 1, 1)}, changes)
+    assert coded == {3: (0, 0, 5), 4: (0, 1, 0), 5: (2, 0, 0)}
+
+
 @dataclass
 class FakeCoder:
     """A coder that returns a constant number and records scales and targets."""
