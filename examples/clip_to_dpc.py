@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from conf.face import MotionClip, write_dpc
-from conf.sender import MotionExtractor, fetch_models, read_canonical_face, track_clip
+from conf.sender import MotionExtractor, load_canonical_face, track_clip
 
 clip, output = map(Path, sys.argv[1:])
 tracked = [(frame, face) for frame, face in track_clip(clip) if face is not None]
@@ -17,7 +17,7 @@ if not tracked:
     sys.exit(f"{clip} shows no face")
 
 height, width = tracked[0][0].pixels.shape[:2]
-extractor = MotionExtractor(read_canonical_face(fetch_models()), (width, height))
+extractor = MotionExtractor(load_canonical_face(), (width, height))
 motion = [extractor.update(face, frame.timestamp) for frame, face in tracked]
 
 duration = motion[-1].timestamp - motion[0].timestamp

@@ -47,8 +47,7 @@ def extract(clip: Path, output: Path, on_progress: Callable[[int], None] | None 
     from conf.face.formats.dpc import MotionClip, write_dpc
     from conf.sender.capture.video import open_clip
     from conf.sender.motion.extractor import MotionExtractor
-    from conf.sender.tracking.canonical_face import read_canonical_face
-    from conf.sender.tracking.model_files import fetch_models
+    from conf.sender.tracking.canonical_face import load_canonical_face
     from conf.sender.tracking.offline import track_clip
 
     with open_clip(clip) as source:
@@ -56,7 +55,7 @@ def extract(clip: Path, output: Path, on_progress: Callable[[int], None] | None 
     tracked = [(frame.timestamp, tracking) for frame, tracking in track_clip(clip, on_progress)]
     if not any(tracking for _, tracking in tracked):
         raise CameraError(f"{clip} shows no face: choose a clip in which one face is clearly visible")
-    extractor = MotionExtractor(read_canonical_face(fetch_models()), size)
+    extractor = MotionExtractor(load_canonical_face(), size)
     for timestamp, tracking in tracked:
         if tracking is not None:
             extractor.update(tracking, timestamp)

@@ -60,13 +60,12 @@ def measure(clip: Path, profile: str = "live", on_progress: Callable[[int], None
     from conf.sender.capture.video import open_clip
     from conf.sender.frame_pacer import FramePacer
     from conf.sender.motion.extractor import MotionExtractor
-    from conf.sender.tracking.canonical_face import read_canonical_face
-    from conf.sender.tracking.model_files import fetch_models
+    from conf.sender.tracking.canonical_face import load_canonical_face
     from conf.sender.tracking.offline import track_clip
 
     with open_clip(clip) as source:
         size, fps = source.size, min(source.fps, float(PROFILES[profile].fps))
-    extractor = MotionExtractor(read_canonical_face(fetch_models()), size)
+    extractor = MotionExtractor(load_canonical_face(), size)
     parameters = StreamParameters(*size, fps, CONTROL_POINT_COUNT, extractor.fapu_distances())
     call = LoopbackCall(parameters, 0.0, os.urandom, rate=RateOptions(profile))
     pacer, frames, jpeg_bytes = FramePacer(fps), 0, 0

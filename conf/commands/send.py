@@ -140,7 +140,7 @@ def _open_source(options: SendOptions, object_sender: ObjectSender | None) -> It
     from conf.sender.motion.extractor import MotionExtractor
     from conf.sender.motion_source import TrackedMotionSource, open_motion_file
     from conf.sender.portrait.scheduler import PortraitScheduler
-    from conf.sender.tracking.canonical_face import read_canonical_face
+    from conf.sender.tracking.canonical_face import load_canonical_face
     from conf.sender.tracking.model_files import fetch_models
     from conf.sender.tracking.tracker import FaceTracker
 
@@ -149,7 +149,7 @@ def _open_source(options: SendOptions, object_sender: ObjectSender | None) -> It
         return
     models = fetch_models()
     with open_clip(options.file, loop=options.loop) if options.file else open_camera(options.camera) as source:
-        canonical = read_canonical_face(models)
+        canonical = load_canonical_face()
         extractor = MotionExtractor(canonical, source.size)
         scheduler = PortraitScheduler(canonical, object_sender) if object_sender else None
         if options.calibrate:

@@ -18,8 +18,7 @@ from conf.face.formats.ppc import write_ppc
 from conf.face.mesh.axes import ORIENTATIONS
 from conf.face.mesh.mesh import Mesh, load_mesh
 from conf.mesh_fitting.face_search import Progress, find_face
-from conf.sender.tracking.canonical_face import CanonicalFace, read_canonical_face
-from conf.sender.tracking.model_files import fetch_models
+from conf.sender.tracking.canonical_face import CanonicalFace, load_canonical_face
 
 TRACKER_MESH_NOTE = "a mesh of the tracker's own landmarks: its vertices are the control points"
 _EYE_RINGS = ((263, 362, 386, 374), (33, 133, 159, 145))  # landmarks of corners and lids of the left and the right eye
@@ -79,7 +78,7 @@ def find_points(
     Raises what `fit` raises.
     """
     mesh, (up, front) = load_mesh(path), axes
-    known = points_of_landmark_mesh(mesh, read_canonical_face(fetch_models()))
+    known = points_of_landmark_mesh(mesh, load_canonical_face())
     if known is not None:
         fitted = FittedPoints(known, 3, 4, 0, False)
         return fitted, ("", ""), (TRACKER_MESH_NOTE, *_remarks(fitted))

@@ -7,13 +7,13 @@ from conf.lazy import lazy_attributes
 _SOURCES = {
     "MotionExtractor": "motion.extractor",
     "fetch_models": "tracking.model_files",
-    "read_canonical_face": "tracking.canonical_face",
+    "load_canonical_face": "tracking.canonical_face",
     "track_clip": "tracking.offline",
 }
 
 if TYPE_CHECKING:
     from conf.sender.motion.extractor import MotionExtractor as MotionExtractor
-    from conf.sender.tracking.canonical_face import read_canonical_face as read_canonical_face
+    from conf.sender.tracking.canonical_face import load_canonical_face as load_canonical_face
     from conf.sender.tracking.model_files import fetch_models as fetch_models
     from conf.sender.tracking.offline import track_clip as track_clip
 else:

@@ -14,14 +14,14 @@ from conf.face.formats.ppc import read_ppc
 from conf.face.mesh.axes import axes_rotation
 from conf.face.mesh.mesh import Mesh, load_mesh
 from conf.mesh_fitting.fit import TRACKER_MESH_NOTE, fit, points_of_landmark_mesh
-from conf.sender.tracking.canonical_face import CanonicalFace, read_canonical_face
+from conf.sender.tracking.canonical_face import CanonicalFace, load_canonical_face
 
 pytestmark = pytest.mark.usefixtures("gl", "models")
 
 
 @pytest.fixture
-def canonical(models: Path) -> CanonicalFace:
-    return read_canonical_face(models)
+def canonical() -> CanonicalFace:
+    return load_canonical_face()
 
 
 def errors_mm(found: NDArray[np.float64], truth: NDArray[np.float64]) -> NDArray[np.float64]:

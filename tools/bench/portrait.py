@@ -39,7 +39,7 @@ from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.portrait.photo_builder import CapturedFace
 from conf.sender.portrait.scheduler import PortraitScheduler
-from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.canonical_face import load_canonical_face
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 from tools.bench.portrait_clip import FPS, SIZE, START_S, Pixels, average, compare, load_frames, looped, similarities
@@ -93,7 +93,7 @@ def main() -> None:
 def run(frames: Sequence[Pixels], kbps: float) -> Call:
     """Send frames through tracker, codec, transfer of the portrait and renderer."""
     models = fetch_models()
-    canonical, tracker = read_canonical_face(models), FaceTracker(models)
+    canonical, tracker = load_canonical_face(), FaceTracker(models)
     extractor = MotionExtractor(canonical, SIZE)
     encoder, decoder = Encoder(), Decoder()
     object_sender, object_receiver, store, budget = ObjectSender(), ObjectReceiver(), PortraitStore(), ChunkBudget(kbps)

@@ -18,7 +18,7 @@ from conf.protocol.portrait.probability_model import BlockModel, PortraitModel
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.portrait.photo_builder import CapturedFace, build_photo
 from conf.sender.portrait.reference_photo import ReferencePhoto, patch_residual
-from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.canonical_face import load_canonical_face
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.tracker import FaceTracker
 from tools.bench.portrait_clip import FPS, SIZE, load_frames
@@ -87,7 +87,7 @@ def _to_integer_frequencies(weights: NDArray[np.float64]) -> NDArray[np.int64]:
 def read_patches(clip: Path) -> list[Patch]:
     """Return patches of a clip's frames relative to frame PHOTO_AT, coefficients in grey levels."""
     models = fetch_models()
-    canonical, tracker = read_canonical_face(models), FaceTracker(models)
+    canonical, tracker = load_canonical_face(), FaceTracker(models)
     extractor = MotionExtractor(canonical, SIZE)
     reference: ReferencePhoto | None = None
     found = []

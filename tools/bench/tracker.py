@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from conf.sender.capture.video import open_clip
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.tracking.blendshape_network import BlendshapeNetwork
-from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.canonical_face import load_canonical_face
 from conf.sender.tracking.detector import FaceDetector
 from conf.sender.tracking.inference import choose_backend
 from conf.sender.tracking.landmarks import Crop, LandmarkNetwork
@@ -69,7 +69,7 @@ def bench(backend: Backend, images: list[Image]) -> Result:
     """Measure the whole tracker as the sender runs it, then each stage alone."""
     models = fetch_models()
     tracker = FaceTracker(models, backend=backend)
-    extractor = MotionExtractor(read_canonical_face(models), SIZE)
+    extractor = MotionExtractor(load_canonical_face(), SIZE)
     tracked, whole, motion = 0, [], []
     last: tuple[Image, NDArray[np.float32]] | None = None
     for i, image in enumerate(images):

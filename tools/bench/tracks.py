@@ -16,7 +16,7 @@ from conf.protocol.messages import MotionFrame
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.motion.mean_face import MEAN_FACE
 from conf.sender.tracking.blendshape_network import BlendshapeNetwork
-from conf.sender.tracking.canonical_face import read_canonical_face
+from conf.sender.tracking.canonical_face import load_canonical_face
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.pose_removal import remove_head_pose
 from conf.sender.tracking.tracker import TrackedFace
@@ -79,7 +79,7 @@ class TrackReader:
     def __init__(self) -> None:
         """Open the tracker's files; fetch them if they are missing. Raises ModelError."""
         models = fetch_models()
-        self._canonical = read_canonical_face(models)
+        self._canonical = load_canonical_face()
         self._blendshapes = BlendshapeNetwork(models)
 
     def read(self, path: Path, /, *, fps: float) -> Track:

@@ -36,8 +36,8 @@ from conf.render.window.glfw_window import GlfwWindow
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.capture.video import open_clip
 from conf.sender.motion.extractor import MotionExtractor
-from conf.sender.tracking.canonical_face import read_canonical_face
-from conf.sender.tracking.model_files import fetch_demo_clip, fetch_models
+from conf.sender.tracking.canonical_face import load_canonical_face
+from conf.sender.tracking.model_files import fetch_demo_clip
 from conf.sender.tracking.offline import track_clip
 from tools.bench.fidelity import Pair, run
 
@@ -129,7 +129,7 @@ def motion(clip: Path) -> tuple[list[MotionFrame], StreamParameters]:
     """Return the frames of a clip at the rate of the live profile, and the parameters of the stream."""
     with open_clip(clip) as source:
         size, fps = source.size, source.fps
-    extractor = MotionExtractor(read_canonical_face(fetch_models()), size)
+    extractor = MotionExtractor(load_canonical_face(), size)
     tracked = [(frame.timestamp, tracking) for frame, tracking in track_clip(clip)]
     for timestamp, tracking in tracked:
         if tracking is not None:

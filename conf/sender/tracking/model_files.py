@@ -17,7 +17,6 @@ from pathlib import Path
 import platformdirs
 
 from conf.errors import ModelError
-from conf.sender.tracking.canonical_face import FILE_NAME as GEOMETRY
 
 FOLDER_VARIABLE = "CONF_MODELS"
 
@@ -65,7 +64,6 @@ BUNDLE_FILES = {
     DETECTOR: "b4578f35940bf5a1a655214a1cce5cab13eba73c1297cd78e1a04c2380b0152f",
     LANDMARKS: "c7d54204ce0448474c7f3fa9af494787c0965cbdd6f20fc72867e43046bd43d5",
     BLENDSHAPES: "4f36dded049db18d76048567439b2a7f58f1daabc00d78bfe8f3ad396a2d2082",
-    GEOMETRY: "bdbcda96dfcb7da883da124aaa2c55dee49770d934f0fcc71747f8c21bdc75b4",
 }
 
 
@@ -76,7 +74,7 @@ def model_folder() -> Path:
 
 
 def fetch_models(progress: Progress | None = None, /, *, download: Download | None = None) -> Path:
-    """Return the folder with the tracker's four files; missing or damaged ones are downloaded or unpacked.
+    """Return the folder with the tracker's networks; missing or damaged ones are downloaded or unpacked.
 
     progress : called with a text before a download
     Raises ModelError.
