@@ -1,4 +1,4 @@
-"""A whole call as users make it: two processes, a real clip, real UDP, and what the receiver drew."""
+"""Whole calls between two processes with a real clip, real UDP and a recorded drawing, on one host and on two."""
 
 import json
 import os
@@ -8,51 +8,51 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 from uuid import uuid4
 
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.tracker import FaceTracker
 
 CODE = "amber-canoe-tiger-7"
 CALL_S = 6.0
+ENVIRONMENT = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
+
+pytestmark = pytest.mark.slow
 
 
-def conf(*arguments: str | Path) -> list[str]:
+def conf(*arguments: object) -> list[str]:
     return [sys.executable, "-m", "conf", *map(str, arguments)]
 
 
-def call(clip: Path, film: Path, *, listen: str, prefixes: tuple[list[str], list[str]] = ([], [])) -> tuple[dict, dict]:
-    """Make a call and return the figures of receiver and sender."""
-    receiver_prefix, sender_prefix = prefixes
-    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
-    command = conf("receive", "--listen", listen, "--code", CODE, "--headless", film, "--seconds", CALL_S + 4, "--json")
+def call(
+    clip: Path, film: Path, *, listen: str, prefixes: tuple[list[str], list[str]] = ([], [])
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Make a call and return the --json figures of receiver and sender; prefixes precede their commands."""
+    options = ("--headless", film, "--seconds", CALL_S + 4, "--json")
+    command = prefixes[0] + conf("receive", "--listen", listen, "--code", CODE, *options)
     with subprocess.Popen(
-        receiver_prefix + command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT
     ) as receiver:
         assert receiver.stderr is not None and receiver.stdout is not None
         address = re.search(r"listening on (\S+),", receiver.stderr.readline())
-        assert address, "the receiver says where it listens"
-        sender = subprocess.run(
-            sender_prefix
-            + conf("send", address[1], "--code", CODE, "--file", clip, "--loop", "--seconds", CALL_S, "--json"),
-            capture_output=True,
-            text=True,
-            env=environment,
-            timeout=60,
-            check=False,
-        )
+        assert address, "the receiver prints the address it listens on"
+        source = ("--file", clip, "--loop", "--seconds", CALL_S, "--json")
+        command = prefixes[1] + conf("send", address[1], "--code", CODE, *source)
+        sender = subprocess.run(command, capture_output=True, text=True, env=ENVIRONMENT, timeout=60, check=False)
         assert sender.returncode == 0, sender.stderr
         output, errors = receiver.communicate(timeout=60)
         assert receiver.returncode == 0, errors
     return json.loads(output), json.loads(sender.stdout)
 
 
-def check(received: dict, sent: dict, film: Path) -> None:
-    assert sent["frames_tracked"] > CALL_S * 15 * 0.2  # a busy machine drops frames before it tracks them
+def check(received: dict[str, Any], sent: dict[str, Any], film: Path) -> None:
+    assert sent["frames_tracked"] > CALL_S * 15 * 0.2  # a busy machine drops frames before tracking
     assert sent["frames_sent"] > sent["frames_tracked"] * 0.6
     assert received["frames_received"] >= sent["frames_sent"] - 2
     assert received["frames_lost"] == 0
@@ -61,24 +61,24 @@ def check(received: dict, sent: dict, film: Path) -> None:
     assert drawn_mouth_openings(film).std() > 0.02
 
 
-def drawn_mouth_openings(film: Path) -> np.ndarray:
-    """Track the drawing: inner lips apart, as a share of the eye distance."""
+def drawn_mouth_openings(film: Path) -> NDArray[np.float64]:
+    """Track every sixth drawing: distance of the inner lips relative to the eye distance."""
     tracker = FaceTracker(fetch_models())
     capture = cv2.VideoCapture(str(film))
     openings = []
     for count in range(10_000):
-        there, pixels = capture.read()
-        if not there:
+        is_read, pixels = capture.read()
+        if not is_read:
             break
-        tracking = tracker.track(pixels) if count % 6 == 0 else None
+        tracking = tracker.track(np.asarray(pixels, np.uint8)) if count % 6 == 0 else None
         if tracking is not None:
-            at = tracking.landmarks
-            openings.append(np.linalg.norm(at[13] - at[14]) / np.linalg.norm(at[33] - at[263]))
-    assert len(openings) > 10, "the receiver has drawn a face"
+            points = tracking.landmarks
+            openings.append(np.linalg.norm(points[13] - points[14]) / np.linalg.norm(points[33] - points[263]))
+    assert len(openings) > 10, "the drawings show a face"
     return np.array(openings)
 
 
-def test_two_processes_on_loopback(demo_clip: Path, tmp_path: Path) -> None:
+def test_a_call_between_two_processes(demo_clip: Path, tmp_path: Path) -> None:
     film = tmp_path / "call.avi"
     received, sent = call(demo_clip, film, listen="127.0.0.1:0")
     check(received, sent, film)
@@ -86,7 +86,7 @@ def test_two_processes_on_loopback(demo_clip: Path, tmp_path: Path) -> None:
 
 @pytest.fixture
 def namespaces() -> Iterator[tuple[str, str]]:
-    """Two hosts of their own, 10.77.0.1 and 10.77.0.2, joined by a cable."""
+    """Two network namespaces, 10.77.0.1 and 10.77.0.2, connected by a virtual cable."""
     if os.geteuid() != 0 or not shutil.which("ip"):
         pytest.skip("network namespaces need root and the program ip")
     names = f"conf-a-{uuid4().hex[:6]}", f"conf-b-{uuid4().hex[:6]}"
@@ -109,8 +109,8 @@ def namespaces() -> Iterator[tuple[str, str]]:
             subprocess.run(["ip", "netns", "del", name], capture_output=True, check=False)
 
 
-def test_two_hosts(demo_clip: Path, tmp_path: Path, namespaces: tuple[str, str]) -> None:
+def test_a_call_between_two_hosts(demo_clip: Path, tmp_path: Path, namespaces: tuple[str, str]) -> None:
     film = tmp_path / "call.avi"
-    inside = tuple(["ip", "netns", "exec", name] for name in namespaces)
-    received, sent = call(demo_clip, film, listen="10.77.0.1:5005", prefixes=(inside[0], inside[1]))
+    first, second = (["ip", "netns", "exec", name] for name in namespaces)
+    received, sent = call(demo_clip, film, listen="10.77.0.1:5005", prefixes=(first, second))
     check(received, sent, film)

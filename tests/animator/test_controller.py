@@ -87,7 +87,9 @@ def test_missing_points_are_found_unless_points_are_being_placed(
     controller.set_axes("y", "z")
     controller.find_missing_points()
     wait_for_fit()
-    np.testing.assert_allclose(controller.face.document.points, points, atol=2e-3)
+    found = controller.face.document.points
+    assert found is not None
+    np.testing.assert_allclose(found, points, atol=2e-3)
     assert controller.notice.endswith("Save PPC saves them. check the lids")
     controller.release()
 

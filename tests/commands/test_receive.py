@@ -15,7 +15,8 @@ def test_headless_drawing_writes_a_clip_and_an_image(gl: None, tmp_path: Path) -
     with UdpSocket.bind("127.0.0.1", 0) as link:
         traffic = receive(link, CODE, options)
     assert traffic.datagrams == 0
-    assert cv2.imread(str(tmp_path / "call.jpg")).shape[1::-1] == SIZE
+    image = cv2.imread(str(tmp_path / "call.jpg"))
+    assert image is not None and image.shape[1::-1] == SIZE
     clip = cv2.VideoCapture(str(tmp_path / "call.avi"))
     assert clip.get(cv2.CAP_PROP_FPS) == HEADLESS_FPS and clip.read()[0]
 

@@ -19,7 +19,9 @@ def ramp(width: int = 64, height: int = 48) -> NDArray[np.uint8]:
 @pytest.mark.parametrize(("suffix", "error"), [(".jpg", 12), (".JPG", 12), (".png", 0)])
 def test_an_image_is_read_back_unchanged(tmp_path: Path, suffix: str, error: int) -> None:
     path = save_image(tmp_path / f"a{suffix}", ramp())
-    np.testing.assert_allclose(cv2.imread(str(path)).astype(int), ramp().astype(int), atol=error)
+    pixels = cv2.imread(str(path))
+    assert pixels is not None
+    np.testing.assert_allclose(pixels.astype(int), ramp().astype(int), atol=error)
     assert list(tmp_path.iterdir()) == [path]
 
 

@@ -25,7 +25,7 @@ def test_a_written_mesh_is_read_back_unchanged(tmp_path: Path, head: Mesh) -> No
         np.testing.assert_array_equal(mesh.groups[name], triangles)
     assert mesh.texture == tmp_path / "a-texture.png", "WebP is converted to PNG"
     shade, again = (cv2.imread(str(m.texture), cv2.IMREAD_UNCHANGED) for m in (head, mesh))
-    assert shade is not None and np.array_equal(shade, again)
+    assert shade is not None and again is not None and np.array_equal(shade, again)
     text, library = ((tmp_path / name).read_text() for name in ("a.obj", "a.mtl"))
     assert text.index("usemtl face") < text.index("g hair\nusemtl hair") and "map_d a-texture.png" in library
 

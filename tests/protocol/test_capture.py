@@ -14,7 +14,8 @@ from spake2 import SPAKE2_A
 
 from conf.protocol.address import Address
 from tests.protocol.independent_decoder import PayloadReader
-from tests.support.simulated_calls import CODE, RECEIVER, SimulatedSender, World
+from tests.support.simulated_calls import SimulatedSender, World
+from tests.support.simulated_sessions import CODE, RECEIVER
 
 FIELDS = {0: 48, 1: 16, 2: 40, 3: 25, 4: 25, 5: 10, 6: 1}
 COUNTS = {0: 10, 1: 2, 3: 1}  # fields of the bodies that are a plain array

@@ -8,7 +8,8 @@ from conf.protocol.session.events import Connected, Refused, SessionEnded
 from conf.protocol.session.handshake import Refusal
 from conf.protocol.session.server import MAX_SESSIONS
 from conf.protocol.statistics import HEADER_BYTES
-from tests.support.simulated_calls import RECEIVER, Line, Motion, World, talk
+from tests.support.simulated_calls import Line, Motion, World, talk
+from tests.support.simulated_sessions import RECEIVER
 
 
 def pitched(angle: float) -> Motion:

@@ -14,7 +14,8 @@ from conf.protocol.send_budget import RateOptions
 from conf.protocol.session.events import Connected, NoAnswer, SessionEnded, WrongCode
 from conf.protocol.statistics import HEADER_BYTES
 from conf.protocol.wire import encode_body
-from tests.support.simulated_calls import RECEIVER, WRONG, Line, SimulatedSender, World, talk
+from tests.support.simulated_calls import Line, SimulatedSender, World, talk
+from tests.support.simulated_sessions import RECEIVER, WRONG
 
 # FAPU units, mean of all points. A single blink, on which the codec was not trained, gives 130 without any loss.
 MAX_ERROR = 160

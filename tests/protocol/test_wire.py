@@ -78,7 +78,8 @@ def test_a_body_of_1_to_1100_bytes_is_accepted(size: int) -> None:
 @pytest.mark.parametrize(
     "body",
     [
-        *(replace(PARAMETERS, **{side: value}) for side in ("width", "height") for value in (1, 16384)),
+        *(replace(PARAMETERS, width=value) for value in (1, 16384)),
+        *(replace(PARAMETERS, height=value) for value in (1, 16384)),
         *(replace(PARAMETERS, fps=value) for value in (0.01, 240.0)),
         *(replace(PARAMETERS, points=value) for value in (1, 64)),
         *(replace(PARAMETERS, fapu=(1.0, 1.0, 1.0, 1.0, value)) for value in (0.001, 65.535)),

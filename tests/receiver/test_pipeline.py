@@ -7,16 +7,18 @@ import pytest
 from numpy.typing import NDArray
 
 from conf.face.deformation.face_model import FaceModel
+from conf.protocol.address import Address
 from conf.protocol.statistics import TrafficSnapshot
 from conf.receiver.call_stats import CallStats
 from conf.receiver.pipeline import RECEIVE_BATCH, LoopOptions, ReceiverLoop
 from conf.render.window import Window
 from conf.render.window.offscreen import OffscreenWindow
 from conf.transport.udp import ReceivedDatagram
-from tests.support.simulated_calls import WRONG, SimulatedSender, make_receiver, no_face, talk
+from tests.support.simulated_calls import SimulatedSender, make_receiver, no_face, talk
+from tests.support.simulated_sessions import WRONG
 
 FPS = 8.0
-Datagrams = list[tuple[bytes, tuple[str, int]]]
+Datagrams = list[tuple[bytes, Address]]
 ADDRESS = ("10.0.0.7", 1234)
 MOTIONS = {"face": talk, "nobody": no_face}
 
@@ -78,7 +80,7 @@ class LoopRunner:
                 if what == "hang up":
                     socket.arrived += [(data, caller.address) for data, _ in caller.connection.close(now)]
                 caller.is_on = what in MOTIONS
-                caller.motion = MOTIONS.get(what)
+                caller.motion = MOTIONS.get(what or "")
 
         composer = "conf.receiver.frame_composer"
         self._patch.setattr(f"{composer}.draw_stats", record_stats)

@@ -30,11 +30,12 @@ def test_matrices_are_set_column_by_column_and_unknown_ones_are_ignored(window: 
     matrix = np.arange(16.0).reshape(4, 4)
     set_matrix(program, "light", to_column_major(matrix))
     set_matrix(program, "unknown", to_column_major(matrix))
-    assert program["light"].value == tuple(matrix.T.ravel())
+    uniform = program["light"]
+    assert isinstance(uniform, moderngl.Uniform) and uniform.value == tuple(matrix.T.ravel())
 
 
 def test_triangles_are_drawn_with_the_matrices_given_and_unused_attributes_are_skipped(window: OffscreenWindow) -> None:
-    rows = np.hstack([CORNERS, np.tile(np.float32([0, 0, 1]), (4, 1)), np.ones((4, 2), np.float32)])
+    rows = np.hstack([CORNERS, np.tile(np.array([0, 0, 1], np.float32), (4, 1)), np.ones((4, 2), np.float32)])
     attributes = [(window.ctx.buffer(rows.tobytes()), "3f4 3f4 2f4", "in_position", "in_normal", "in_unknown")]
     matrices = {"clip": np.diag([0.5, 0.5, 1.0, 1.0]), "rotation": np.eye(3), "unused": np.eye(4)}
     with DrawCall(window.ctx, ("face", "wireframe"), attributes, np.array([[0, 1, 2], [0, 2, 3]])) as draw_call:

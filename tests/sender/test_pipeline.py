@@ -187,7 +187,12 @@ def test_motion_is_sent_at_the_time_when_tracking_has_ended() -> None:
     sender = Sender(frames=10, tracking_s=0.03)
     starts: list[float] = []
     track = sender.source.motion
-    sender.source.motion = lambda: (starts.append(sender.socket.now), track())[1]  # type: ignore[method-assign]
+
+    def motion() -> MotionFrame | None:
+        starts.append(sender.socket.now)
+        return track()
+
+    sender.source.motion = motion  # type: ignore[method-assign]
     sender.run()
     assert [now for _, now in sender.source.after_sends] == pytest.approx([start + 0.03 for start in starts])
 

@@ -14,7 +14,7 @@ def drawn(pixels: Pixels) -> NDArray[np.bool_]:
     return np.asarray((np.abs(pixels.astype(int) - background) > 3).any(axis=2))
 
 
-def box(mask: NDArray[np.bool_]) -> tuple[int, int, int, int]:
+def box(mask: NDArray[np.bool_] | np.bool_) -> tuple[int, int, int, int]:
     """Return left, top, right and bottom of the True pixels, the last two exclusive."""
     ys, xs = np.nonzero(mask)
     return int(xs.min()), int(ys.min()), int(xs.max()) + 1, int(ys.max()) + 1

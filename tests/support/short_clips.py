@@ -20,7 +20,8 @@ def short_clip(models: Path, demo_clip: Path, tmp_path_factory: pytest.TempPathF
         for _ in range(SHORT):
             frame = clip.read()
             assert frame is not None
-            writer.write(cv2.resize(frame.pixels, None, fx=2, fy=2))  # Motion JPEG harms small images
+            # Motion JPEG harms small images.
+            writer.write(np.asarray(cv2.resize(frame.pixels, None, fx=2, fy=2), np.uint8))
     return path
 
 

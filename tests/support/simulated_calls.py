@@ -19,7 +19,6 @@ from conf.protocol.session.events import Connected, Event
 from conf.protocol.session.server import SessionServer
 from conf.protocol.statistics import HEADER_BYTES
 from tests.support.simulated_sessions import CODE, RECEIVER, Network
-from tests.support.simulated_sessions import WRONG as WRONG
 from tests.support.synthetic_motion import talking
 
 PARAMETERS = StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1))

@@ -66,13 +66,15 @@ def control_points() -> NDArray[np.float64]:
 def stand_in_mesh() -> Mesh:
     """Return a mesh of skin, two eyeballs, a tongue and hair."""
     centre, radii = SKULL
-    balls = {
+    balls: dict[str, tuple[NDArray[np.float64], NDArray[np.float64] | float]] = {
         "skin": (centre, radii),
         "eye_l": (np.array([3.2, 2.6, 3.8]), EYE_RADIUS),
         "eye_r": (np.array([-3.2, 2.6, 3.8]), EYE_RADIUS),
         "tongue": (np.array([0.0, -3.8, 2.0]), 1.0),
     }
-    positions, corners, groups, count = [], [], {}, 24
+    positions: list[NDArray[np.float64]] = []
+    corners: list[NDArray[np.int64]] = []
+    groups, count = {}, 24
     for name, (position, radius) in balls.items():
         first, start = sum(map(len, positions)), sum(map(len, corners))
         positions.append(ball(position, radius, count))

@@ -35,7 +35,7 @@ def test_a_listening_socket_receives_with_the_source_address_and_replies(peer: s
 
 def test_a_socket_opened_to_a_peer_sends_and_receives(peer: socket.socket) -> None:
     with UdpSocket.open_to(*peer.getsockname()) as sender:
-        assert sender.remote == peer.getsockname()
+        assert sender.remote is not None and sender.remote == peer.getsockname()
         sender.send([(b"one", sender.remote), (b"two", sender.remote)])
         (first, address), (second, _) = peer.recvfrom(100), peer.recvfrom(100)
         assert [first, second] == [b"one", b"two"]

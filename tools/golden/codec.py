@@ -8,6 +8,7 @@ Run this only after an intended change of tables or syntax: both ends of a call 
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
@@ -36,10 +37,10 @@ def payloads() -> dict[str, tuple[int, bytes]]:
     return result
 
 
-def decoded_values(coded: dict[str, tuple[int, bytes]]) -> dict[str, dict[str, object]]:
+def decoded_values(coded: dict[str, tuple[int, bytes]]) -> dict[str, dict[str, Any]]:
     """Return each payload's first frame number, and the pose and mean displacement of its last frame."""
     decoder = Decoder()
-    result: dict[str, dict[str, object]] = {}
+    result: dict[str, dict[str, Any]] = {}
     for name, (number, payload) in coded.items():
         last = decoder.decode(payload, number)[-1]
         result[name] = {

@@ -1,4 +1,5 @@
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -30,7 +31,7 @@ def test_names_and_offsets_are_read(tmp_path: Path) -> None:
         {"names": np.array(["a", "b"])},
     ],
 )
-def test_other_arrays_raise_file_format_error(tmp_path: Path, arrays: dict[str, np.ndarray]) -> None:
+def test_other_arrays_raise_file_format_error(tmp_path: Path, arrays: dict[str, Any]) -> None:
     np.savez(tmp_path / "shapes.npz", **arrays)
     with pytest.raises(FileFormatError, match="expected"):
         load_blendshapes(tmp_path / "shapes.npz", 4)

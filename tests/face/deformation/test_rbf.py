@@ -1,4 +1,5 @@
 from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -27,7 +28,7 @@ def test_the_operator_agrees_with_scipys_interpolator(
     oracle = RBFInterpolator(
         face.points,
         displacements,
-        kernel=kernel.scipy_name,
+        kernel=cast(Any, kernel.scipy_name),
         epsilon=kernel.epsilon,
         degree=kernel.degree,
         smoothing=smoothing,
@@ -111,7 +112,7 @@ def test_coplanar_points_are_solvable_with_a_linear_polynomial(face: SheetFace) 
     ],
 )
 def test_bad_arguments_raise(face: SheetFace, change: dict[str, object], message: str) -> None:
-    arguments = {"vertices": face.mesh.vertices, "points": face.points, "epsilon": 1.0, "smoothing": 0.0} | change
+    arguments: dict[str, Any] = {"vertices": face.mesh.vertices, "points": face.points, "epsilon": 1.0} | change
     vertices, points = arguments.pop("vertices"), arguments.pop("points")
     with pytest.raises(ValueError, match=message):
         build_operator(vertices, points, kernel=MULTIQUADRIC, **arguments)

@@ -1,5 +1,6 @@
 """Control points fitted to the default head from observations with the tracker's mean error."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -23,8 +24,8 @@ def head() -> tuple[Mesh, NDArray[np.float64], FacePrior]:
     mesh, points, prior = load_mesh(DEFAULT_HEAD), default_points(), load_prior()
     frame = fit_similarity(points, prior.mean)
     triangles = np.concatenate([mesh.triangles[mesh.groups[name]] for name in GROUPS])
-    vertices = frame.apply(mesh.vertices)
-    return Mesh(vertices, triangles, *([np.empty(0)] * 3), {}), frame.apply(points), prior  # type: ignore[list-item]
+    visible = replace(mesh, vertices=frame.apply(mesh.vertices), triangles=triangles, groups={})
+    return visible, frame.apply(points), prior
 
 
 def fitted(noise: float = 0.0, groups: tuple[str, ...] = GROUPS) -> tuple[FittedPoints, NDArray[np.float64]]:

@@ -58,7 +58,9 @@ def test_files_that_are_no_mesh_raise_file_format_error(tmp_path: Path, kind: st
 def test_damaged_files_give_a_mesh_or_file_format_error(
     tmp_path_factory: pytest.TempPathFactory, kind: str, data: st.DataObject
 ) -> None:
-    content = bytearray(box().export(file_type=kind))
+    exported = box().export(file_type=kind)
+    assert isinstance(exported, bytes)
+    content = bytearray(exported)
     for _ in range(data.draw(st.integers(0, 6))):
         content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
     path = tmp_path_factory.getbasetemp() / f"any.{kind}"

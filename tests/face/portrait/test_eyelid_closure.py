@@ -11,7 +11,7 @@ POSITIONS = MESH.positions
 def test_pupils_are_between_the_lids_and_their_triangles_are_first() -> None:
     right, left = MESH.eyes
     assert CONTROL_POINT_INDEX["pupil_r"] in right.inside and CONTROL_POINT_INDEX["pupil_l"] in left.inside
-    in_eyes = np.isin(MESH.triangles, [*right.rim, *left.rim]).any(axis=1)
+    in_eyes = np.asarray(np.isin(MESH.triangles, [*right.rim, *left.rim]).any(axis=1))
     assert in_eyes.any() and not in_eyes[200:].any()
 
 

@@ -25,7 +25,7 @@ def messages(draw: st.DrawFn) -> Message:
     return [(table, draw(st.integers(0, len(table) - 2))) for table in cumulative]
 
 
-def encoded(message: Message) -> bytes:
+def encoded(message: Sequence[tuple[Sequence[int], int]]) -> bytes:
     encoder = RangeEncoder()
     for cumulative, symbol in message:
         encoder.write(cumulative, symbol)

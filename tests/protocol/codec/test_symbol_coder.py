@@ -66,7 +66,9 @@ def test_the_written_number_has_the_lower_rate_distortion_cost(scale: int) -> No
             smaller = nearest - (nearest > 0) + (nearest < 0)
             candidates = [nearest, smaller] if abs(nearest) <= 20 else [nearest]
             cost = {n: (target - n) ** 2 + rd_lambda * bits[min(abs(n), 21) + 20] for n in candidates}
-            assert SymbolWriter(rd_lambda=rd_lambda).number(TABLES, scale, target) == min(candidates, key=cost.get)
+            assert SymbolWriter(rd_lambda=rd_lambda).number(TABLES, scale, target) == min(
+                candidates, key=cost.__getitem__
+            )
 
 
 @given(SCALES, st.floats(-LIMIT, LIMIT) | st.sampled_from([1.5, -1.5, 7.5]))
@@ -113,7 +115,8 @@ def test_frequencies_must_be_positive_and_complete(zero: int) -> None:
 def test_uniform_and_weighted_tables_are_those_of_wire_md() -> None:
     for size in (1, 2, 48, 50, 96, 256):
         assert uniform_table(size) == uniform(size)
-    for weights in ([30, 2, 2], [1, 40], [3, 1, 0.001], [60, 15, 32, *(19 / age for age in range(3, 64))]):
+    examples: list[list[float]] = [[30, 2, 2], [1, 40], [3, 1, 0.001], [60, 15, 32, *(19 / n for n in range(3, 64))]]
+    for weights in examples:
         table = weighted_table(weights)
         assert table == weighted(weights)
         assert all(a < b for a, b in pairwise(table))

@@ -1,6 +1,7 @@
 """Values, point residuals and prediction: both directions and the independent decoder agree."""
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -108,8 +109,13 @@ class FakeCoder:
         return value
 
 
+def fake_coder(result: int) -> Any:
+    """Return a FakeCoder, typed as the coder for which it is used."""
+    return FakeCoder(result)
+
+
 def test_point_residuals_use_the_tables_of_wire_md() -> None:
-    coder = FakeCoder(1)
+    coder = fake_coder(1)
     assert code_point_residuals(coder, MODEL, {3: (5, 6, 7)}, {3: (1, 1, 1), 8: (0, 0, 2)}) == {
         3: (6, 7, 8),
         8: (1, 1, 1),
@@ -123,13 +129,13 @@ def test_point_residuals_use_the_tables_of_wire_md() -> None:
 @pytest.mark.parametrize(("value", "difference"), [(LIMIT, 1), (-LIMIT, -1)])
 def test_a_value_out_of_range_is_rejected(value: int, difference: int) -> None:
     context = Context(0, QuantisedFrame((0, 0, *[value] * (COUNT - 2))))
-    coder = FrameCoder(FakeCoder(0), MODEL, context)
+    coder = FrameCoder(fake_coder(0), MODEL, context)
     coder.code([0.0] * 3)
     assert coder.values == [0, 0, value]
     with pytest.raises(ProtocolError, match="out of range"):
-        FrameCoder(FakeCoder(difference), MODEL, context).code([0.0] * 3)
+        FrameCoder(fake_coder(difference), MODEL, context).code([0.0] * 3)
     with pytest.raises(ProtocolError, match="out of range"):
-        code_point_residuals(FakeCoder(difference), MODEL, {2: (0, value, 0)}, {2: (1, 1, 1)})
+        code_point_residuals(fake_coder(difference), MODEL, {2: (0, value, 0)}, {2: (1, 1, 1)})
 
 
 def test_the_features_count_motion_in_sixteenths_of_an_octave() -> None:
@@ -140,14 +146,14 @@ def test_the_features_count_motion_in_sixteenths_of_an_octave() -> None:
     expected |= {1: [0, *[1] * 7], 5: [52] * 8, 6: [37] * 8, 7: [52] * 8}
     for feature, scales in expected.items():
         weights = [[[256 * (i == feature) for i in range(8)]] * COUNT]
-        coder = FakeCoder(1)
+        coder = fake_coder(1)
         FrameCoder(coder, replace(MODEL, weights=weights), Context(0, reference, second)).code([0.0] * 8)
         assert coder.scales == scales, feature
 
 
 def test_the_face_centre_is_predicted_in_face_sizes() -> None:
     reference = QuantisedFrame((10, 0, 0, 100, 1000, -1000, 1000, *[0] * (COUNT - 7)))
-    coder = FakeCoder(0)
+    coder = fake_coder(0)
     model = replace(MODEL, scale_coupling=655)
     frame = FrameCoder(coder, model, Context(0, reference))
     frame.values = [14]

@@ -1,6 +1,7 @@
 """DCT blocks as symbols."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -33,7 +34,7 @@ class FakeCoder:
 
 def code(planes: list[NDArray[np.float64]]) -> tuple[FakeCoder, list[NDArray[np.int64]]]:
     """Return a recording coder and what was coded."""
-    coder = FakeCoder()
+    coder: Any = FakeCoder()
     return coder, code_coefficient_planes(coder, BLOCKS, planes)
 
 

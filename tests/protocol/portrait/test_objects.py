@@ -5,11 +5,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
-from conf.protocol.portrait.objects import decode_object, encode_object
+from conf.protocol.portrait.objects import PortraitObject, decode_object, encode_object
 from conf.protocol.portrait.photo import NeutralPoseUpdate
 from tests.support.portrait_objects import example_patch, example_photo
 
-OBJECTS = [example_photo(), NeutralPoseUpdate(1, example_photo().neutral, (6.4, 5.0, 2.5, 5.2, 0.9)), example_patch()]
+UPDATE = NeutralPoseUpdate(1, example_photo().neutral, (6.4, 5.0, 2.5, 5.2, 0.9))
+OBJECTS: list[PortraitObject] = [example_photo(), UPDATE, example_patch()]
 BYTES = [encode_object(portrait_object) for portrait_object in OBJECTS]
 
 

@@ -165,10 +165,12 @@ def test_other_data_is_rejected(decode: Callable[[bytes], object], data: bytes, 
 
 
 def test_the_fields_after_the_first_are_strings() -> None:
-    for strings in ([1, b"x"], [b"x", 1], [b"x"], [b"x", b"x", b"x"]):
+    examples: list[list[object]] = [[1, b"x"], [b"x", 1], [b"x"], [b"x", b"x", b"x"]]
+    for strings in examples:
         with pytest.raises(ProtocolError, match="not 3 fields"):
             decode_photo(msgpack.packb([FIELDS[0], *strings]))
-    for strings in ([1], [], [b"x", b"x"]):
+    examples = [[1], [], [b"x", b"x"]]
+    for strings in examples:
         with pytest.raises(ProtocolError, match="not 2 fields"):
             decode_neutral(msgpack.packb([UPDATE_FIELDS[0], *strings]))
 

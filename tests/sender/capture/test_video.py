@@ -1,4 +1,6 @@
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -6,7 +8,6 @@ import pytest
 from numpy.typing import NDArray
 
 from conf.errors import CameraError
-from conf.sender.capture import video
 from conf.sender.capture.video import DEFAULT_FPS, Camera, VideoFile, open_camera, open_clip
 
 WIDTH, HEIGHT = 64, 48
@@ -54,9 +55,14 @@ class FakeCapture:
         self.released = True
 
 
+def opener(capture: FakeCapture) -> Callable[[Any], Any]:
+    """Return a function that opens the fake instead of a cv2.VideoCapture."""
+    return lambda _: capture
+
+
 def fake_clip(times: list[float], path: Path, *, fps: float = 25.0, loop: bool = False) -> VideoFile:
     path.write_bytes(b"")
-    return open_clip(path, loop=loop, opener=lambda _: FakeCapture(times, fps=fps))
+    return open_clip(path, loop=loop, opener=opener(FakeCapture(times, fps=fps)))
 
 
 def timestamps(clip: VideoFile, max_count: int = 100) -> list[float]:
@@ -165,7 +171,7 @@ def test_a_file_that_cannot_be_played_gives_one_message(
 
 def camera(capture: FakeCapture) -> Camera:
     ticks = iter(range(1000))
-    return open_camera(3, clock=lambda: float(next(ticks)), opener=lambda _: capture)
+    return open_camera(3, clock=lambda: float(next(ticks)), opener=opener(capture))
 
 
 def test_a_camera_gives_frames_with_the_machines_time() -> None:
@@ -199,7 +205,7 @@ def test_a_busy_camera_is_reported(tmp_path: Path, capture: FakeCapture) -> None
     device = tmp_path / "video0"
     device.write_text("")
     with pytest.raises(CameraError) as caught:
-        open_camera(str(device), opener=lambda _: capture)
+        open_camera(str(device), opener=opener(capture))
     assert str(caught.value) == (
         f"camera {device} gives no image: close the program that is using it, or name another."
     )
@@ -209,9 +215,9 @@ def test_a_busy_camera_is_reported(tmp_path: Path, capture: FakeCapture) -> None
 def test_a_camera_without_permission_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     device = tmp_path / "video0"
     device.write_text("")
-    monkeypatch.setattr(video.os, "access", lambda *_: False)  # root may use anything
+    monkeypatch.setattr("os.access", lambda *_: False)  # root may use anything
     with pytest.raises(CameraError) as caught:
-        open_camera(str(device), opener=lambda _: FakeCapture([], opens=False))
+        open_camera(str(device), opener=opener(FakeCapture([], opens=False)))
     assert str(caught.value) == (
         f"camera {device} may not be used by this account: add it to the group that owns {device} (often `video`)."
     )

@@ -27,7 +27,9 @@ def face(mouth: float = 0.0, lids: float = 0.0) -> NDArray[np.float64]:
     return displacements
 
 
-def requests(frames: list[tuple[float, float]], *, waiting_bytes: int = 0, can_patch: bool = True) -> list[object]:
+def requests(
+    frames: list[tuple[float, float]], *, waiting_bytes: int = 0, can_patch: bool = True
+) -> list[tuple[int, int]]:
     """Return (region, slot) for each frame (mouth, lids) that gets a patch."""
     scheduler = PatchScheduler()
     scheduler.set_photo(face())

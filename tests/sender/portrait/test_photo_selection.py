@@ -21,7 +21,7 @@ def photo_times(
     steps: list[tuple[float, float, bool]], seconds: float, scene_change: float | None, *, delivered: bool = True
 ) -> list[float]:
     """Return when photos are due. steps : (from time, image penalty, eyes shut)."""
-    selector, times = PhotoSelector(), []
+    selector, times = PhotoSelector(), list[float]()
     for i in range(round(seconds * FPS) + 1):
         now = i / FPS
         _, penalty, eyes_shut = [step for step in steps if step[0] <= now][-1]

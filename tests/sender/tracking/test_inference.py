@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from conf.errors import ModelError
-from conf.sender.tracking import inference
 from conf.sender.tracking.inference import Backend, choose_backend, load_network
 from conf.sender.tracking.model_files import BLENDSHAPES, DETECTOR, LANDMARKS
 
@@ -55,8 +54,8 @@ def test_the_message_for_a_missing_or_damaged_file_names_the_remedy(tmp_path: Pa
 
 
 def test_auto_means_litert_when_it_is_installed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(inference.importlib.util, "find_spec", lambda name: object())
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: object())
     assert choose_backend("auto") == "litert"
-    monkeypatch.setattr(inference.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert choose_backend("auto") == "opencv"
     assert choose_backend("litert") == "litert"

@@ -14,9 +14,8 @@ CAR = Crop(np.array([84.0, 62.0]), 100.0, 0.0)  # around the man's face in the f
 @given(st.floats(-500, 500), st.floats(-500, 500), st.floats(1, 1000), st.floats(-3.1, 3.1))
 def test_the_crop_maps_its_middle_and_its_sides(x: float, y: float, side: float, angle: float) -> None:
     matrix = Crop(np.array([x, y]), side, angle).matrix()
-    to_image = lambda u, v: matrix @ [u, v, 1]  # noqa: E731
-    assert np.allclose(to_image(INPUT_SIZE / 2, INPUT_SIZE / 2), [x, y])
-    across = to_image(INPUT_SIZE, 0) - to_image(0, 0)
+    assert np.allclose(matrix @ [INPUT_SIZE / 2, INPUT_SIZE / 2, 1], [x, y])
+    across = matrix @ [INPUT_SIZE, 0, 1] - matrix @ [0, 0, 1]
     assert np.allclose(across, side * np.array([np.cos(angle), np.sin(angle)]))
 
 

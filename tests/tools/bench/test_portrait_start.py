@@ -1,11 +1,13 @@
+from typing import Any
+
 import pytest
 
 from tools.bench.portrait_start import SECONDS, figures, motion_delays, start_times
 
 
 def test_times_run_from_the_start_of_the_call() -> None:
-    sent = [{"began": 10.0, "frames": [(10.6, 0.0)]}, {"began": 10.0, "frames": []}]
-    received = [{"portraits": {}}, {"portraits": {"7": 14.25}}, {"portraits": {"7": 14.25}}]
+    sent: list[dict[str, Any]] = [{"began": 10.0, "frames": [(10.6, 0.0)]}, {"began": 10.0, "frames": []}]
+    received: list[dict[str, Any]] = [{"portraits": {}}, {"portraits": {"7": 14.25}}, {"portraits": {"7": 14.25}}]
     assert start_times(sent, received) == {"connected_s": 0.6, "shown_s": 4.25}
 
 

@@ -13,7 +13,7 @@ BALL = trimesh.creation.icosphere(subdivisions=3, radius=2.0)
 
 
 def training_head(
-    observed: NDArray[np.float64], truth: NDArray[np.float64], mesh: tuple[NDArray, NDArray]
+    observed: NDArray[np.float64], truth: NDArray[np.float64], mesh: tuple[NDArray[np.float64], NDArray[np.int32]]
 ) -> TrainingHead:
     return TrainingHead(observed, truth, np.ones_like(truth), *mesh)
 

@@ -22,6 +22,7 @@ def test_every_point_is_inside_the_image_and_a_click_selects_it(stage: Stage, he
 
     stage.frame(draw)
     nose = CONTROL_POINT_INDEX["nose_bottom_edge_l"]
-    stage.click(*pixels[nose], draw)
+    x, y = pixels[nose]
+    stage.click(x, y, draw)
     assert clicked == [nose]
     reference.release()
