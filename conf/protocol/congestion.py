@@ -50,7 +50,10 @@ class LossEstimator:
         if self._totals and report.highest < self._totals[-1][1]:
             return
         self._totals.append((now, report.highest, report.lost))
-        while len(self._totals) > 2 and self._totals[1][0] <= now - LOSS_WINDOW_S and self._is_enough_without_oldest():
+        while len(self._totals) > 2:
+            time, highest, _ = self._totals[1]
+            if time > now - LOSS_WINDOW_S or report.highest - highest < MIN_EXPECTED:
+                break
             self._totals.popleft()
 
     def restart(self) -> None:
@@ -80,9 +83,6 @@ class LossEstimator:
         if not self.expected:
             return 0.0
         return max(0, self._totals[-1][2] - self._totals[0][2]) / self.expected
-
-    def _is_enough_without_oldest(self) -> bool:
-        return self._totals[-1][1] - self._totals[1][1] >= MIN_EXPECTED
 
 
 class CongestionControl:

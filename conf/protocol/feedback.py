@@ -40,14 +40,10 @@ class Report:
     jitter_ms: int
     ack_delay_ms: int
 
-    def received(self, counter: int) -> bool:
-        """Return whether the report confirms `counter`; False for one older than it covers."""
-        behind = self.highest - counter
-        return behind == 0 or (0 < behind < WINDOW and not self.missing >> (behind - 1) & 1)
-
     def acknowledged(self) -> list[int]:
-        """Return the counters that the report confirms, newest first."""
-        return [c for c in range(self.highest, max(-1, self.highest - WINDOW), -1) if self.received(c)]
+        """Return the counters that the report confirms as received, newest first."""
+        before = range(min(self.highest, WINDOW - 1))
+        return [self.highest, *(self.highest - 1 - i for i in before if not self.missing >> i & 1)]
 
 
 def encode_report(report: Report) -> bytes:

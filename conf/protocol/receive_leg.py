@@ -3,20 +3,9 @@
 from collections import deque
 
 from conf.errors import ProtocolError
+from conf.protocol import messages
 from conf.protocol.codec.reference_frames import MissingReferenceError
 from conf.protocol.feedback import ReceptionStats
-from conf.protocol.messages import (
-    Body,
-    Bye,
-    Feedback,
-    KeepAlive,
-    MotionPayload,
-    MotionWithChunk,
-    PortraitAck,
-    PortraitChunk,
-    RoundTripMessage,
-    StreamParameters,
-)
 from conf.protocol.motion.inbound import InboundMotion
 from conf.protocol.portrait.object_receiver import ObjectReceiver
 from conf.protocol.statistics import RateWindow, TrafficSnapshot, raw_frame_bytes
@@ -76,7 +65,7 @@ class ReceiveLeg:
     def bodies_to_send(self, now: float) -> list[bytes]:
         """Return the bodies to seal and send back: a report and a portrait acknowledgement, each when due."""
         ack = self._object_receiver.next_ack(now)
-        bodies = [self._report(now), encode_body(PortraitAck(ack)) if ack else None]
+        bodies = [self._report(now), encode_body(messages.PortraitAck(ack)) if ack else None]
         return [body for body in bodies if body]
 
     def snapshot(self, now: float) -> TrafficSnapshot:
@@ -100,25 +89,25 @@ class ReceiveLeg:
             playout_delay_ms=self.motion.buffer.playout_delay_s * 1000,
         )
 
-    def _apply(self, body: Body, now: float) -> float | None:
+    def _apply(self, body: messages.Body, now: float) -> float | None:
         """Apply a body. Returns the timestamp of its newest frame, seconds on the sender's clock, None without one."""
         match body:
-            case StreamParameters():
+            case messages.StreamParameters():
                 self.motion.receive_parameters(body, now)
-            case KeepAlive():
+            case messages.KeepAlive():
                 self.motion.receive_keep_alive(body, now)
-            case MotionPayload():
+            case messages.MotionPayload():
                 return self.motion.receive_motion(body, now)
-            case RoundTripMessage(milliseconds=milliseconds):
+            case messages.RoundTripMessage(milliseconds=milliseconds):
                 self.round_trip_ms = float(milliseconds)
-            case PortraitChunk(data=data):
+            case messages.PortraitChunk(data=data):
                 self._receive_chunk(data)
-            case MotionWithChunk(motion=motion, chunk=chunk):
+            case messages.MotionWithChunk(motion=motion, chunk=chunk):
                 self._receive_chunk(chunk.data)
                 return self.motion.receive_motion(motion, now)
-            case Bye():
+            case messages.Bye():
                 self.ended = True
-            case Feedback() | PortraitAck():
+            case messages.Feedback() | messages.PortraitAck():
                 raise ProtocolError("a message for a sender came to a receiver")
         return None
 
@@ -133,4 +122,4 @@ class ReceiveLeg:
         if report is None:
             return None
         refresh, self._refresh_needed, self._reported_at = self._refresh_needed, False, now
-        return encode_body(Feedback(report, refresh))
+        return encode_body(messages.Feedback(report, refresh))

@@ -3,17 +3,8 @@
 from dataclasses import dataclass, replace
 
 from conf.errors import ProtocolError
+from conf.protocol import messages
 from conf.protocol.codec.profiles import PROFILES
-from conf.protocol.messages import (
-    Bye,
-    Feedback,
-    MotionFrame,
-    MotionWithChunk,
-    PortraitAck,
-    PortraitChunk,
-    RoundTripMessage,
-    StreamParameters,
-)
 from conf.protocol.motion.outbound import OutboundMotion, OutgoingBody
 from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.send_budget import DATAGRAM_OVERHEAD, RateOptions, SendBudget
@@ -50,7 +41,7 @@ class SendLeg:
 
     def __init__(
         self,
-        parameters: StreamParameters,
+        parameters: messages.StreamParameters,
         now: float,
         *,
         rate: RateOptions | None = None,
@@ -79,7 +70,7 @@ class SendLeg:
         """Stop sending: the session has ended."""
         self._connected = False
 
-    def send_frame(self, frame: MotionFrame, now: float) -> None:
+    def send_frame(self, frame: messages.MotionFrame, now: float) -> None:
         """Send one frame; it is dropped while there is no session or the budget is stopped."""
         self._timestamp = frame.timestamp
         if self._may_send(now):
@@ -100,7 +91,7 @@ class SendLeg:
 
     def closing_bodies(self, now: float) -> list[OutgoingBody]:
         """Return the bodies that end the call: two, as one may be lost."""
-        return self._within_limit([OutgoingBody(encode_body(Bye()))] * 2, now)
+        return self._within_limit([OutgoingBody(encode_body(messages.Bye()))] * 2, now)
 
     def on_sent(self, counter: int, outgoing: OutgoingBody, now: float) -> None:
         """Record the counter of the datagram in which a body was sent."""
@@ -114,10 +105,10 @@ class SendLeg:
         """
         try:
             match decode_body(data):
-                case Feedback() as feedback:
+                case messages.Feedback() as feedback:
                     self._apply_feedback(feedback, now)
                     return feedback.report.highest
-                case PortraitAck(data=ack) if self._portrait:
+                case messages.PortraitAck(data=ack) if self._portrait:
                     if self._portrait.receive_ack(ack):
                         self.budget.chunks.restart()
         except ProtocolError:
@@ -140,7 +131,7 @@ class SendLeg:
     def _may_send(self, now: float) -> bool:
         return self._connected and not self.budget.is_stopped(now)
 
-    def _apply_feedback(self, feedback: Feedback, now: float) -> None:
+    def _apply_feedback(self, feedback: messages.Feedback, now: float) -> None:
         self.budget.on_report(feedback.report, now)
         if feedback.refresh:
             self.motion.drop_references()
@@ -163,7 +154,7 @@ class SendLeg:
         if abs(milliseconds - self._sent_round_trip_ms) < max(0.25 * self._sent_round_trip_ms, 5.0):
             return []
         self._round_trip_due, self._sent_round_trip_ms = now + ROUND_TRIP_INTERVAL_S, milliseconds
-        return [OutgoingBody(encode_body(RoundTripMessage(round(milliseconds))))]
+        return [OutgoingBody(encode_body(messages.RoundTripMessage(round(milliseconds))))]
 
     def _with_chunk(self, bodies: list[OutgoingBody], now: float) -> list[OutgoingBody]:
         """Add at most one portrait chunk, in the last motion's datagram where there is one."""
@@ -179,6 +170,7 @@ class SendLeg:
             self._piggybacked_at = now
         if data is None:
             return bodies
+        chunk = messages.PortraitChunk(data)
         if motion is None:
-            return [*bodies, OutgoingBody(encode_body(PortraitChunk(data)))]
-        return [*bodies[:-1], replace(bodies[-1], body=encode_body(MotionWithChunk(motion, PortraitChunk(data))))]
+            return [*bodies, OutgoingBody(encode_body(chunk))]
+        return [*bodies[:-1], replace(bodies[-1], body=encode_body(messages.MotionWithChunk(motion, chunk)))]

@@ -50,7 +50,6 @@ def test_a_report_reaches_back_64_counters() -> None:
     report = reception.report(0.0)
     assert report is not None and report.missing == 0
     assert report.acknowledged() == list(range(199, 135, -1))
-    assert not report.received(135) and report.received(136) and not report.received(200)
 
 
 def test_a_gap_of_63_is_reported_completely() -> None:

@@ -6,16 +6,15 @@ of the session arrives meanwhile, the handshake is dropped; if the handshake suc
 """
 
 from collections import Counter, deque
-from dataclasses import dataclass
 
 from conf.protocol.address import Address
 from conf.protocol.session import events
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
-from conf.protocol.session.events import Event, LossReason, SealedDatagram
+from conf.protocol.session.events import Event, LossReason
 from conf.protocol.session.handshake import RandomBytes, Refusal
 from conf.protocol.session.initiator import HandshakeDone, HandshakeRefused, Initiator
 from conf.protocol.session.packet import DataPacket, HandshakePacket, Kind, parse_datagram
-from conf.protocol.session.seal import EPOCH_LENGTH, CounterExhausted, Opener, Sealer
+from conf.protocol.session.seal import EPOCH_LENGTH, ActiveSession, CounterExhausted, SealedDatagram
 
 IDLE_S = 30.0
 SILENCE_S = 4.0  # a receiver reports twice a second: eight reports lost in a row are no chance
@@ -23,16 +22,6 @@ UNKNOWN_SESSION_SILENCE_S = 1.0
 NO_ANSWER_S = 5.0
 MIN_WAIT_S = 1.0
 _TEMPORARY = {Refusal.LOCKED, Refusal.BUSY}
-
-
-@dataclass
-class ActiveSession:
-    """The established session."""
-
-    session: int
-    opener: Opener
-    sealer: Sealer
-    last_received: float
 
 
 class SenderSession:
@@ -62,7 +51,7 @@ class SenderSession:
     @property
     def session(self) -> int | None:
         """The number of the session, None while there is none."""
-        return self._active.session if self._active else None
+        return self._active.sealer.session if self._active else None
 
     def receive_datagram(self, data: bytes, address: Address, now: float) -> None:
         """Process a datagram, whatever its bytes: at worst it is counted in `dropped`."""
@@ -79,9 +68,8 @@ class SenderSession:
         """Return the datagram that carries `body` to the receiver; None while there is no session."""
         if self._active is None:
             return None
-        counter = self._active.sealer.counter
         try:
-            return SealedDatagram(self._active.sealer.seal(body), self._remote, counter)
+            return self._active.seal(body)
         except CounterExhausted:
             self._end(LossReason.EXHAUSTED)
             return None
@@ -116,13 +104,13 @@ class SenderSession:
 
     def _receive_data(self, packet: DataPacket, address: Address, now: float) -> None:
         active = self._active
-        if active is None or packet.session != active.session:
+        if active is None or packet.session != self.session:
             raise DatagramError(DropReason.UNKNOWN_SESSION)
         counter, body = active.opener.open(packet)
         active.last_received = now
         if self._initiator and self._initiator.secrets is None:
             self._initiator = None
-        self._events.append(events.BodyReceived(active.session, body, address, counter))
+        self._events.append(events.BodyReceived(packet.session, body, address, counter))
 
     def _receive_handshake(self, packet: HandshakePacket, now: float) -> None:
         if packet.kind is Kind.UNKNOWN:
@@ -138,7 +126,7 @@ class SenderSession:
             self._on_refused(result, now)
 
     def _receive_unknown(self, session: int, now: float) -> None:
-        if self._active is None or session != self._active.session:
+        if self._active is None or session != self.session:
             raise DatagramError(DropReason.UNKNOWN_SESSION)
         if now >= self._active.last_received + UNKNOWN_SESSION_SILENCE_S:
             self._start_handshake(now)
@@ -146,9 +134,8 @@ class SenderSession:
     def _connect(self, result: HandshakeDone, now: float) -> None:
         if self._active:
             self._end(LossReason.REPLACED)
-        opener = Opener(result.secrets.from_receiver, epoch_length=self._epoch_length)
-        sealer = Sealer(result.session, result.secrets.from_sender, epoch_length=self._epoch_length)
-        self._active = ActiveSession(result.session, opener, sealer, now)
+        secrets = result.secrets.from_sender, result.secrets.from_receiver
+        self._active = ActiveSession(result.session, secrets, self._remote, now, epoch_length=self._epoch_length)
         self._initiator = None
         self._events.append(events.Connected(result.session, self._remote))
 
@@ -173,5 +160,5 @@ class SenderSession:
 
     def _end(self, reason: LossReason) -> None:
         assert self._active
-        self._events.append(events.SessionEnded(self._active.session, reason))
+        self._events.append(events.SessionEnded(self._active.sealer.session, reason))
         self._active = None

@@ -73,13 +73,4 @@ class SessionEnded:
     reason: LossReason
 
 
-@dataclass(frozen=True)
-class SealedDatagram:
-    """A datagram to send, its destination, and its counter, by which it will be acknowledged."""
-
-    datagram: bytes
-    address: Address
-    counter: int
-
-
 Event = Connected | WrongCode | Refused | NoAnswer | BodyReceived | AddressChanged | SessionEnded

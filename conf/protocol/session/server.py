@@ -1,13 +1,12 @@
 """The receiver's side: many sessions over one socket, told apart by the number in each datagram. No I/O, no clock."""
 
 from collections import Counter, deque
-from dataclasses import dataclass
 
 from conf.protocol.address import Address
 from conf.protocol.rate_limit import TokenBucket
 from conf.protocol.session import events
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
-from conf.protocol.session.events import Event, LossReason, SealedDatagram
+from conf.protocol.session.events import Event, LossReason
 from conf.protocol.session.handshake import RandomBytes, SessionSecrets
 from conf.protocol.session.packet import (
     MAX_SESSION,
@@ -18,21 +17,11 @@ from conf.protocol.session.packet import (
     parse_datagram,
 )
 from conf.protocol.session.responder import Responder
-from conf.protocol.session.seal import EPOCH_LENGTH, CounterExhausted, Opener, Sealer
+from conf.protocol.session.seal import EPOCH_LENGTH, ActiveSession, CounterExhausted, SealedDatagram
 
 MAX_SESSIONS = 9
 IDLE_S = 30.0
 UNKNOWN_REPLIES_PER_SECOND = 10.0
-
-
-@dataclass
-class ServerSession:
-    """One session: its two directions, the sender's last address, and when it was last heard from."""
-
-    opener: Opener
-    sealer: Sealer
-    address: Address
-    last_received: float
 
 
 class SessionServer:
@@ -49,7 +38,7 @@ class SessionServer:
         if not 1 <= max_sessions <= MAX_SESSION:
             raise ValueError(f"max_sessions must be from 1 to {MAX_SESSION}")
         self.dropped: Counter[DropReason] = Counter()
-        self.sessions: dict[int, ServerSession] = {}
+        self.sessions: dict[int, ActiveSession] = {}
         self._max_sessions = max_sessions
         self._epoch_length = epoch_length
         self._responder = Responder(code, random, has_room=self._has_room, accept=self._accept)
@@ -74,9 +63,8 @@ class SessionServer:
         peer = self.sessions.get(session)
         if peer is None:
             return None
-        counter = peer.sealer.counter
         try:
-            return SealedDatagram(peer.sealer.seal(body), peer.address, counter)
+            return peer.seal(body)
         except CounterExhausted:
             self._drop(session, LossReason.EXHAUSTED)
             return None
@@ -136,9 +124,8 @@ class SessionServer:
             self._next_session = (self._next_session + 1) % (MAX_SESSION + 1)
         session = self._next_session
         self._next_session = (session + 1) % (MAX_SESSION + 1)
-        opener = Opener(secrets.from_sender, epoch_length=self._epoch_length)
-        sealer = Sealer(session, secrets.from_receiver, epoch_length=self._epoch_length)
-        self.sessions[session] = ServerSession(opener, sealer, address, now)
+        both = secrets.from_receiver, secrets.from_sender
+        self.sessions[session] = ActiveSession(session, both, address, now, epoch_length=self._epoch_length)
         self._events.append(events.Connected(session, address))
         return session
 
