@@ -1,0 +1,304 @@
+"""Read clips with PyAV (FFmpeg): frames with their own times, upright, with square pixels, progressive, 8-bit BGR.
+
+Strategy. The container is opened through a Python file object, never by name: FFmpeg would take the front of
+`12:30.mp4` for a protocol, and native code dies on names that are not UTF-8. A decoded frame goes through at most four
+steps: deinterlacing (a filter graph that is built when the first interlaced frame comes), conversion to BGR with the
+pixel aspect ratio applied, rotation by the display matrix, and a check of its time. Only frames that a decoder has
+returned without a corruption flag are used.
+"""
+
+import contextlib
+import glob
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any, Self
+
+import av
+import av.error
+import av.filter
+import av.logging
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.errors import CameraError
+from conf.sender.capture.video import DEFAULT_FPS, MAX_FPS, Frame
+
+MAX_PAUSE_S = 5.0  # a longer step between two frames is a fault of the file
+MAX_PIXELS = 8192 * 4608  # of a coded picture; more is refused before memory is allocated
+MAX_ASPECT = 8.0  # a pixel aspect ratio beyond this, either way, is a fault of the file
+MAX_BAD_PACKETS = 300  # damaged packets in a row before reading ends
+SOUND_RATE = 48000
+_PATTERN_FPS = "25"
+_PATTERN = re.compile(r"%0?\d*d")
+_DECODER_OPTIONS = {"max_pixels": str(MAX_PIXELS)}
+_CLIP_ERRORS = (av.error.FFmpegError, ValueError, OSError, EOFError)  # what PyAV raises on damaged files
+
+
+class Clip:
+    """A video file, or a row of pictures named by a pattern.
+
+    fps : mean frames a second, as the container states it
+    size : width and height of the frames in pixels, upright and with square pixels
+    frame_count : how many frames there are, or None if the container does not say
+    """
+
+    def __init__(self, name: str, *, loop: bool = False) -> None:
+        """Open a clip and decode its first frame. Raises CameraError."""
+        self._name = name
+        self._loop = loop
+        self._decoder = _Decoder(name)
+        self._frames = self._decoder.frames()
+        self._first = next(self._frames, None)
+        if self._first is None:
+            self._decoder.close()
+            raise CameraError(f"{name} has no frame that can be decoded: it may be damaged or end too early.")
+        self.fps = self._decoder.fps
+        self.frame_count = self._decoder.frame_count
+        self.size = (self._first.pixels.shape[1], self._first.pixels.shape[0])
+        self._offset = -self._first.timestamp  # what is added to the file's times; grows with each round
+        self._last: float | None = None
+
+    def read(self) -> Frame | None:
+        """Return the next frame, or None at the end. Timestamps are seconds from the first frame and never fall."""
+        frame, self._first = self._first, None
+        if frame is None:
+            frame = next(self._frames, None)
+        if frame is None:
+            frame = self._rewind()
+        if frame is None:
+            return None
+        if frame.pixels.shape[1::-1] != self.size:
+            frame = Frame(_resize(frame.pixels, self.size), frame.timestamp)
+        self._last = self._timestamp(frame.timestamp)
+        return Frame(frame.pixels, self._last)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._frames.close()
+        self._decoder.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _timestamp(self, stated: float) -> float:
+        """Return the time of a frame: the file's if it is plausible, else that of the last plus 1/fps."""
+        if self._last is None:
+            return 0.0
+        at = self._offset + stated
+        if math.isfinite(at) and 0 < at - self._last <= MAX_PAUSE_S:
+            return at
+        at = self._last + 1 / self.fps
+        if math.isfinite(stated):
+            self._offset = at - stated
+        return at
+
+    def _rewind(self) -> Frame | None:
+        """Start again by opening the file anew: seeking to the start is not exact in every container."""
+        if not self._loop or self._last is None:
+            return None
+        self.close()
+        self._decoder = _Decoder(self._name)
+        self._frames = self._decoder.frames()
+        frame = next(self._frames, None)
+        if frame is not None:
+            self._offset = self._last + 1 / self.fps - frame.timestamp
+        return frame
+
+
+class _Decoder:
+    """The video stream of one opened file."""
+
+    def __init__(self, name: str) -> None:
+        self._file, self._container = _open_container(name)
+        try:
+            streams = self._container.streams.video
+            self._stream = next((s for s in streams if not _is_cover(s)), None)
+            if self._stream is None:
+                raise CameraError(f"{name} has no picture: give a video.")
+            if self._stream.codec_context is None:
+                raise CameraError(f"{name} has a picture in a coding that this program has no decoder for: convert it.")
+            self._stream.codec_context.options = _DECODER_OPTIONS
+            self._stream.thread_type = "AUTO"
+        except BaseException:
+            self.close()
+            raise
+        self.fps = _sane_fps(self._stream.average_rate or self._stream.guessed_rate)
+        self.frame_count = self._count()
+        self._graph: av.filter.Graph | None = None
+        self._next_time = 0.0
+
+    def close(self) -> None:
+        """Close container and file."""
+        self._container.close()
+        if self._file is not None:
+            self._file.close()
+
+    def _count(self) -> int | None:
+        assert self._stream is not None
+        if self._stream.frames > 0:
+            return self._stream.frames
+        if self._stream.duration and self._stream.time_base:
+            return max(1, round(float(self._stream.duration * self._stream.time_base) * self.fps))
+        return None
+
+    def frames(self) -> Iterator[Frame]:
+        """Yield the frames as upright BGR images with square pixels; timestamps are the file's own, in seconds."""
+        for decoded in _decode_all(self._container, self._stream):
+            if decoded is not None and decoded.is_corrupt:
+                continue
+            for frame in self._progressive(decoded):
+                stated = frame.time
+                self._next_time = (self._next_time if stated is None else float(stated)) + 1 / self.fps
+                yield Frame(self._upright(frame), self._next_time - 1 / self.fps)
+
+    def _progressive(self, frame: Any) -> Iterator[Any]:
+        """Deinterlace: one frame for each frame, at the time of its first field. Source: FFmpeg's filter bwdif."""
+        if self._graph is None and (frame is None or not frame.interlaced_frame):
+            if frame is not None:
+                yield frame
+            return
+        if self._graph is None:
+            self._graph = av.filter.Graph()
+            source = self._graph.add_buffer(template=self._stream)
+            filter_ = self._graph.add("bwdif", "mode=send_frame:parity=auto:deint=interlaced")
+            sink = self._graph.add("buffersink")
+            source.link_to(filter_)
+            filter_.link_to(sink)
+            self._graph.configure()
+        self._graph.push(frame)
+        while True:
+            try:
+                yield self._graph.pull()
+            except (av.error.BlockingIOError, av.error.EOFError):
+                return
+
+    def _upright(self, frame: Any) -> NDArray[np.uint8]:
+        aspect = float(self._stream.sample_aspect_ratio or 1)
+        if not 1 / MAX_ASPECT <= aspect <= MAX_ASPECT:
+            aspect = 1.0
+        width, height = frame.width, frame.height
+        if aspect > 1:
+            width = round(width * aspect)
+        elif aspect < 1:
+            height = round(height / aspect)
+        pixels = frame.reformat(width=width, height=height, format="bgr24").to_ndarray()
+        turns = round(frame.rotation / 90) % 4
+        return np.ascontiguousarray(np.rot90(pixels, turns)) if turns else pixels
+
+
+def open_clip(path: Path | str, /, *, loop: bool = False) -> Clip:
+    """Open a video file, or pictures named by a pattern as in `frames/%04d.png`. Raises CameraError.
+
+    loop : begin again at the end, timestamps going on
+    """
+    return Clip(str(path), loop=loop)
+
+
+def read_sound(path: Path | str, /, *, rate: int = SOUND_RATE) -> Iterator[tuple[float, NDArray[np.int16]]]:
+    """Yield a clip's sound track in blocks: time of the first sample in seconds of the file, (n,) mono int16 samples.
+
+    rate : samples a second
+    Yields nothing if the clip has no sound. Raises CameraError if it cannot be opened.
+    """
+    name = str(path)
+    file, container = _open_container(name)
+    with contextlib.ExitStack() as stack:
+        if file is not None:
+            stack.enter_context(file)
+        stack.enter_context(container)
+        stream = next(iter(container.streams.audio), None)
+        if stream is None or stream.codec_context is None:
+            return
+        resampler = av.AudioResampler(format="s16", layout="mono", rate=rate)
+        at = 0.0
+        for decoded in _decode_all(container, stream):
+            if decoded is not None and decoded.time is not None:
+                at = float(decoded.time)
+            for block in resampler.resample(decoded):
+                samples = block.to_ndarray().reshape(-1)
+                yield at, samples
+                at += len(samples) / rate
+
+
+def _decode_all(container: Any, stream: Any) -> Iterator[Any]:
+    """Yield decoded frames of a stream, then None to flush what follows; a damaged packet costs its own frames."""
+    bad = 0
+    packets = container.demux(stream)
+    while bad < MAX_BAD_PACKETS:
+        try:
+            packet = next(packets, None)
+            if packet is None:
+                break
+            yield from packet.decode()
+            bad = 0
+        except _CLIP_ERRORS:
+            bad += 1
+    yield None
+
+
+def _open_container(name: str) -> tuple[IO[bytes] | None, Any]:
+    """Open a file, or pictures by a pattern. Raises CameraError with what to do."""
+    av.logging.set_level(None)  # what matters reaches the user as an error
+    if "%" in name and not Path(name).exists():
+        return None, _open_pattern(name)
+    try:
+        file = open(name, "rb")
+    except FileNotFoundError:
+        raise CameraError(_missing(name)) from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise CameraError(f"{name} cannot be opened ({reason}): give a video file that may be read.") from error
+    try:
+        return file, av.open(file, "r")
+    except _CLIP_ERRORS as error:
+        file.close()
+        raise CameraError(
+            f"{name} is not a video that can be read ({_reason(error)}): give one such as MP4, MKV, AVI or MPG."
+        ) from error
+
+
+def _open_pattern(name: str) -> Any:
+    """Open pictures such as frames/%04d.png."""
+    wildcard = "*".join(glob.escape(part) for part in _PATTERN.split(name))
+    if not _PATTERN.search(name) or not glob.glob(wildcard):
+        raise CameraError(_missing(name))
+    try:
+        return av.open("file:" + name, "r", format="image2", options={"framerate": _PATTERN_FPS})
+    except (UnicodeEncodeError, *_CLIP_ERRORS) as error:
+        raise CameraError(
+            f"the pictures {name} cannot be read ({_reason(error)}): number them from 0 to 4 on."
+        ) from error
+
+
+def _missing(name: str) -> str:
+    if "://" in name:
+        return f"{name} is an address, not a file: download the clip first, then give its path."
+    return f"there is no file {name}: check the path, or name pictures by a pattern such as frames/%04d.png."
+
+
+def _reason(error: BaseException) -> str:
+    return str(getattr(error, "strerror", None) or error) or type(error).__name__
+
+
+def _is_cover(stream: Any) -> bool:
+    """Return whether a video stream is a still picture of a sound file."""
+    return bool(stream.disposition & av.stream.Disposition.attached_pic)
+
+
+def _sane_fps(rate: Any) -> float:
+    fps = float(rate) if rate else 0.0
+    return fps if math.isfinite(fps) and 0 < fps <= MAX_FPS else DEFAULT_FPS
+
+
+def _resize(pixels: NDArray[np.uint8], size: tuple[int, int]) -> NDArray[np.uint8]:
+    """Return an image at another size: a clip may change its size, the tracker and the portrait may not."""
+    frame = av.VideoFrame.from_ndarray(pixels, format="bgr24")
+    return frame.reformat(width=size[0], height=size[1]).to_ndarray()
