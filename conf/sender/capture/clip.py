@@ -119,8 +119,7 @@ class _Decoder:
     def __init__(self, name: str) -> None:
         self._file, self._container = _open_container(name)
         try:
-            streams = self._container.streams.video
-            self._stream = next((s for s in streams if not _is_cover(s)), None)
+            self._stream: Any = next((s for s in self._container.streams.video if not _is_cover(s)), None)
             if self._stream is None:
                 raise CameraError(f"{name} has no picture: give a video.")
             if self._stream.codec_context is None:
@@ -142,9 +141,8 @@ class _Decoder:
             self._file.close()
 
     def _count(self) -> int | None:
-        assert self._stream is not None
         if self._stream.frames > 0:
-            return self._stream.frames
+            return int(self._stream.frames)
         if self._stream.duration and self._stream.time_base:
             return max(1, round(float(self._stream.duration * self._stream.time_base) * self.fps))
         return None
@@ -223,7 +221,7 @@ def read_sound(path: Path | str, /, *, rate: int = SOUND_RATE) -> Iterator[tuple
             if decoded is not None and decoded.time is not None:
                 at = float(decoded.time)
             for block in resampler.resample(decoded):
-                samples = block.to_ndarray().reshape(-1)
+                samples = np.asarray(block.to_ndarray(), np.int16).reshape(-1)
                 yield at, samples
                 at += len(samples) / rate
 
@@ -301,4 +299,4 @@ def _sane_fps(rate: Any) -> float:
 def _resize(pixels: NDArray[np.uint8], size: tuple[int, int]) -> NDArray[np.uint8]:
     """Return an image at another size: a clip may change its size, the tracker and the portrait may not."""
     frame = av.VideoFrame.from_ndarray(pixels, format="bgr24")
-    return frame.reformat(width=size[0], height=size[1]).to_ndarray()
+    return np.asarray(frame.reformat(width=size[0], height=size[1]).to_ndarray(), np.uint8)
