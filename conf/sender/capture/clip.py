@@ -11,7 +11,7 @@ import contextlib
 import glob
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, Self
@@ -147,7 +147,7 @@ class _Decoder:
             return max(1, round(float(self._stream.duration * self._stream.time_base) * self.fps))
         return None
 
-    def frames(self) -> Iterator[Frame]:
+    def frames(self) -> Generator[Frame]:
         """Yield the frames as upright BGR images with square pixels; timestamps are the file's own, in seconds."""
         for decoded in _decode_all(self._container, self._stream):
             if decoded is not None and decoded.is_corrupt:
