@@ -1,0 +1,37 @@
+"""Write files whole or not at all: beside the target first, then renamed."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+
+@contextmanager
+def atomic_write(path: Path | str, /) -> Iterator[Path]:
+    """Yield a path beside `path` to write to; when the block ends it replaces `path` in one step.
+
+    On an error the partial file is removed and `path` stays as it was. On an interrupt (Ctrl-C) the partial file is
+    kept and named in a note of the exception. Raises OSError if the folder cannot be written.
+    """
+    path = Path(path)
+    partial = partial_path(path)
+    try:
+        yield partial
+        partial.replace(path)
+    except Exception:
+        partial.unlink(missing_ok=True)
+        raise
+    except BaseException as interrupt:
+        if partial.exists():
+            interrupt.add_note(interrupted_note(path))
+        raise
+
+
+def partial_path(path: Path, /) -> Path:
+    """Return the name under which a file is written until it is whole; its suffix is the same."""
+    return path.with_name(f"{path.stem}.partial{path.suffix}")
+
+
+def interrupted_note(path: Path, /) -> str:
+    """Return what to tell the user of a file whose writing was interrupted."""
+    kept = f"{path} is as it was before; " if path.exists() else ""
+    return f"{kept}what was written so far is in {partial_path(path)}"
