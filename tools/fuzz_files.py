@@ -201,13 +201,13 @@ def _noise(data: bytearray, rng: random.Random) -> None:
 
 
 def _number(data: bytearray, rng: random.Random) -> None:
-    words = data.split(b" ")
+    words = [bytes(word) for word in data.split(b" ")]
     words[rng.randrange(len(words))] = rng.choice(NUMBERS)
     data[:] = b" ".join(words)
 
 
 def _lines(data: bytearray, rng: random.Random) -> None:
-    lines = data.split(b"\n")
+    lines = [bytes(line) for line in data.split(b"\n")]
     a, b = rng.randrange(len(lines)), rng.randrange(len(lines))
     match rng.randrange(4):
         case 0:

@@ -1,9 +1,14 @@
 """Options that several commands have, and the functions that convert their values."""
 
 import argparse
+import re
 
 DEFAULT_HOST = "127.0.0.1"
 DEFAULT_PORT = 5005
+# [HOST]:PORT, HOST:PORT, or an IPv6 address without brackets, which has no port
+_ADDRESS = re.compile(
+    r"(?:\[(?P<bracketed>[^\]]+)\]|(?P<bare>[^:\[\]]*:[^\[\]]*:[^\[\]]*)|(?P<host>[^:\[\]]+))(?::(?P<port>\d{1,5}))?"
+)
 AXES = ("x", "-x", "y", "-y", "z", "-z")
 
 
@@ -18,10 +23,10 @@ def add_seconds(parser: argparse.ArgumentParser, note: str = "") -> None:
 def add_listen(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--listen",
-        type=address,
+        type=listen_address,
         default=(DEFAULT_HOST, DEFAULT_PORT),
-        metavar="HOST:PORT",
-        help=f"default {DEFAULT_HOST}:{DEFAULT_PORT}; 0.0.0.0:{DEFAULT_PORT} accepts calls from the network",
+        metavar="[HOST:]PORT",
+        help=f"default {DEFAULT_HOST}:{DEFAULT_PORT}; a port alone accepts calls from the network, IPv4 and IPv6",
     )
 
 
@@ -44,10 +49,16 @@ def pairing_code(text: str) -> str:
 
 
 def address(text: str) -> tuple[str, int]:
-    """Return host and port of HOST, HOST:PORT or [HOST]:PORT."""
-    host, colon, port = text.rpartition(":")
-    if not colon or (host.count(":") and not host.startswith("[")):
-        host, port = text, str(DEFAULT_PORT)
-    if not host or not port.isdigit() or not int(port) < 65536:
-        raise argparse.ArgumentTypeError(f"{text} is not HOST:PORT")
-    return host.strip("[]"), int(port)
+    """Return host and port of HOST, HOST:PORT, [HOST]:PORT or [HOST]; without a port the default one."""
+    match = _ADDRESS.fullmatch(text)
+    if match is None or int(match["port"] or DEFAULT_PORT) > 65535:
+        raise argparse.ArgumentTypeError(f"{text} is not HOST:PORT; an IPv6 address is written [HOST]:PORT")
+    return match["bracketed"] or match["host"] or match["bare"], int(match["port"] or DEFAULT_PORT)
+
+
+def listen_address(text: str) -> tuple[str, int]:
+    """Return host and port as `address`; a port alone, or :PORT, stands for every address of this machine."""
+    port = text.removeprefix(":")
+    if port.isdigit() and int(port) < 65536:
+        return "", int(port)
+    return address(text)

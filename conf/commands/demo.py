@@ -52,6 +52,7 @@ def demo(*, seconds: float | None, headless: bool) -> DemoResult:
 
     Raises ConfError if one of the two cannot run.
     """
+    from conf.protocol.address import format_address
     from conf.protocol.session.pairing_code import generate_code
     from conf.sender.tracking.model_files import fetch_demo_clip
     from conf.transport.udp import UdpSocket
@@ -61,7 +62,7 @@ def demo(*, seconds: float | None, headless: bool) -> DemoResult:
     sample_clip = str(fetch_demo_clip())
     with UdpSocket.bind(LOOPBACK, 0) as socket:
         code = generate_code(os.urandom)
-        receiver = "{}:{}".format(*socket.address)
+        receiver = format_address(socket.address)
         command = [sys.executable, "-m", "conf", "send", receiver, "--file", sample_clip, "--loop", "--json"]
         # The code is not on the command line, because every user of the machine can read that.
         environment = os.environ | {"CONF_CODE": code}

@@ -83,7 +83,8 @@ def _check_window() -> str:
 
 
 def _check_port(host: str, port: int) -> str:
+    from conf.protocol.address import format_address
     from conf.transport.udp import UdpSocket
 
     with UdpSocket.bind(host, port) as socket:
-        return "{}:{} is free".format(*socket.address)
+        return f"{format_address(socket.address)} is free"

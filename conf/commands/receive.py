@@ -46,12 +46,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace, terminal: Terminal) -> None:
+    from conf.protocol.address import format_address
     from conf.protocol.session.pairing_code import generate_code
     from conf.transport.udp import UdpSocket
 
     code = options.code or generate_code(os.urandom)
     with UdpSocket.bind(*options.listen) as socket:
-        terminal.write("listening on {}:{}, code {}".format(*socket.address, code))
+        terminal.write(f"listening on {format_address(socket.address)}, code {code}")
         receive_options = ReceiveOptions(options.headless, None, options.seconds, on_event=terminal.write)
         traffic = receive(socket, code, receive_options, face=options.face)
     terminal.print_figures("the call", traffic)
@@ -77,6 +78,7 @@ def receive(
     """
     from conf.face.loading import load_face
     from conf.output.media_writer import VideoWriter, save_image
+    from conf.protocol.address import format_address
     from conf.protocol.receiver_endpoint import ReceiverEndpoint
     from conf.protocol.session.server import SessionServer
     from conf.receiver.pipeline import LoopOptions, ReceiverLoop
@@ -85,7 +87,7 @@ def receive(
 
     model = load_face(face)
     endpoint = ReceiverEndpoint(SessionServer(code, os.urandom))
-    idle_text = "listening on {}:{}   code  {}".format(*socket.address, code)
+    idle_text = f"listening on {format_address(socket.address)}   code  {code}"
     if options.headless is None:
         loop_options = LoopOptions(WINDOW_FPS, idle_text, on_event=options.on_event)
         with GlfwWindow(*SIZE, "conf") as window:

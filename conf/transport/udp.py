@@ -1,15 +1,21 @@
-"""The UDP socket of both sides."""
+"""The UDP sockets of both sides: one for each address family that a name has.
 
+Strategy. A name such as `localhost` has several addresses. A listening socket is bound to all of them, a calling one
+sends to all of them until one answers; from then on only that one counts. Above, there is one peer with one address.
+"""
+
+import ipaddress
 import select
 import socket
 import struct
 import sys
 import time
+from collections.abc import Sequence
 from types import TracebackType
-from typing import Any, NamedTuple, Self, cast
+from typing import Any, NamedTuple, Self
 
 from conf.errors import NetworkError
-from conf.protocol.address import Address
+from conf.protocol.address import Address, format_address
 
 MAX_DATAGRAM = 2048
 # What the kernel may queue while a frame is drawn, the datagrams of a flood included.
@@ -19,6 +25,8 @@ SO_TIMESTAMPNS = 35
 _TIMESPEC = struct.Struct("@ll")  # seconds, nanoseconds
 _CONTROL_BYTES = 64  # of a control message that holds a timespec
 MAX_QUEUED_S = 1.0  # a longer time means that the wall clock was set: it counts as 0
+MAX_CANDIDATES = 8  # addresses of one name that are tried
+ANY_HOST = ""  # every address of this machine
 
 
 class ReceivedDatagram(NamedTuple):
@@ -30,42 +38,61 @@ class ReceivedDatagram(NamedTuple):
 
 
 class UdpSocket:
-    """A UDP socket. Only `wait` blocks.
+    """UDP sockets that act as one. Only `wait` blocks.
 
-    remote : the address of the one peer it was opened to, None for a socket that listens
+    remote : the address that stands for the one peer it was opened to, None for a socket that listens
     """
 
-    def __init__(self, handle: socket.socket, remote: Address | None = None) -> None:
-        """Use `bind` or `open_to` instead."""
-        self.remote = remote
-        self._socket = handle
-        handle.setblocking(False)
+    def __init__(self, handles: Sequence[socket.socket], candidates: Sequence[Address] = ()) -> None:
+        """Use `bind` or `open_to` instead. candidates : addresses of the peer; none for a socket that listens"""
+        self._sockets = {handle.family: handle for handle in handles}
+        self._candidates = list(candidates)
+        self.remote = self._candidates[0] if self._candidates else None
+        for handle in handles:
+            handle.setblocking(False)
 
     @classmethod
     def bind(cls, host: str, port: int) -> Self:
-        """Return a socket that listens on an address of this machine; port 0 for any free one.
+        """Return a socket that listens on every address that a name has on this machine.
 
-        Raises NetworkError if the address is in use or not of this machine.
+        host : ANY_HOST for every address of this machine; port : 0 for any free one, the same for all addresses
+        Raises NetworkError if no address can be bound.
         """
+        handles: list[socket.socket] = []
+        first_error: Exception | None = None
         try:
-            family, kind, protocol, _, address = socket.getaddrinfo(
-                host, port, type=socket.SOCK_DGRAM, flags=socket.AI_PASSIVE
-            )[0]
-            return cls(_bound(socket.socket(family, kind, protocol), address))
+            found = socket.getaddrinfo(host or None, port, type=socket.SOCK_DGRAM, flags=socket.AI_PASSIVE)
         except (OSError, UnicodeError) as error:
-            raise NetworkError(
-                f"cannot listen on {host}:{port} ({getattr(error, 'strerror', None) or error}): "
-                "choose another with --listen HOST:PORT"
-            ) from error
+            found, first_error = [], error
+        for family, kind, protocol, _, address in found:
+            if family in {handle.family for handle in handles}:
+                continue
+            taken = handles[0].getsockname()[1] if handles else address[1]
+            try:
+                handles.append(_bound(family, kind, protocol, (address[0], taken, *address[2:])))
+            except OSError as error:
+                first_error = first_error or error
+        if not handles:
+            reason = getattr(first_error, "strerror", None) or first_error
+            text = f"cannot listen on {format_address((host, port))} ({reason}): choose another with --listen HOST:PORT"
+            raise NetworkError(text) from first_error
+        return cls(handles)
 
     @classmethod
     def open_to(cls, host: str, port: int) -> Self:
-        """Return a socket for datagrams to and from one peer. Raises NetworkError if its name has no address."""
+        """Return a socket for datagrams to and from one peer, which may have several addresses.
+
+        Raises NetworkError if its name has no address or stands for many machines.
+        """
         try:
-            family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
+            found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
         except (OSError, UnicodeError) as error:
             raise NetworkError(f"no address for {host!r}: give the receiver's name or number as HOST:PORT") from error
-        return cls(socket.socket(family, kind, protocol), cast(Address, address))
+        candidates: list[Any] = list(dict.fromkeys(address for *_, address in found))[:MAX_CANDIDATES]
+        if any(_is_many(address[0]) for address in candidates):
+            raise NetworkError(f"{host} stands for many machines: give the address of one, as HOST:PORT")
+        handles = [socket.socket(family, socket.SOCK_DGRAM) for family in {_family(address) for address in candidates}]
+        return cls(handles, candidates)
 
     def __enter__(self) -> Self:
         return self
@@ -73,66 +100,92 @@ class UdpSocket:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._socket.close()
+        for handle in self._sockets.values():
+            handle.close()
 
     @property
     def address(self) -> tuple[str, int]:
-        """The local host and port."""
-        host, port = self._socket.getsockname()[:2]
+        """The first local host and port."""
+        host, port = next(iter(self._sockets.values())).getsockname()[:2]
         return host, port
 
     def receive(self, limit: int = 4096) -> list[ReceivedDatagram]:
-        """Return the datagrams that have arrived, at most `limit`."""
+        """Return the datagrams that have arrived, at most `limit` for each address family."""
         datagrams: list[ReceivedDatagram] = []
         # The clock of the timestamps.
         now = time.clock_gettime(time.CLOCK_REALTIME) if sys.platform == "linux" else 0.0
-        for _ in range(limit):
-            try:
-                datagrams.append(self._receive_one(now))
-            except ConnectionError:  # of a datagram sent earlier: nobody listens on the peer's port
-                continue
-            except OSError:  # nothing more
-                break
+        for handle in self._sockets.values():
+            for _ in range(limit):
+                try:
+                    datagrams.append(self._known(_receive_one(handle, now)))
+                except ConnectionError:  # of a datagram sent earlier: nobody listens on the peer's port
+                    continue
+                except OSError:  # nothing more
+                    break
         return datagrams
 
-    if sys.platform == "linux":
-
-        def _receive_one(self, now: float) -> ReceivedDatagram:
-            data, control, _, address = self._socket.recvmsg(MAX_DATAGRAM, _CONTROL_BYTES)
-            for level, kind, value in control:
-                if (level, kind) == (socket.SOL_SOCKET, SO_TIMESTAMPNS) and len(value) == _TIMESPEC.size:
-                    seconds, nanoseconds = _TIMESPEC.unpack(value)
-                    queued_s = now - seconds - nanoseconds * 1e-9
-                    return ReceivedDatagram(data, address, queued_s if 0 < queued_s < MAX_QUEUED_S else 0.0)
-            return ReceivedDatagram(data, address, 0.0)
-
-    else:
-
-        def _receive_one(self, now: float) -> ReceivedDatagram:
-            return ReceivedDatagram(*self._socket.recvfrom(MAX_DATAGRAM), 0.0)
-
     def send(self, datagrams: list[tuple[bytes, Address]]) -> None:
-        """Send datagrams. One that cannot be sent is lost, as on the network.
+        """Send datagrams. One that the network cannot carry is lost.
 
-        Raises NetworkError if this machine forbids datagrams to `remote`.
+        Raises NetworkError, after all were tried, if this machine could send none of those to `remote`.
         """
+        failure: OSError | None = None
+        tried = sent = 0
         for data, address in datagrams:
-            try:
-                self._socket.sendto(data, address)
-            except PermissionError as error:
-                if address == self.remote:
-                    raise NetworkError(f"this machine may not send to {address[0]}: check its firewall") from error
-            except OSError:
-                continue
+            targets = self._candidates if address == self.remote else [address]
+            for target in targets:
+                tried += address == self.remote
+                try:
+                    self._socket_for(target).sendto(data, target)
+                    sent += 1
+                except (BlockingIOError, ConnectionError):
+                    sent += 1  # lost on its way, as any other may be
+                except OSError as error:
+                    failure = error
+        if failure is not None and tried and not sent:
+            raise NetworkError(_send_failure(failure, self._candidates[0])) from failure
 
     def wait(self, seconds: float) -> None:
         """Sleep until a datagram arrives, at most `seconds`."""
-        select.select([self._socket], [], [], max(seconds, 0.0))
+        select.select(list(self._sockets.values()), [], [], max(seconds, 0.0))
+
+    def _known(self, datagram: ReceivedDatagram) -> ReceivedDatagram:
+        """Return a datagram of the peer as from `remote`. The first candidate that answers is used afterwards."""
+        if datagram.address in self._candidates:
+            self._candidates = [datagram.address]
+            return datagram._replace(address=self.remote or datagram.address)
+        return datagram
+
+    def _socket_for(self, address: Address) -> socket.socket:
+        handle = self._sockets.get(_family(address))
+        if handle is None:
+            raise OSError(f"no socket for {address[0]}")
+        return handle
 
 
-def _bound(handle: socket.socket, address: Any) -> socket.socket:
-    """Return the socket bound and with its options set. Closes it and raises OSError if it cannot be bound."""
+if sys.platform == "linux":
+
+    def _receive_one(handle: socket.socket, now: float) -> ReceivedDatagram:
+        data, control, _, address = handle.recvmsg(MAX_DATAGRAM, _CONTROL_BYTES)
+        for level, kind, value in control:
+            if (level, kind) == (socket.SOL_SOCKET, SO_TIMESTAMPNS) and len(value) == _TIMESPEC.size:
+                seconds, nanoseconds = _TIMESPEC.unpack(value)
+                queued_s = now - seconds - nanoseconds * 1e-9
+                return ReceivedDatagram(data, address, queued_s if 0 < queued_s < MAX_QUEUED_S else 0.0)
+        return ReceivedDatagram(data, address, 0.0)
+
+else:
+
+    def _receive_one(handle: socket.socket, now: float) -> ReceivedDatagram:
+        return ReceivedDatagram(*handle.recvfrom(MAX_DATAGRAM), 0.0)
+
+
+def _bound(family: int, kind: int, protocol: int, address: Any) -> socket.socket:
+    """Return a bound socket with its options set. Raises OSError if it cannot be bound."""
+    handle = socket.socket(family, kind, protocol)
     try:
+        if family == socket.AF_INET6:
+            handle.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)  # IPv4 has a socket of its own
         handle.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
         if sys.platform == "linux":
             handle.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
@@ -141,3 +194,19 @@ def _bound(handle: socket.socket, address: Any) -> socket.socket:
         handle.close()
         raise
     return handle
+
+
+def _family(address: Address) -> socket.AddressFamily:
+    return socket.AF_INET6 if len(address) == 4 else socket.AF_INET
+
+
+def _is_many(host: str) -> bool:
+    """Return whether an address is a multicast or the broadcast address."""
+    address = ipaddress.ip_address(host.split("%")[0])
+    return address.is_multicast or host == "255.255.255.255"
+
+
+def _send_failure(error: OSError, address: Address) -> str:
+    if isinstance(error, PermissionError):
+        return f"this machine may not send to {format_address(address)}: check its firewall"
+    return f"nothing can be sent to {format_address(address)} ({error.strerror or error}): check this machine's network"

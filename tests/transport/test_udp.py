@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import pytest
 
 from conf.errors import NetworkError
-from conf.transport.udp import MAX_QUEUED_S, UdpSocket
+from conf.transport.udp import ANY_HOST, MAX_QUEUED_S, UdpSocket
 
 LOOPBACK = "127.0.0.1"
 
@@ -121,18 +121,88 @@ def test_a_name_without_an_address_is_named() -> None:
         UdpSocket.open_to("no.such.host.invalid", 5005)
 
 
-class Forbidden:
-    """A socket that the firewall forbids to send."""
+class Failing:
+    """A socket that cannot send to some addresses."""
+
+    family = socket.AF_INET
+
+    def __init__(self, error: OSError, but: tuple[str, int] | None = None) -> None:
+        self.error, self.but, self.sent = error, but, list[bytes]()
 
     def sendto(self, data: bytes, address: object) -> int:
-        raise PermissionError(1, "Operation not permitted")
+        if address != self.but:
+            raise self.error
+        self.sent.append(data)
+        return len(data)
 
     def setblocking(self, flag: bool) -> None:
         pass
 
 
-def test_a_firewall_that_forbids_the_peer_is_named_and_any_other_address_is_lost() -> None:
-    sender = UdpSocket(Forbidden(), (LOOPBACK, 9))  # type: ignore[arg-type]
-    sender.send([(b"x", (LOOPBACK, 10))])
-    with pytest.raises(NetworkError, match=r"this machine may not send to 127\.0\.0\.1: check its firewall"):
-        sender.send([(b"x", (LOOPBACK, 9))])
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (
+            PermissionError(1, "Operation not permitted"),
+            r"this machine may not send to 127\.0\.0\.1:9: check its firewall",
+        ),
+        (
+            OSError(101, "Network is unreachable"),
+            r"nothing can be sent to 127\.0\.0\.1:9 \(Network is unreachable\): check",
+        ),
+        (OSError(105, "No buffer space available"), r"\(No buffer space available\): check this machine's network"),
+    ],
+)
+def test_what_keeps_datagrams_from_the_peer_is_named(error: OSError, text: str) -> None:
+    sender = UdpSocket([Failing(error)], [(LOOPBACK, 9)])  # type: ignore[list-item]
+    sender.send([(b"x", (LOOPBACK, 10))])  # to anybody else: lost
+    with pytest.raises(NetworkError, match=text):
+        sender.send([(b"x", (LOOPBACK, 9)), (b"y", (LOOPBACK, 9))])
+
+
+def test_one_address_that_works_is_enough() -> None:
+    handle = Failing(OSError(101, "Network is unreachable"), but=(LOOPBACK, 10))
+    sender = UdpSocket([handle], [(LOOPBACK, 9), (LOOPBACK, 10)])  # type: ignore[list-item]
+    sender.send([(b"x", (LOOPBACK, 9))])
+    assert handle.sent == [b"x"]
+
+
+def two_addresses(*addresses: tuple[str, int]) -> object:
+    return lambda *_, **__: [(socket.AF_INET, socket.SOCK_DGRAM, 17, "", address) for address in addresses]
+
+
+def test_all_addresses_of_a_name_are_tried_until_one_answers(
+    peer: socket.socket, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    address = peer.getsockname()
+    monkeypatch.setattr(socket, "getaddrinfo", two_addresses(("127.0.0.9", address[1]), address))
+    with UdpSocket.open_to("name", address[1]) as sender:
+        assert sender.remote == ("127.0.0.9", address[1])
+        sender.send([(b"hello", sender.remote)])
+        data, source = peer.recvfrom(100)
+        peer.sendto(b"reply", source)
+        sender.wait(5)
+        assert data == b"hello" and sender.receive()[0][:2] == (b"reply", sender.remote)
+        sender.send([(b"more", sender.remote)])
+        assert peer.recv(100) == b"more"
+
+
+@pytest.mark.skipif(not socket.has_ipv6, reason="no IPv6 here")
+def test_a_port_alone_listens_on_ipv4_and_ipv6() -> None:
+    with UdpSocket.bind(ANY_HOST, 0) as receiver:
+        port = receiver.address[1]
+        for host in (LOOPBACK, "::1"):
+            with UdpSocket.open_to(host, port) as sender:
+                assert sender.remote is not None
+                sender.send([(host.encode(), sender.remote)])
+                receiver.wait(5)
+                (received,) = receiver.receive()
+                receiver.send([(b"reply", received.address)])
+                sender.wait(5)
+                assert received.data == host.encode() and sender.receive()[0].data == b"reply"
+
+
+@pytest.mark.parametrize("host", ["255.255.255.255", "224.0.0.1", "ff02::1"])
+def test_an_address_of_many_machines_is_refused(host: str) -> None:
+    with pytest.raises(NetworkError, match=f"{host} stands for many machines: give the address of one"):
+        UdpSocket.open_to(host, 5005)
