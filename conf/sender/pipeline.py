@@ -3,22 +3,25 @@
 `SenderLoop._steps` is the way of one frame from top to bottom; each part it calls is a module of its own.
 """
 
+import contextlib
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
-from conf.errors import NetworkError
+from conf.errors import CameraError, NetworkError
 from conf.protocol.messages import MotionFrame
 from conf.protocol.send_leg import LinkStatus
 from conf.protocol.sender_connection import SenderConnection
 from conf.protocol.session.events import Connected, Event, NoAnswer, Refused, SessionEnded, WrongCode
 from conf.protocol.session.handshake import Refusal
+from conf.sender.fault_tolerance import CAMERA_LIMIT_S, NETWORK_LIMIT_S, FaultTolerance
 from conf.sender.frame_pacer import FramePacer
 from conf.sender.motion_source import MotionSource
 from conf.transport.udp import UdpSocket
 
 STATUS_INTERVAL_S = 0.25
 POLL_S = 0.1
+RETRY_S = 0.25  # between two attempts to read a camera that fails
 WRONG_CODE = "the code is wrong: type it as the receiver shows it (conf send ... --code CODE)"
 NO_ANSWER = "nobody answered: start `conf receive` there, with --listen 0.0.0.0:PORT to be reached from other machines"
 REFUSALS = {
@@ -55,6 +58,8 @@ class SenderLoop:
         self._captured = self._tracked = 0
         self._face = False
         self._note = "calling"
+        self._network = FaultTolerance(NETWORK_LIMIT_S)
+        self._camera = FaultTolerance(CAMERA_LIMIT_S)
         self._on_status: Callable[[SenderStatus], None] | None = None
         self._status_due = 0.0
         self._now = 0.0
@@ -70,7 +75,9 @@ class SenderLoop:
     ) -> SenderStatus:
         """Send until the source ends, or for `seconds`.
 
-        Raises CameraError when the camera stops, NetworkError when nobody answers or the receiver refuses for good.
+        Failures of the network are survived for 10 s, of the camera for 5 s, once each has worked.
+        Raises CameraError when the camera stops for good, NetworkError when nothing can be sent, nobody answers or the
+        receiver refuses.
         """
         self._on_status = on_status
         if seconds is not None:
@@ -93,8 +100,9 @@ class SenderLoop:
         return next(self._running, None)
 
     def close(self, now: float) -> None:
-        """End the call and notify the receiver."""
-        self._socket.send(self._connection.close(now))
+        """End the call and notify the receiver, if that is possible."""
+        with contextlib.suppress(NetworkError):
+            self._socket.send(self._connection.close(now))
 
     def status(self, now: float) -> SenderStatus:
         """Return the state of the call."""
@@ -109,7 +117,7 @@ class SenderLoop:
             face=self._face,
             calibrated=self._source.calibrated,
             link=self._connection.status(now),
-            note=self._note,
+            note=self._camera.note or self._network.note or self._note,
         )
 
     def _steps(self) -> Iterator[float]:
@@ -121,7 +129,16 @@ class SenderLoop:
             if self._now >= self._end:
                 raise NetworkError(NO_ANSWER)
             yield from self._exchange_until(self._now + POLL_S)
-        while (timestamp := self._source.next_frame()) is not None:
+        while self._now < self._end:
+            try:
+                timestamp = self._source.next_frame()
+            except CameraError as error:
+                self._camera.on_failure(error, self._now)
+                yield from self._exchange_until(self._now + RETRY_S)
+                continue
+            self._camera.on_success()
+            if timestamp is None:
+                return
             yield 0.0
             if self._now >= self._end:
                 return
@@ -141,7 +158,7 @@ class SenderLoop:
         while True:
             for datagram in self._socket.receive():
                 self._connection.receive_datagram(datagram.data, datagram.address, self._now)
-            self._socket.send(self._connection.datagrams_to_send(self._now))
+            self._transmit()
             while event := self._connection.next_event():
                 self._note = describe_event(event)
             if self._on_status and self._now >= self._status_due:
@@ -160,7 +177,19 @@ class SenderLoop:
             outbound = self._connection.outbound
             outbound.parameters = replace(outbound.parameters, fapu=self._source.fapu_lengths)
             self._connection.send_frame(motion, self._now)
-        self._socket.send(self._connection.datagrams_to_send(self._now))
+        self._transmit()
+
+    def _transmit(self) -> None:
+        """Send what is due. Raises NetworkError if that has failed for too long."""
+        datagrams = self._connection.datagrams_to_send(self._now)
+        if not datagrams:
+            return
+        try:
+            self._socket.send(datagrams)
+        except NetworkError as error:
+            self._network.on_failure(error, self._now)
+        else:
+            self._network.on_success()
 
 
 def describe_event(event: Event) -> str:

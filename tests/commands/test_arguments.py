@@ -2,7 +2,15 @@ import argparse
 
 import pytest
 
-from conf.commands.arguments import add_json, add_listen, add_seconds, address, pairing_code, positive_number
+from conf.commands.arguments import (
+    add_json,
+    add_listen,
+    add_seconds,
+    address,
+    listen_address,
+    pairing_code,
+    positive_number,
+)
 
 
 @pytest.mark.parametrize(
@@ -43,3 +51,18 @@ def test_defaults_of_the_common_options() -> None:
         add(parser)
     options = parser.parse_args([])
     assert (options.json, options.listen, options.seconds) == (False, ("127.0.0.1", 5005), None)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("5005", ("", 5005)),
+        (":5005", ("", 5005)),
+        ("127.0.0.1:0", ("127.0.0.1", 0)),
+        ("[::]:6001", ("::", 6001)),
+        ("[::1]", ("::1", 5005)),
+        ("localhost", ("localhost", 5005)),
+    ],
+)
+def test_a_port_alone_listens_on_every_address(text: str, expected: tuple[str, int]) -> None:
+    assert listen_address(text) == expected

@@ -63,17 +63,34 @@ class Camera(_CaptureSource):
     """A camera."""
 
     def __init__(
-        self, name: str, capture: VideoCapture, first: NDArray[np.uint8], *, clock: Callable[[], float]
+        self,
+        name: str,
+        capture: VideoCapture,
+        first: NDArray[np.uint8],
+        *,
+        clock: Callable[[], float],
+        reopen: Callable[[], VideoCapture],
     ) -> None:
         super().__init__(capture, first)
         self._name = name
         self._clock = clock
+        self._reopen = reopen
+        self._failed = False
 
     def read(self) -> Frame:
-        """Wait for the next frame and return it. Raises CameraError when the camera has stopped."""
+        """Wait for the next frame and return it. After a failure the camera is opened anew at the next call.
+
+        Raises CameraError when the camera gives no frame.
+        """
+        if self._failed:
+            self._capture.release()
+            self._capture = self._reopen()
         pixels = self._next()
+        self._failed = pixels is None
         if pixels is None:
-            raise CameraError(f"{self._name} has stopped giving images: plug it in again and start anew.")
+            raise CameraError(f"{self._name} gives no frames any more: plug it in again")
+        if pixels.shape[1::-1] != self.size:
+            pixels = np.asarray(cv2.resize(pixels, self.size, interpolation=cv2.INTER_AREA), np.uint8)
         return Frame(pixels, self._clock())
 
 
@@ -133,14 +150,19 @@ def open_camera(
     index = int(which) if isinstance(which, int) or which.isdigit() else None
     name = f"camera {which}"
     device = Path(f"/dev/video{index}" if index is not None else str(which))
-    capture = opener(str(which) if index is None else index)
-    if capture.isOpened():
-        capture.set(cv2.CAP_PROP_FRAME_WIDTH, CAMERA_SIZE[0])  # the camera uses the nearest that it supports
-        capture.set(cv2.CAP_PROP_FRAME_HEIGHT, CAMERA_SIZE[1])
-        capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)  # the newest frame, not one that has waited
-        first = _read(capture)
-        if first is not None:
-            return Camera(name, capture, first, clock=clock)
+
+    def reopen() -> VideoCapture:
+        capture = opener(str(which) if index is None else index)
+        if capture.isOpened():
+            capture.set(cv2.CAP_PROP_FRAME_WIDTH, CAMERA_SIZE[0])  # the camera uses the nearest that it supports
+            capture.set(cv2.CAP_PROP_FRAME_HEIGHT, CAMERA_SIZE[1])
+            capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)  # the newest frame, not one that has waited
+        return capture
+
+    capture = reopen()
+    first = _read(capture) if capture.isOpened() else None
+    if first is not None:
+        return Camera(name, capture, first, clock=clock, reopen=reopen)
     capture.release()
     if os.name == "posix" and not device.exists():
         raise CameraError(f"there is no {name}: plug one in, name another, or give a clip instead.")
