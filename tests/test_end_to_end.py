@@ -56,7 +56,7 @@ def check(received: dict[str, Any], sent: dict[str, Any], film: Path) -> None:
     assert sent["frames_sent"] > sent["frames_tracked"] * 0.6
     assert received["frames_received"] >= sent["frames_sent"] - 2
     assert received["frames_lost"] == 0
-    assert received["raw_bytes_per_frame"] == 176 * 144 * 3
+    assert received["raw_bytes_per_frame"] == 193 * 144 * 3
     assert received["ratio"] > 150
     assert drawn_mouth_openings(film).std() > 0.02
 

@@ -56,7 +56,7 @@ def _run_check(name: str, check: Callable[[], str]) -> CheckResult:
 
 
 def _check_camera(name: str) -> str:
-    from conf.sender.capture.video import open_camera
+    from conf.sender.capture.camera import open_camera
 
     with open_camera(name) as camera:
         frame = camera.read()

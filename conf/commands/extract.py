@@ -45,7 +45,7 @@ def extract(clip: Path, output: Path, on_progress: Callable[[int], None] | None 
 
     from conf.face.control_points import CONTROL_POINT_COUNT
     from conf.face.formats.dpc import MotionClip, write_dpc
-    from conf.sender.capture.video import open_clip
+    from conf.sender.capture.clip import open_clip
     from conf.sender.motion.extractor import MotionExtractor
     from conf.sender.tracking.canonical_face import load_canonical_face
     from conf.sender.tracking.offline import track_clip

@@ -57,7 +57,7 @@ def measure(clip: Path, profile: str = "live", on_progress: Callable[[int], None
     from conf.protocol.messages import StreamParameters
     from conf.protocol.send_budget import RateOptions
     from conf.protocol.statistics import raw_frame_bytes
-    from conf.sender.capture.video import open_clip
+    from conf.sender.capture.clip import open_clip
     from conf.sender.frame_pacer import FramePacer
     from conf.sender.motion.extractor import MotionExtractor
     from conf.sender.tracking.canonical_face import load_canonical_face

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from conf.face.control_points import CONTROL_POINT_LANDMARKS
 from conf.render.window.glfw_window import GlfwWindow
 from conf.render.window.input_events import KeyPressed
-from conf.sender.capture.video import Frame
+from conf.sender.capture.frame import Frame
 from conf.sender.tracking.tracker import TrackedFace
 
 DOT = (90, 230, 90)  # BGR

@@ -17,7 +17,7 @@ from conf.errors import ConfError
 
 if TYPE_CHECKING:
     from conf.protocol.portrait.object_sender import ObjectSender
-    from conf.sender.capture.video import Frame
+    from conf.sender.capture.frame import Frame
     from conf.sender.motion.extractor import MotionExtractor
     from conf.sender.motion_source import MotionSource
     from conf.sender.pipeline import SenderStatus
@@ -136,7 +136,8 @@ def send(
 
 @contextmanager
 def _open_source(options: SendOptions, object_sender: ObjectSender | None) -> Iterator[MotionSource]:
-    from conf.sender.capture.video import open_camera, open_clip
+    from conf.sender.capture.camera import open_camera
+    from conf.sender.capture.clip import open_clip
     from conf.sender.motion.extractor import MotionExtractor
     from conf.sender.motion_source import TrackedMotionSource, open_motion_file
     from conf.sender.portrait.scheduler import PortraitScheduler

@@ -16,7 +16,9 @@ from conf.face.fapu import Fapu
 from conf.face.formats.dpc import MotionClip, read_dpc
 from conf.face.head_pose import NEUTRAL_POSE
 from conf.protocol.messages import MotionFrame
-from conf.sender.capture.video import Frame, FrameSource
+from conf.sender.capture.camera import Camera
+from conf.sender.capture.clip import Clip
+from conf.sender.capture.frame import Frame
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.motion.mean_face import MEAN_FACE
 from conf.sender.portrait.photo_builder import CapturedFace
@@ -34,7 +36,7 @@ class TrackedMotionSource:
 
     def __init__(
         self,
-        source: FrameSource,
+        source: Camera | Clip,
         tracker: FaceTracker,
         extractor: MotionExtractor,
         *,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from conf.sender.capture.video import open_clip
+from conf.sender.capture.clip import open_clip
 from conf.sender.tracking.canonical_face import CanonicalFace, load_canonical_face
 from tests.support.short_clips import empty_clip, short_clip
 

@@ -1,11 +1,12 @@
 import random
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 
-from conf.errors import NetworkError
+from conf.errors import CameraError, NetworkError
 from conf.protocol.address import Address
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
@@ -233,46 +234,46 @@ def test_a_full_receiver_ends_the_call_with_a_message() -> None:
         describe_event(Refused(Refusal.FULL, None))
 
 
-def test_a_network_failure_that_passes_is_shown_and_survived(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
-    sender = make(frames=240)
-    send, notes = sender.link.send, list[str]()
+def test_a_network_failure_that_passes_is_shown_and_survived(monkeypatch: pytest.MonkeyPatch) -> None:
+    sender = Sender(frames=240)
+    send, notes = sender.socket.send, list[str]()
 
     def failing(datagrams: list[tuple[bytes, Address]]) -> None:
-        if 2.0 < sender.link.now < 6.0:
+        if 2.0 < sender.socket.now < 6.0:
             raise NetworkError("nothing can be sent")
         send(datagrams)
 
-    monkeypatch.setattr(sender.link, "send", failing)
-    status = sender.loop.run(on_status=lambda status: notes.append(status.note), clock=sender.link.monotonic)
+    monkeypatch.setattr(sender.socket, "send", failing)
+    status = sender.run(on_status=lambda status: notes.append(status.note))
     assert any(re.fullmatch(r"nothing can be sent \(trying for \d+ s more\)", note) for note in notes)
     assert status.note == "connected" and notes[-1] == "connected"
 
 
-def test_a_network_failure_that_lasts_ends_the_call(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
-    sender = make(frames=900)
-    send = sender.link.send
+def test_a_network_failure_that_lasts_ends_the_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    sender = Sender(frames=900)
+    send = sender.socket.send
 
     def failing(datagrams: list[tuple[bytes, Address]]) -> None:
-        if sender.link.now > 2.0:
+        if sender.socket.now > 2.0:
             raise NetworkError("nothing can be sent")
         send(datagrams)
 
-    monkeypatch.setattr(sender.link, "send", failing)
+    monkeypatch.setattr(sender.socket, "send", failing)
     with pytest.raises(NetworkError, match="nothing can be sent"):
-        sender.loop.run(clock=sender.link.monotonic)
-    assert 11.9 < sender.link.now < 13.0
+        sender.run()
+    assert 11.9 < sender.socket.now < 13.0
 
 
-def test_a_camera_that_fails_for_a_moment_is_shown_and_survived(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
-    sender = make(frames=240)
+def test_a_camera_that_fails_for_a_moment_is_shown_and_survived(monkeypatch: pytest.MonkeyPatch) -> None:
+    sender = Sender(frames=240)
     next_frame, notes = sender.source.next_frame, list[str]()
 
     def failing() -> float | None:
-        if 2.0 < sender.link.now < 5.0:
+        if 2.0 < sender.socket.now < 5.0:
             raise CameraError("camera 0 gives no frames any more")
         return next_frame()
 
     monkeypatch.setattr(sender.source, "next_frame", failing)
-    sender.loop.run(on_status=lambda status: notes.append(status.note), clock=sender.link.monotonic)
+    sender.run(on_status=lambda status: notes.append(status.note))
     assert any("camera 0 gives no frames any more (trying for" in note for note in notes)
     assert notes[-1] == "connected"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from conf.output.media_writer import VideoWriter
-from conf.sender.capture.video import open_clip
+from conf.sender.capture.clip import open_clip
 
 SHORT = 24
 

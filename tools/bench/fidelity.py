@@ -31,7 +31,7 @@ from conf.render.auto_framing import AutoFraming
 from conf.render.camera import ViewState
 from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow
-from conf.sender.capture.video import open_clip
+from conf.sender.capture.clip import open_clip
 from conf.sender.frame_pacer import FramePacer
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.tracking.canonical_face import load_canonical_face

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.portrait import contours
-from conf.sender.capture.video import open_clip
+from conf.sender.capture.clip import open_clip
 from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 
 SIZE = (320, 240)

@@ -23,7 +23,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.sender.capture.video import open_clip
+from conf.sender.capture.clip import open_clip
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.tracking.blendshape_network import BlendshapeNetwork
 from conf.sender.tracking.canonical_face import load_canonical_face

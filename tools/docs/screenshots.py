@@ -34,7 +34,7 @@ from conf.receiver.pipeline import LoopOptions, ReceiverLoop
 from conf.render.window import Window
 from conf.render.window.glfw_window import GlfwWindow
 from conf.render.window.offscreen import OffscreenWindow
-from conf.sender.capture.video import open_clip
+from conf.sender.capture.clip import open_clip
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.tracking.canonical_face import load_canonical_face
 from conf.sender.tracking.model_files import fetch_demo_clip

@@ -24,8 +24,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import CameraError
-from conf.sender.capture.video import DEFAULT_FPS, MAX_FPS, Frame
+from conf.sender.capture.frame import Frame
 
+DEFAULT_FPS = 25.0  # of files without a frame rate
+MAX_FPS = 1000.0  # of high-speed cameras
 MAX_PAUSE_S = 5.0  # a longer step between two frames is a fault of the file
 MAX_PIXELS = 8192 * 4608  # of a coded picture; more is refused before memory is allocated
 MAX_ASPECT = 8.0  # a pixel aspect ratio beyond this, either way, is a fault of the file

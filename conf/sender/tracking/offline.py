@@ -3,7 +3,8 @@
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from conf.sender.capture.video import Frame, open_clip
+from conf.sender.capture.clip import open_clip
+from conf.sender.capture.frame import Frame
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 

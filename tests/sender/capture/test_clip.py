@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from conf.errors import CameraError
 from conf.sender.capture.clip import open_clip, read_sound
-from conf.sender.capture.video import Frame
+from conf.sender.capture.frame import Frame
 from tests.support.generated_clips import SIZE, SPEED, image, square_left, write_clip
 
 TIMES = [i / 25 for i in range(25)]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from conf.sender.capture.video import open_clip
+from conf.sender.capture.clip import open_clip
 from conf.sender.tracking.inference import Backend
 from conf.sender.tracking.tracker import BLENDSHAPE_INTERVAL, FaceTracker
 from tests.sender.tracking.test_inference import BACKENDS
