@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from conf.errors import RecordingError
+
 
 @contextmanager
 def atomic_write(path: Path | str, /) -> Iterator[Path]:
@@ -24,6 +26,21 @@ def atomic_write(path: Path | str, /) -> Iterator[Path]:
         if partial.exists():
             interrupt.add_note(interrupted_note(path))
         raise
+
+
+def check_writable(path: Path, /) -> None:
+    """Check, before long work, that a file can be written. Raises RecordingError."""
+    partial = partial_path(path)
+    try:
+        partial.touch()
+        partial.unlink()
+    except OSError as error:
+        raise cannot_write(path, error) from error
+
+
+def cannot_write(path: Path, error: OSError, /) -> RecordingError:
+    """Return the error for a file that cannot be written."""
+    return RecordingError(f"{path} cannot be written ({error.strerror or error}): choose another file or folder")
 
 
 def partial_path(path: Path, /) -> Path:

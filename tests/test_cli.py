@@ -79,9 +79,9 @@ def test_doctor_reports_checks_and_remedies(tmp_path: Path) -> None:
 def test_measure_reports_every_stage(demo_clip: Path, tmp_path: Path) -> None:
     result = run("measure", str(demo_clip), "--json", "--plot", "plot.png", cwd=tmp_path)
     stages = {stage["name"]: stage for stage in json.loads(result.stdout)["stages"]}
-    assert stages["raw pixels 176x144"]["bytes_per_frame"] == 76_032
+    assert stages["raw pixels 193x144"]["bytes_per_frame"] == 193 * 144 * 3
     wire = stages["with UDP/IP headers"]
-    assert wire["ratio"] == pytest.approx(76_032 / wire["bytes_per_frame"])
+    assert wire["ratio"] == pytest.approx(193 * 144 * 3 / wire["bytes_per_frame"])
     costs = [
         stage["bytes_per_frame"] for name, stage in stages.items() if "JPEG" not in name and "landmarks" not in name
     ]

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from conf.commands import Terminal
 from conf.commands.arguments import add_json
+from conf.commands.extract import progress_text
 from conf.errors import CameraError
 
 HELP = "bytes a frame at every stage of the encoding, compared with raw pixels"
@@ -37,7 +38,7 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
     from rich.table import Table
 
     with terminal.status_line() as show:
-        stages = measure(options.clip, options.profile, on_progress=lambda count: show(f"{count} frames"))
+        stages = measure(options.clip, options.profile, on_progress=lambda *counts: show(progress_text(*counts)))
     if options.plot:
         plot(stages, options.plot)
     table = Table("stage", "B a frame", "kbit/s", "raw : this")
@@ -46,7 +47,9 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
     terminal.print_list("stages", stages, table)
 
 
-def measure(clip: Path, profile: str = "live", on_progress: Callable[[int], None] | None = None) -> list[StageCost]:
+def measure(
+    clip: Path, profile: str = "live", on_progress: Callable[[int, int], None] | None = None
+) -> list[StageCost]:
     """Return the cost of each stage of a call with a clip, without a network. Raises CameraError, ModelError."""
     import cv2
     import numpy as np
@@ -68,16 +71,19 @@ def measure(clip: Path, profile: str = "live", on_progress: Callable[[int], None
     extractor = MotionExtractor(load_canonical_face(), size)
     parameters = StreamParameters(*size, fps, CONTROL_POINT_COUNT, extractor.fapu_distances())
     call = LoopbackCall(parameters, 0.0, os.urandom, rate=RateOptions(profile))
-    pacer, frames, jpeg_bytes = FramePacer(fps), 0, 0
+    pacer, frames, jpeg_bytes, times = FramePacer(fps), 0, 0, list[float]()
     for frame, tracking in track_clip(clip, on_progress):
         now = frame.timestamp
         if tracking is None or pacer.delay_for(now, now) is None:
             continue
         call.send_frame(extractor.update(tracking, now), now)
         frames += 1
+        times.append(now)
         jpeg_bytes += len(cv2.imencode(".jpg", frame.pixels, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1])
     if not frames:
         raise CameraError(f"{clip} shows no face: choose a clip in which one face is clearly visible")
+    if frames > 1:
+        fps = (frames - 1) / (times[-1] - times[0])  # of clips whose frames are uneven in time
     coded = call.sealed_bytes - SEAL_BYTES * call.datagrams
     raw = raw_frame_bytes(*size)
     costs = {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from conf.commands.extract import extract
-from conf.errors import CameraError, FileFormatError
+from conf.errors import CameraError, RecordingError
 from conf.face.formats.dpc import read_dpc
 from tests.support.short_clips import SHORT
 
@@ -25,5 +25,5 @@ def test_a_clip_without_a_face_is_an_error(empty_clip: Path, tmp_path: Path) -> 
 
 
 def test_a_missing_folder_is_an_error(short_clip: Path, tmp_path: Path) -> None:
-    with pytest.raises((FileFormatError, OSError)):
+    with pytest.raises(RecordingError, match=r"motion\.dpc cannot be written \(No such file or directory\): choose"):
         extract(short_clip, tmp_path / "nowhere" / "motion.dpc")

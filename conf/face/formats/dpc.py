@@ -16,6 +16,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.atomic_write import atomic_write
 from conf.errors import FileFormatError
 from conf.face.formats.text import parse_floats, read_lines
 
@@ -62,7 +63,7 @@ def write_dpc(path: Path | str, motion: MotionClip, /) -> None:
         raise ValueError("motion must have at least one frame, and finite displacements")
     if motion.poses is not None and motion.poses.shape != (frames, _POSE_NUMBERS):
         raise ValueError(f"poses must have shape {(frames, _POSE_NUMBERS)}, got {motion.poses.shape}")
-    with Path(path).open("w", encoding="utf-8") as file:
+    with atomic_write(path) as partial, partial.open("w", encoding="utf-8") as file:
         file.writelines(f"{line}\n" for line in _lines(motion, frames, points))
 
 

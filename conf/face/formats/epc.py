@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.atomic_write import atomic_write
 from conf.errors import FileFormatError
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINTS
 from conf.face.fapu import Fapu
@@ -94,7 +95,8 @@ def write_epc(path: Path | str, expressions: ExpressionSet, /, *, comments: Sequ
             f"{dx:.1f} {dy:.1f} {dz:.1f}  # {point.index} {point.name}"
             for point, (dx, dy, dz) in zip(CONTROL_POINTS, frame, strict=True)
         ]
-    Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with atomic_write(path) as partial:
+        partial.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def is_name(name: str, /) -> bool:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.atomic_write import atomic_write
 from conf.errors import FileFormatError
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINTS
 from conf.face.formats.text import parse_floats, read_lines
@@ -43,4 +44,5 @@ def write_ppc(path: Path | str, points: NDArray[np.floating], /) -> None:
     lines = ["# positions of the control points: x y z"]
     for point, (x, y, z) in zip(CONTROL_POINTS, points, strict=True):
         lines.append(f"{x:.6f} {y:.6f} {z:.6f}  # {point.index} {point.feature_point} {point.name}")
-    Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with atomic_write(path) as partial:
+        partial.write_text("\n".join(lines) + "\n", encoding="utf-8")

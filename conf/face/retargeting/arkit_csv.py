@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear, nnls
 
+from conf.atomic_write import atomic_write
 from conf.face.animation.gaze import gaze_angles
 from conf.face.formats.dpc import MotionClip
 from conf.face.head_pose import HeadPose
@@ -85,7 +86,7 @@ def write_blendshape_csv(path: Path | str, motion: MotionClip, /) -> None:
     if motion.units != "fapu":
         raise ValueError(f"motion must be in FAPU units, got {motion.units}")
     rows = np.hstack([solve_arkit_weights(motion.displacements), _rotations(motion)]).tolist()
-    with Path(path).open("w", encoding="utf-8", newline="") as file:
+    with atomic_write(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(HEADER)
         for i, row in enumerate(rows):

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.atomic_write import atomic_write
 from conf.face.animation.gaze import gaze_angles
 from conf.face.control_points import CONTROL_POINTS
 from conf.face.fapu import UNITS_PER_DISTANCE, Fapu
@@ -86,7 +87,7 @@ def write_fap(path: Path | str, motion: FapMotion, /) -> None:
     if len(motion.values) == 0 or motion.values.shape[1] != FAP_COUNT:
         raise ValueError(f"values must have shape (frames, {FAP_COUNT}), got {motion.values.shape}")
     mask = " ".join(str(int(used)) for used in motion.used)
-    with Path(path).open("w", encoding="utf-8") as file:
+    with atomic_write(path) as partial, partial.open("w", encoding="utf-8") as file:
         file.write(f"{VERSION} {NAME} {max(1, round(motion.fps))} {len(motion.values)}\n")
         for i, values in enumerate(motion.values[:, motion.used].tolist()):
             file.write(f"{mask}\n{' '.join(map(str, (i, *values)))}\n")

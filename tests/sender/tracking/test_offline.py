@@ -1,16 +1,17 @@
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from conf.errors import CameraError
-from conf.sender.tracking.offline import track_clip
+from conf.sender.tracking.offline import EVEN_S, MAX_FPS, to_even_rate, track_clip
 from tests.support.short_clips import SHORT
 
 
 def test_every_frame_is_tracked_and_progress_is_reported(short_clip: Path) -> None:
-    done: list[int] = []
-    tracked = list(track_clip(short_clip, done.append))
-    assert done == list(range(1, SHORT + 1))
+    done: list[tuple[int, int]] = []
+    tracked = list(track_clip(short_clip, lambda *counts: done.append(counts)))
+    assert done == [(i, i) for i in range(1, SHORT + 1)]
     assert [frame.timestamp for frame, _ in tracked] == pytest.approx([i / 30 for i in range(SHORT)], abs=0.002)
     assert all(tracking is not None and tracking.landmarks.shape == (478, 3) for _, tracking in tracked)
 
@@ -22,3 +23,30 @@ def test_frames_without_a_face(empty_clip: Path) -> None:
 def test_a_missing_clip_is_reported() -> None:
     with pytest.raises(CameraError, match=r"there is no file nosuch\.avi"):
         list(track_clip(Path("nosuch.avi")))
+
+
+def ramp(times: list[float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Motion that rises by 100 FAPU units a second at every point."""
+    at = np.array(times)
+    return at, np.tile(100 * at[:, None, None], (1, 50, 3)).astype(np.float32), np.tile(at[:, None], (1, 6))
+
+
+@pytest.mark.parametrize("fps", [10.0, 25.0, 29.97, 480.0])
+def test_even_frames_are_kept_as_they_are(fps: float) -> None:
+    times, displacements, poses = ramp([i / fps for i in range(40)])
+    clip = to_even_rate(times + np.tile([0.0, EVEN_S / 3], 20), displacements, poses)
+    assert clip.fps == pytest.approx(fps, rel=0.01) and np.array_equal(clip.displacements, displacements)
+
+
+def test_uneven_frames_are_interpolated_over_the_same_time() -> None:
+    times = [0.0, 0.04, 0.08, 0.30, 0.34, 0.90, 1.00, 2.43]
+    clip = to_even_rate(*ramp(times))
+    assert (len(clip.displacements) - 1) / clip.fps == pytest.approx(2.43, abs=1 / clip.fps)
+    expected = 100 * np.arange(len(clip.displacements)) / clip.fps
+    assert clip.displacements[:-1, 3, 1] == pytest.approx(expected[:-1], abs=0.01)
+    assert clip.poses is not None and clip.poses[:-1, 5] * 100 == pytest.approx(expected[:-1], abs=0.01)
+    assert to_even_rate(*ramp([0.0, 0.001, 0.009, 0.010, 0.5])).fps == MAX_FPS
+
+
+def test_one_frame_is_a_clip() -> None:
+    assert len(to_even_rate(*ramp([0.0])).displacements) == 1
