@@ -98,7 +98,8 @@ def _status_text(status: SenderStatus) -> str:
         return status.note or "calling"
     if link.stopped:
         return "no reply for 10 s: not sending; trying again now and then"
-    parts = ["face" if status.face else "no face: looking for one", f"{link.profile}, {status.wire_kbps:.1f} kbit/s"]
+    parts = [status.note] if status.note not in ("", "connected") else []
+    parts += ["face" if status.face else "no face: looking for one", f"{link.profile}, {status.wire_kbps:.1f} kbit/s"]
     parts.append(f"{status.wire_bytes_per_frame:.0f} B a frame with headers, {status.frames_sent} frames")
     if link.round_trip_ms is not None:
         parts.append(f"round trip {link.round_trip_ms:.0f} ms, loss {link.loss_percent or 0:.1f} %")

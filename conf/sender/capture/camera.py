@@ -44,7 +44,7 @@ class Camera:
             raise CameraError(self._why_not())
         fps = self._capture.get(cv2.CAP_PROP_FPS)
         self.fps = fps if math.isfinite(fps) and 0 < fps <= MAX_FPS else DEFAULT_FPS
-        self.size = (self._first.shape[1], self._first.shape[0])
+        self.size: tuple[int, int] = (self._first.shape[1], self._first.shape[0])
 
     def read(self) -> Frame:
         """Wait for the next frame and return it. After a failure the camera is opened anew at the next call.

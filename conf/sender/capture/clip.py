@@ -59,7 +59,7 @@ class Clip:
             raise CameraError(f"{name} has no frame that can be decoded: it may be damaged or end too early.")
         self.fps = self._decoder.fps
         self.frame_count = self._decoder.frame_count
-        self.size = (self._first.pixels.shape[1], self._first.pixels.shape[0])
+        self.size: tuple[int, int] = (self._first.pixels.shape[1], self._first.pixels.shape[0])
         self._offset = -self._first.timestamp  # what is added to the file's times; grows with each round
         self._last: float | None = None
 
