@@ -1,4 +1,7 @@
+import os
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -6,7 +9,6 @@ import pytest
 from numpy.typing import NDArray
 
 from conf.errors import CameraError
-from conf.sender.capture import camera as module
 from conf.sender.capture.camera import DEFAULT_FPS, Camera, open_camera
 
 WIDTH, HEIGHT = 64, 48
@@ -41,9 +43,14 @@ class FakeCapture:
         self.released = True
 
 
+def opener(capture: FakeCapture) -> Callable[[Any], Any]:
+    """Return a function that opens the fake instead of a cv2.VideoCapture."""
+    return lambda _: capture
+
+
 def camera(capture: FakeCapture) -> Camera:
     ticks = iter(range(1000))
-    return open_camera(3, clock=lambda: float(next(ticks)), opener=lambda _: capture)
+    return open_camera(3, clock=lambda: float(next(ticks)), opener=opener(capture))
 
 
 def test_a_camera_gives_frames_with_the_machines_time() -> None:
@@ -78,7 +85,7 @@ def test_a_busy_camera_is_reported(tmp_path: Path, capture: FakeCapture) -> None
     device = tmp_path / "video0"
     device.write_text("")
     with pytest.raises(CameraError) as caught:
-        open_camera(str(device), opener=lambda _: capture)
+        open_camera(str(device), opener=opener(capture))
     assert str(caught.value) == (
         f"camera {device} gives no image: close the program that is using it, or name another."
     )
@@ -88,9 +95,9 @@ def test_a_busy_camera_is_reported(tmp_path: Path, capture: FakeCapture) -> None
 def test_a_camera_without_permission_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     device = tmp_path / "video0"
     device.write_text("")
-    monkeypatch.setattr(module.os, "access", lambda *_: False)  # root may use anything
+    monkeypatch.setattr(os, "access", lambda *_: False)  # root may use anything
     with pytest.raises(CameraError) as caught:
-        open_camera(str(device), opener=lambda _: FakeCapture(0, opens=False))
+        open_camera(str(device), opener=opener(FakeCapture(0, opens=False)))
     assert str(caught.value) == (
         f"camera {device} may not be used by this account: add it to the group that owns {device} (often `video`)."
     )
@@ -98,12 +105,12 @@ def test_a_camera_without_permission_is_reported(tmp_path: Path, monkeypatch: py
 
 def test_a_network_camera_that_does_not_answer_is_reported() -> None:
     with pytest.raises(CameraError, match=r"camera http://10\.0\.0\.9/ gives no image: check the address"):
-        open_camera("http://10.0.0.9/", opener=lambda _: FakeCapture(0, opens=False))
+        open_camera("http://10.0.0.9/", opener=opener(FakeCapture(0, opens=False)))
 
 
 def test_a_camera_that_comes_back_is_opened_anew() -> None:
     captures = [FakeCapture(2), FakeCapture(0, opens=False), FakeCapture(3)]
-    opened = iter(captures)
+    opened: Iterator[Any] = iter(captures)
     source = open_camera(3, clock=lambda: 1.0, opener=lambda _: next(opened))
     assert [source.read().pixels[0, 0, 0] for _ in range(2)] == [20, 30]
     for _ in range(2):
@@ -115,7 +122,7 @@ def test_a_camera_that_comes_back_is_opened_anew() -> None:
 
 def test_a_camera_that_changes_its_frame_size_keeps_the_first() -> None:
     capture = FakeCapture(3)
-    source = open_camera(3, opener=lambda _: capture)
+    source = open_camera(3, opener=opener(capture))
     source.read()
     capture.read = lambda: (True, np.zeros((2 * HEIGHT, 2 * WIDTH, 3), np.uint8))  # type: ignore[method-assign]
     assert source.read().pixels.shape == (HEIGHT, WIDTH, 3)
@@ -123,4 +130,4 @@ def test_a_camera_that_changes_its_frame_size_keeps_the_first() -> None:
 
 @pytest.mark.parametrize("fps", [0.0, -1.0, float("nan"), 90000.0])
 def test_a_camera_without_a_frame_rate_gets_the_default(fps: float) -> None:
-    assert open_camera(3, opener=lambda _: FakeCapture(1, fps=fps)).fps == DEFAULT_FPS
+    assert open_camera(3, opener=opener(FakeCapture(1, fps=fps))).fps == DEFAULT_FPS
