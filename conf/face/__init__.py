@@ -23,7 +23,7 @@ _SOURCES = {
     "SurfaceGraph": "mesh.surface_graph",
     "build_face": "loading",
     "build_operator": "deformation.rbf",
-    "choose_anchors": "deformation.anchors",
+    "choose_anchors": "deformation.operator_builder",
     "combine_action_units": "animation.action_units",
     "load_face": "loading",
     "load_mesh": "mesh.mesh",
@@ -37,10 +37,10 @@ if TYPE_CHECKING:
     from conf.face.animation.action_units import combine_action_units as combine_action_units
     from conf.face.control_points import CONTROL_POINTS as CONTROL_POINTS
     from conf.face.default_head import DEFAULT_HEAD as DEFAULT_HEAD
-    from conf.face.deformation.anchors import choose_anchors as choose_anchors
     from conf.face.deformation.face_model import DeformerOptions as DeformerOptions
     from conf.face.deformation.face_model import FaceModel as FaceModel
     from conf.face.deformation.kernels import KERNELS as KERNELS
+    from conf.face.deformation.operator_builder import choose_anchors as choose_anchors
     from conf.face.deformation.rbf import build_operator as build_operator
     from conf.face.deformation.regions import split_regions as split_regions
     from conf.face.fapu import Fapu as Fapu

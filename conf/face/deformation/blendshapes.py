@@ -6,7 +6,6 @@ import zipfile
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +15,8 @@ from conf.face.formats.text import check_file
 
 # What zipfile and numpy raise for a damaged archive.
 _READ_ERRORS = (
-    *(EOFError, KeyError, MemoryError, NotImplementedError, OSError, OverflowError, RuntimeError, TypeError),
-    *(ValueError, struct.error, zipfile.BadZipFile, zlib.error),
+    *(AttributeError, EOFError, KeyError, MemoryError, NotImplementedError, OSError, OverflowError, RuntimeError),
+    *(TypeError, ValueError, struct.error, zipfile.BadZipFile, zlib.error),
 )
 
 
@@ -40,22 +39,13 @@ def load_blendshapes(path: Path, vertex_count: int, /) -> Blendshapes:
     """
     check_file(path)
     try:
-        with path.open("rb") as file, warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # numpy warns of damaged headers as old ones
-            names, offsets = _read_arrays(file)
-            offsets = offsets.astype(np.float32)
+        # numpy warns of damaged headers as old ones, and returns bytes for members that are no arrays
+        with path.open("rb") as file, warnings.catch_warnings(action="ignore"), np.load(file) as arrays:
+            offsets = arrays["offsets"].astype(np.float32)
+            names = tuple(arrays["names"].reshape(-1).astype(str).tolist())
     except _READ_ERRORS as error:
         raise FileFormatError(path, None, "expected blendshapes (`names`, `offsets`)") from error
-    if names.ndim != 1 or offsets.shape != (len(names), vertex_count, 3) or not np.isfinite(offsets).all():
+    if offsets.shape != (len(names), vertex_count, 3) or not np.isfinite(offsets).all():
         expected = f"expected finite offsets of {vertex_count} vertices for each name, found shape {offsets.shape}"
         raise FileFormatError(path, None, expected)
-    return Blendshapes(tuple(str(name) for name in names), offsets)
-
-
-def _read_arrays(file: BinaryIO) -> tuple[NDArray[Any], NDArray[Any]]:
-    with zipfile.ZipFile(file) as archive:
-        arrays = []
-        for name in ("names.npy", "offsets.npy"):
-            with archive.open(name) as member:
-                arrays.append(np.lib.format.read_array(member, allow_pickle=False))
-        return arrays[0], arrays[1]
+    return Blendshapes(names, offsets)

@@ -58,7 +58,8 @@ def helpers_on_edges(points: NDArray[np.float64], mesh: LabelledMesh, /) -> Eyel
             ratio = float(upper[1] - lower[1]) / float(lids[0] - lids[1])
             if _GAP_RANGE[0] < ratio < _GAP_RANGE[1]:
                 positions[pair] = [upper, lower]
-                weights[pair] = [_blend_weights(lid, s, ratio) for lid in (_LIDS[side], _LIDS[side + 2])]
+                corners = (1 - ratio) * (1 - s) / 2, (1 - ratio) * (1 + s) / 2
+                weights[pair] = [_weight_row(lid, ratio, *corners) for lid in (_LIDS[side], _LIDS[side + 2])]
     return EyelidHelpers(positions, weights)
 
 
@@ -87,20 +88,14 @@ def _nearby(mesh: LabelledMesh, positions: NDArray[np.float64]) -> LabelledMesh:
     return LabelledMesh(mesh.vertices, mesh.triangles[near], mesh.triangle_labels[near])
 
 
-def _blend_weights(lid: str, s: float, weight: float) -> NDArray[np.float64]:
-    """Return the (n,) weights of a helper point: `weight` for its lid, the rest for the corners, linear in s."""
+def _weight_row(lid: str, middle: float, outer: float, inner: float) -> NDArray[np.float64]:
+    """Return the (n,) weights of a helper point: of its lid's control point and of the two corners of its eye."""
     row = np.zeros(CONTROL_POINT_COUNT)
-    row[CONTROL_POINT_INDEX[lid]] = weight
-    row[CONTROL_POINT_INDEX[f"eye_outer_corner_{lid[-1]}"]] = (1 - weight) * (1 - s) / 2
-    row[CONTROL_POINT_INDEX[f"eye_inner_corner_{lid[-1]}"]] = (1 - weight) * (1 + s) / 2
+    points = (lid, f"eye_outer_corner_{lid[-1]}", f"eye_inner_corner_{lid[-1]}")
+    row[[CONTROL_POINT_INDEX[name] for name in points]] = middle, outer, inner
     return row
 
 
-def _parabola_weights(lid: str, s: float) -> NDArray[np.float64]:
-    row = _blend_weights(lid, s, 1 - s * s)
-    row[CONTROL_POINT_INDEX[f"eye_outer_corner_{lid[-1]}"]] = s * (s - 1) / 2
-    row[CONTROL_POINT_INDEX[f"eye_inner_corner_{lid[-1]}"]] = s * (s + 1) / 2
-    return row
-
-
-PARABOLA_WEIGHTS = np.array([_parabola_weights(lid, s) for lid in _LIDS for s in _ARC_POSITIONS])  # (h, n)
+PARABOLA_WEIGHTS = np.array(  # (h, n)
+    [_weight_row(lid, 1 - s * s, s * (s - 1) / 2, s * (s + 1) / 2) for lid in _LIDS for s in _ARC_POSITIONS]
+)

@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from conf.face.control_points import PUPILS
-from conf.face.deformation.anchors import choose_anchors
 from conf.face.deformation.blendshapes import Blendshapes
 from conf.face.deformation.eyelid_helpers import append_helpers, fold_helpers, helpers_on_parabola
 from conf.face.deformation.face_model import DeformerOptions, FaceModel
@@ -24,6 +24,9 @@ from conf.face.head_pose import ES0_CM
 from conf.face.mesh.mesh import Mesh
 from conf.face.mesh.surface_graph import SurfaceGraph
 from conf.face.similarity import IDENTITY, SimilarityTransform
+
+_MIN_ANCHOR_DISTANCE = 0.55  # of a chosen anchor from every control point and anchor, in eye distances
+_MAX_ANCHORS = 32
 
 
 class OperatorBuilder:
@@ -110,3 +113,28 @@ class OperatorBuilder:
         if self._rig is not None and self._rig.jaw is not None:
             return subtract_jaw_motion(self._rig.jaw, self._points, displacements, offsets)
         return displacements, offsets
+
+
+def choose_anchors(
+    vertices: NDArray[np.float64],
+    points: NDArray[np.float64],
+    /,
+    *,
+    eye_distance: float,
+    initial: NDArray[np.float64] | None = None,
+) -> NDArray[np.float64]:
+    """Pick anchors, which stay still whatever the control points do: vertices far from these, farthest first.
+
+    vertices : (V, 3), points : (n, 3), initial : (k, 3) given anchors, all in one length unit
+    Returns at most 32 anchors, the initial ones first; none on a mask that ends where the control points end.
+    """
+    chosen = [] if initial is None else list(initial)
+    distance = np.asarray(KDTree(points).query(vertices)[0])
+    outside = distance > _MIN_ANCHOR_DISTANCE * eye_distance
+    candidates, distance = vertices[outside], distance[outside]
+    for anchor in chosen:
+        distance = np.minimum(distance, np.linalg.norm(candidates - anchor, axis=1))
+    while len(chosen) < _MAX_ANCHORS and len(candidates) and distance.max() > _MIN_ANCHOR_DISTANCE * eye_distance:
+        chosen.append(candidates[distance.argmax()])
+        distance = np.minimum(distance, np.linalg.norm(candidates - chosen[-1], axis=1))
+    return np.array(chosen).reshape(-1, 3)

@@ -22,10 +22,8 @@ _MOUTH_REACH, _EYE_REACH = 1.0, 0.6
 _FADE_FRACTION = 0.3  # of the reach, over which the separation ends
 _CONTACT_DISTANCE = 0.02  # eye distances: nearer lips touch
 _INNER_UPPER, _INNER_LOWER = control_point_indices("inner_lip_upper"), control_point_indices("inner_lip_lower")
-_OUTER_UPPER, _OUTER_LOWER = (
-    control_point_indices("outer_lip_upper", "cupids_bow"),
-    control_point_indices("outer_lip_lower"),
-)
+_OUTER_UPPER = control_point_indices("outer_lip_upper", "cupids_bow")
+_OUTER_LOWER = control_point_indices("outer_lip_lower")
 _SKIN_TOLERANCE = 0.05  # eye distances by which the skin may be farther than the nearest vertex
 
 

@@ -5,9 +5,10 @@ from conf.face.default_head import DEFAULT_HEAD, default_joints, default_points
 from conf.face.deformation.blendshapes import load_blendshapes
 from conf.face.deformation.face_model import DeformerOptions
 from conf.face.deformation.kernels import KERNELS
-from conf.face.deformation.operator_builder import OperatorBuilder
+from conf.face.deformation.operator_builder import OperatorBuilder, choose_anchors
 from conf.face.deformation.rig_builder import build_rig
 from conf.face.mesh.mesh import load_mesh
+from tests.support.sheet_face import SheetFace
 
 
 @pytest.fixture(scope="module")
@@ -48,3 +49,28 @@ def test_a_singular_system_is_regularised(builder: OperatorBuilder) -> None:
 def test_an_unknown_kernel_raises(builder: OperatorBuilder) -> None:
     with pytest.raises(ValueError, match=r"kernel must be one of gaussian, multiquadric, .*, got 'cubic'"):
         builder.build(DeformerOptions("cubic"))
+
+
+def test_anchors_are_vertices_far_from_the_control_points(face: SheetFace) -> None:
+    anchors = choose_anchors(face.mesh.vertices, face.points, eye_distance=6.4)
+    assert 5 < len(anchors) <= 32
+    assert all((anchor == face.mesh.vertices).all(axis=1).any() for anchor in anchors)
+    to_points = np.linalg.norm(anchors[:, None] - face.points, axis=-1)
+    assert to_points.min() > 0.55 * 6.4
+
+
+def test_initial_anchors_come_first_and_others_keep_their_distance(face: SheetFace) -> None:
+    initial = np.array([[11.0, 12.0, 0.0], [-11.0, 12.0, 0.0]])
+    anchors = choose_anchors(face.mesh.vertices, face.points, eye_distance=6.4, initial=initial)
+    assert anchors[:2].tolist() == initial.tolist()
+    assert np.linalg.norm(anchors[2:, None] - initial, axis=-1).min() > 0.55 * 6.4
+
+
+def test_a_mask_that_ends_with_its_points_has_no_anchors(face: SheetFace) -> None:
+    assert choose_anchors(face.points, face.points, eye_distance=6.4).shape == (0, 3)
+
+
+def test_anchors_do_not_depend_on_the_unit(face: SheetFace) -> None:
+    cm = choose_anchors(face.mesh.vertices, face.points, eye_distance=6.4)
+    mm = choose_anchors(face.mesh.vertices * 8, face.points * 8, eye_distance=51.2)
+    assert (mm / 8 == cm).all()

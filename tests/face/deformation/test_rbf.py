@@ -16,19 +16,19 @@ kernels = pytest.mark.parametrize("kernel", KERNELS.values(), ids=KERNELS)
 MULTIQUADRIC = KERNELS["multiquadric"]
 
 
-@kernels
+@pytest.mark.parametrize("name", KERNELS)
 @pytest.mark.parametrize("degree", [None, 1])
 @pytest.mark.parametrize("smoothing", [0.0, 0.05])
 def test_the_operator_agrees_with_scipys_interpolator(
-    face: SheetFace, kernel: Kernel, degree: int | None, smoothing: float
+    face: SheetFace, name: str, degree: int | None, smoothing: float
 ) -> None:
     vertices = face.mesh.vertices[::7]
     displacements = np.random.default_rng(3).normal(size=face.points.shape)
-    kernel = kernel if degree is None else replace(kernel, degree=degree)
+    kernel = KERNELS[name] if degree is None else replace(KERNELS[name], degree=degree)
     oracle = RBFInterpolator(
         face.points,
         displacements,
-        kernel=cast(Any, kernel.scipy_name),
+        kernel=cast(Any, "thin_plate_spline" if name == "thin-plate" else name.replace("-", "_")),
         epsilon=kernel.epsilon,
         degree=kernel.degree,
         smoothing=smoothing,
