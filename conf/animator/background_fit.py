@@ -6,7 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,51 +26,9 @@ class FitResult:
     remarks: tuple[str, ...] = ()
 
 
-class FitFunction(Protocol):
-    """Finds the face in a mesh file."""
-
-    def __call__(self, path: Path, axes: Axes, on_progress: Callable[[str], None], /) -> FitResult:
-        """Return its control points. axes : the file's up and front axes, None to try all. Raises ConfError."""
-
-
-class BackgroundFit:
-    """Runs one fit at a time. function : None if fitting is not available."""
-
-    def __init__(self, function: FitFunction | None) -> None:
-        self._function = function
-        self._worker: LatestTaskWorker[tuple[Path, FitResult]] = LatestTaskWorker()
-        self._progress = ""
-
-    @property
-    def available(self) -> bool:
-        """Whether a fit can be started."""
-        return self._function is not None
-
-    @property
-    def progress(self) -> str | None:
-        """Description of the current step, None if no fit is running."""
-        return self._progress if self._worker.busy else None
-
-    def start(self, path: Path, axes: Axes) -> None:
-        """Start to fit a mesh file. Raises ValueError if fitting is not available."""
-        function = self._function
-        if function is None:
-            raise ValueError("function must be given")
-        self._progress = "looking for the face"
-        self._worker.submit(lambda: (path, function(path, axes, self._on_progress)))
-
-    def poll(self) -> tuple[Path, FitResult] | None:
-        """Return the file and the result of a fit that has ended, once. Raises what the fit raised."""
-        return self._worker.poll()
-
-    def close(self) -> None:
-        """Wait for the running fit."""
-        self._worker.close()
-
-    def _on_progress(self, text: str) -> None:
-        self._progress = text
-
-
+# Returns the control points of a mesh file. It gets the file, its up and front axes, None to try all, and a function
+# that shows the current step; it raises ConfError.
+FitFunction = Callable[[Path, Axes, Callable[[str], None]], FitResult]
 NICENESS = 5  # of nice: about a third of a fully loaded core
 Result = TypeVar("Result")
 
@@ -115,3 +73,34 @@ def _lower_priority() -> None:
     """Give drawing priority. Only Linux has a niceness for each thread."""
     if sys.platform == "linux":
         os.nice(NICENESS)
+
+
+class BackgroundFit(LatestTaskWorker[tuple[Path, FitResult]]):
+    """Fits one mesh file at a time; `poll` returns the file and its result."""
+
+    def __init__(self, function: FitFunction | None) -> None:
+        """function : None if fitting is not available"""
+        super().__init__()
+        self._function = function
+        self._progress = ""
+
+    @property
+    def available(self) -> bool:
+        """Whether a fit can be started."""
+        return self._function is not None
+
+    @property
+    def progress(self) -> str | None:
+        """Description of the current step, None if no fit is running."""
+        return self._progress if self.busy else None
+
+    def start(self, path: Path, axes: Axes) -> None:
+        """Start to fit a mesh file. Raises ValueError if fitting is not available."""
+        function = self._function
+        if function is None:
+            raise ValueError("function must be given")
+        self._progress = "looking for the face"
+        self.submit(lambda: (path, function(path, axes, self._on_progress)))
+
+    def _on_progress(self, text: str) -> None:
+        self._progress = text

@@ -45,7 +45,6 @@ from conf.output.media_writer import next_free_path
 from conf.output.motion_recorder import MotionRecorder
 
 MESH_SUFFIXES = (".obj", ".ply", ".glb", ".stl")
-EXPORT_SEED = 2007  # of the idle motion of an exported expression, so that the same export writes the same file
 REST = MotionSample(np.zeros((CONTROL_POINT_COUNT, 3), np.float32), REST_POSE)
 
 
@@ -133,7 +132,7 @@ class Controller:
     def play_clip(self, name: str, clip: MotionClip, now: float) -> None:
         """Make a clip the recording and play it in a loop."""
         self.player = MotionPlayer(name, clip)
-        self.player.clock.start(now)
+        self.player.start(now)
 
     def play_expression(self, name: str, now: float) -> None:
         """Start an expression; radial basis functions deform the face from now on."""
@@ -272,8 +271,7 @@ class Controller:
         if source not in self.expressions.names:
             raise ConfError("choose what to export: the current view, the recording or an emotion")
         state = self.state.expression
-        idle = IdleMotion(np.random.default_rng(EXPORT_SEED)) if state.idle else None
-        clip = make_expression_clip(self.expressions[source], state.envelope, fps=fps, idle=idle)
+        clip = make_expression_clip([self.expressions[source]], state.envelope, fps=fps, idle=state.idle)
         return clip, peak_time(state.envelope)
 
     def _end_export(self, notice: str) -> None:

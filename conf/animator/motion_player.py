@@ -1,6 +1,7 @@
 """Motion clips of the animator: reading, sampling, conversion for export, and the player of one clip."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -61,58 +62,57 @@ def recentre(clip: MotionClip, /) -> MotionClip:
     return replace(clip, poses=poses)
 
 
-class MotionPlayer:
-    """A clip and its playback clock."""
+class MotionPlayer(PlaybackClock):
+    """The playback clock of a clip."""
 
     def __init__(self, name: str, clip: MotionClip, *, loop: bool = True) -> None:
+        super().__init__(duration_of(clip), loop=loop)
         self.name = name
         self.clip = clip
-        self.clock = PlaybackClock(duration_of(clip), loop=loop)
 
     def toggle(self, now: float) -> None:
         """Pause or resume."""
-        if self.clock.is_playing(now):
-            self.clock.pause(now)
+        if self.is_playing(now):
+            self.pause(now)
         else:
-            self.clock.resume(now)
-
-    def step(self, frames: int, now: float) -> None:
-        """Pause this number of frames later, or earlier if negative."""
-        self.clock.step(frames, self.clip.fps, now)
+            self.resume(now)
 
     def frame(self, now: float) -> int:
         """Return the index of the current frame."""
-        return int(self.clock.position(now) * self.clip.fps + 1e-6)
+        return int(self.position(now) * self.clip.fps + 1e-6)
 
     def at(self, now: float) -> MotionSample:
         """Return the motion at a time in seconds."""
-        return sample_clip(self.clip, self.clock.position(now))
+        return sample_clip(self.clip, self.position(now))
 
 
+IDLE_SEED = 2007  # of the idle motion of a clip, so that the same export writes the same file
 LEAD_SECONDS = 0.3  # neutral face before an expression starts and after it has ended
 MIN_ASPECT = 0.8  # width over height of an image in which the head at rest fits
 
 
 def make_expression_clip(
-    displacements: NDArray[np.float32], envelope: Envelope, /, *, fps: float, idle: IdleMotion | None = None
+    expressions: Iterable[NDArray[np.float32]], envelope: Envelope, /, *, fps: float, idle: bool
 ) -> MotionClip:
-    """Return a clip of an expression, (n, 3) FAPU units, that starts and ends with the neutral face.
+    """Return a clip of expressions, each (n, 3) FAPU units, that starts and ends with the neutral face.
 
-    idle : motion added to it
+    idle : whether idle motion is added, the same in every clip
     Raises ValueError if the envelope never ends.
     """
     if not math.isfinite(envelope.duration):
         raise ValueError("envelope must end")
-    expression = TimedExpression(displacements, LEAD_SECONDS, envelope)
+    idle_motion = IdleMotion(np.random.default_rng(IDLE_SEED))
+    times = np.arange(max(2, math.ceil((envelope.duration + 2 * LEAD_SECONDS) * fps) + 1)) / fps
     frames, poses = [], []
-    for i in range(max(2, math.ceil((envelope.duration + 2 * LEAD_SECONDS) * fps) + 1)):
-        now = i / fps
-        frame, pose = expression.at(now), REST_POSE.to_vector()
-        if idle is not None:
-            idle_sample = idle.at(now)
-            frame, pose = add_motions(frame, idle_sample.displacements), pose + idle_sample.pose
-        frames.append(frame)
-        poses.append(pose)
+    for displacements in expressions:
+        expression = TimedExpression(displacements, LEAD_SECONDS, envelope)
+        for now in times.tolist():
+            frame, pose = expression.at(now), REST_POSE.to_vector()
+            if idle:
+                idle_pose = idle_motion.at(now)
+                frame, pose = add_motions(frame, idle_pose.displacements), pose + idle_pose.pose
+            frames.append(frame)
+            poses.append(pose)
     return MotionClip(fps, "fapu", np.array(frames, np.float32), np.array(poses))
 
 

@@ -78,8 +78,8 @@ class ViewportController:
                 case KeyStateChanged(key="left_ctrl" | "right_ctrl", pressed=pressed):
                     self._ctrl = pressed
                 case KeyStateChanged(key="left_arrow" | "right_arrow" as key, pressed=True) if not is_typing():
-                    if self._controller.player is not None:
-                        self._controller.player.step(1 if key == "right_arrow" else -1, now)
+                    if player := self._controller.player:
+                        player.step(1 if key == "right_arrow" else -1, player.clip.fps, now)
                 case KeyPressed(key=key) if not is_typing():
                     commands |= self._process_key(key, now)
                 case MouseMoved(x=x, y=y):

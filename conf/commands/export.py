@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 HELP = "write a recording or an emotion as an image, clip or other format"
 EMOTION_FPS = 30.0
-SEED = 2007  # of the idle motion of an emotion; fixed, so that the same command writes the same file
 
 
 @dataclass(frozen=True)
@@ -106,11 +105,8 @@ def export_file(request: ExportRequest, on_progress: Callable[[float], None] = l
 
 def _load_motion(request: ExportRequest, face: FaceModel, fps: float | None) -> tuple[MotionClip, float]:
     """Return the motion, and the time in seconds that a single image shows."""
-    import numpy as np
-
     from conf.animator.motion_player import load_motion_clip, make_expression_clip, peak_time
     from conf.face.animation.action_units import load_expression
-    from conf.face.animation.idle_motion import IdleMotion
     from conf.face.animation.timed_expression import Envelope
 
     if request.dpc is not None:
@@ -118,8 +114,5 @@ def _load_motion(request: ExportRequest, face: FaceModel, fps: float | None) -> 
     if request.emotion is None:
         raise ConfError("nothing to export: give --dpc FILE or --emotion NAME")
     expressions = load_expression(request.emotion).in_fapu(face.fapu).displacements
-    envelope, idle = Envelope(), IdleMotion(np.random.default_rng(SEED))
-    clips = [make_expression_clip(frame, envelope, fps=fps or EMOTION_FPS, idle=idle) for frame in expressions]
-    displacements = np.concatenate([clip.displacements for clip in clips])
-    poses = np.concatenate([clip.poses for clip in clips if clip.poses is not None])
-    return replace(clips[0], displacements=displacements, poses=poses), peak_time(envelope)
+    clip = make_expression_clip(expressions, Envelope(), fps=fps or EMOTION_FPS, idle=True)
+    return clip, peak_time(Envelope())

@@ -34,7 +34,7 @@ def test_a_recording_is_opened_and_played(controller: Controller, tmp_path: Path
     values[:, 0, 1] = -300
     write_dpc(tmp_path / "a.dpc", MotionClip(10.0, "fapu", values))
     controller.open_file(tmp_path / "a.dpc", NOW)
-    assert controller.player is not None and controller.player.clock.is_playing(NOW)
+    assert controller.player is not None and controller.player.is_playing(NOW)
     assert controller.notice == "opened a.dpc"
     vertices, sample = controller.deform(NOW)
     assert sample.displacements[0, 1] == -300 and (vertices != controller.face.model.neutral).any()
@@ -101,7 +101,7 @@ def test_recorded_motion_becomes_the_recording(controller: Controller) -> None:
         controller.deform(i / 20)
     controller.toggle_recorder(1.0)
     assert controller.recorder is None and controller.player is not None
-    assert controller.player.clock.duration == pytest.approx(0.45, abs=0.04)
+    assert controller.player.duration == pytest.approx(0.45, abs=0.04)
 
 
 def test_muscles_and_expressions_deform_the_face(controller: Controller) -> None:

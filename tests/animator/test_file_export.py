@@ -25,7 +25,7 @@ from conf.render.window.offscreen import OffscreenWindow
 
 @pytest.fixture(scope="module")
 def clip() -> MotionClip:
-    return make_expression_clip(load_emotions()["surprise"], Envelope(0.2, 0.2, 0.2), fps=15.0)
+    return make_expression_clip([load_emotions()["surprise"]], Envelope(0.2, 0.2, 0.2), fps=15.0, idle=False)
 
 
 @pytest.fixture

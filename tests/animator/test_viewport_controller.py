@@ -80,7 +80,7 @@ def test_space_and_arrows_work_the_player_or_repeat_the_expression(viewport: Vie
     controller.play_clip("a", MotionClip(10.0, "fapu", np.zeros((21, 50, 3), np.float32)), NOW)
     assert controller.player is not None
     viewport.send(KeyPressed("space"))
-    assert not controller.player.clock.is_playing(NOW)
+    assert not controller.player.is_playing(NOW)
     viewport.send(KeyStateChanged("right_arrow", True), KeyStateChanged("right_arrow", False))
     assert controller.player.frame(NOW) == 1
 

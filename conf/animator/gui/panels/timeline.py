@@ -36,34 +36,34 @@ def draw_timeline(controller: Controller, now: float, scale: float) -> None:
 
 
 def _draw_seek_bar(player: MotionPlayer, now: float) -> None:
-    position, duration = player.clock.position(now), player.clock.duration
+    position, duration = player.position(now), player.duration
     imgui.set_next_item_width(-1)
     text = f"%.2f s of {duration:.2f} s    frame {player.frame(now) + 1} of {len(player.clip.displacements)}"
     flags = imgui.SliderFlags_.always_clamp
     changed, position = imgui.slider_float("##seek", position, 0.0, max(duration, 1e-3), text, flags)
     if changed:
-        player.clock.seek(position, now)
+        player.seek(position, now)
 
 
 def _draw_buttons(controller: Controller, player: MotionPlayer, now: float, scale: float) -> None:
     button, step_button = imgui.ImVec2(BUTTON_PX * scale, 0), imgui.ImVec2(STEP_BUTTON_PX * scale, 0)
-    if imgui.button("Pause" if player.clock.is_playing(now) else "Play", button):
+    if imgui.button("Pause" if player.is_playing(now) else "Play", button):
         player.toggle(now)
     imgui.same_line()
     if imgui.button("Stop", button):
-        player.clock.stop(now)
+        player.stop(now)
     for text, frames in (("<", -1), (">", 1)):
         imgui.same_line()
         if imgui.button(text, step_button):
-            player.step(frames, now)
+            player.step(frames, player.clip.fps, now)
     imgui.same_line()
     imgui.set_next_item_width(SPEED_PX * scale)
     flags = imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.always_clamp
-    changed, speed = imgui.slider_float("##speed", player.clock.speed, *SPEEDS, "speed %.2fx", flags)
+    changed, speed = imgui.slider_float("##speed", player.speed, *SPEEDS, "speed %.2fx", flags)
     if changed:
-        player.clock.set_speed(1.0 if abs(speed - 1) < SPEED_SNAP else speed, now)
+        player.set_speed(1.0 if abs(speed - 1) < SPEED_SNAP else speed, now)
     imgui.same_line()
-    player.clock.loop = imgui.checkbox("loop", player.clock.loop)[1]
+    player.loop = imgui.checkbox("loop", player.loop)[1]
     imgui.same_line()
     _draw_record_button(controller, now)
     imgui.same_line()

@@ -18,9 +18,9 @@ def test_buttons_and_seek_bar_work_the_player(open_panel: Callable[..., PanelDri
     player = panel.controller.player
     assert player is not None
     panel.press("Pause")
-    assert not player.clock.is_playing(NOW)
+    assert not player.is_playing(NOW)
     panel.press("##seek")
-    assert player.clock.position(NOW) == pytest.approx(1.0, abs=0.05)
+    assert player.position(NOW) == pytest.approx(1.0, abs=0.05)
     frame = player.frame(NOW)
     panel.press("<")
     assert player.frame(NOW) in (frame, frame - 1), "the start of the frame or the one before"
@@ -28,10 +28,10 @@ def test_buttons_and_seek_bar_work_the_player(open_panel: Callable[..., PanelDri
     panel.press(">")
     assert player.frame(NOW) == frame + 1
     panel.press("loop")
-    assert not player.clock.loop
+    assert not player.loop
     panel.press("Play")
-    assert player.clock.is_playing(NOW)
+    assert player.is_playing(NOW)
     panel.press("Stop")
-    assert not player.clock.is_playing(NOW) and player.clock.position(NOW) == 0
+    assert not player.is_playing(NOW) and player.position(NOW) == 0
     panel.press("Close")
     assert panel.controller.player is None
