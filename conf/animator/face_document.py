@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.errors import ConfError
+from conf.errors import ConfError, report_write_errors
 from conf.face.default_head import DEFAULT_HEAD, default_joints
 from conf.face.deformation.blendshapes import Blendshapes, load_blendshapes
 from conf.face.deformation.operator_builder import OperatorBuilder
@@ -122,7 +122,5 @@ def save_points(path: Path, document: FaceDocument, /) -> None:
     """
     if document.points is None:
         raise ConfError("the control points are not placed yet: place all of them, then press OK")
-    try:
+    with report_write_errors(path):
         write_ppc(path, document.to_file_coordinates(document.points))
-    except OSError as error:
-        raise ConfError(f"{path} cannot be written ({error.strerror}); choose another file or folder") from error

@@ -14,7 +14,7 @@ from conf.animator.face_view import FaceView
 from conf.animator.motion_mixer import with_eye_contact
 from conf.animator.motion_player import MotionSample, fit_to_aspect, resample, sample_clip
 from conf.animator.state.editor import ViewSettings
-from conf.errors import ConfError
+from conf.errors import ConfError, report_write_errors
 from conf.face.deformation.face_model import FaceModel
 from conf.face.formats.dpc import MotionClip, write_dpc
 from conf.face.formats.ppc import write_ppc
@@ -106,7 +106,7 @@ def export(
         if suffix in VIDEO_FORMATS:
             yield from _write_clip(face, fit_to_aspect(clip, options.size), options, ctx)
         else:
-            with _os_errors(options.output):
+            with report_write_errors(options.output):
                 MOTIONS[suffix](face, clip, options.output)
     yield 1.0
 
@@ -128,7 +128,7 @@ def export_still(
     if suffix not in STILLS:
         kind = "clips" if suffix in VIDEO_FORMATS else "motion files"
         raise ConfError(f"{kind} need a motion: choose a recording or an emotion as the source")
-    with _os_errors(options.output):
+    with report_write_errors(options.output):
         if suffix == ".obj":
             write_obj(options.output, face.mesh, face.to_file_coordinates(vertices))
         elif suffix == ".ppc":
@@ -176,11 +176,3 @@ def _offscreen_renderer(
 def _sample(clip: MotionClip, position: float, view: ViewSettings) -> MotionSample:
     sample = sample_clip(clip, position)
     return with_eye_contact(sample, view.camera) if view.eye_contact else sample
-
-
-@contextmanager
-def _os_errors(output: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise ConfError(f"{output} cannot be written ({error.strerror}); choose another file") from error

@@ -14,16 +14,8 @@ from conf.animator.picking import nearest_point
 from conf.animator.state.point_placement import PointPlacement
 from conf.render.camera import clip_matrix
 from conf.render.ui.imgui_input import is_typing
-from conf.render.window.input_events import (
-    Dragged,
-    Event,
-    KeyPressed,
-    KeyStateChanged,
-    MouseButton,
-    MouseMoved,
-    Scrolled,
-    apply_camera_event,
-)
+from conf.render.window import input_events
+from conf.render.window.input_events import Event, KeyStateChanged
 
 PICK_RADIUS_PX = 9.0  # pixels at scale 1 within which a press grabs a point
 CLICK_TOLERANCE_PX = 5.0  # pixels at scale 1: a press that moves no farther is a click
@@ -70,7 +62,9 @@ class ViewportController:
         self._mouse = (0.0, 0.0)
         self.point_positions_px: NDArray[np.float64] = np.full((50, 2), np.nan)
 
-    def process_events(self, events: list[Event], layout: Layout, scale: float, now: float) -> set[WindowCommand]:
+    def process_events(
+        self, events: list[input_events.Event], layout: Layout, scale: float, now: float
+    ) -> set[WindowCommand]:
         """Handle the events of one frame. Returns what is left for the window."""
         commands: set[WindowCommand] = set()
         for event in events:
@@ -80,18 +74,18 @@ class ViewportController:
                 case KeyStateChanged(key="left_arrow" | "right_arrow" as key, pressed=True) if not is_typing():
                     if player := self._controller.player:
                         player.step(1 if key == "right_arrow" else -1, player.clip.fps, now)
-                case KeyPressed(key=key) if not is_typing():
+                case input_events.KeyPressed(key=key) if not is_typing():
                     commands |= self._process_key(key, now)
-                case MouseMoved(x=x, y=y):
+                case input_events.MouseMoved(x=x, y=y):
                     self._mouse = (x, y)
                     self._drag_point(layout, scale)
-                case MouseButton(button=0, pressed=True, x=x, y=y):
+                case input_events.MouseButton(button=0, pressed=True, x=x, y=y):
                     self._press(x, y, layout, scale)
-                case MouseButton(button=0, pressed=False):
+                case input_events.MouseButton(button=0, pressed=False):
                     self._release(layout)
-                case Dragged() if self._grabbed is None and (self._pressed_at or event.mode == "pan"):
+                case input_events.Dragged() if self._grabbed is None and (self._pressed_at or event.mode == "pan"):
                     self._move_camera(event)
-                case Scrolled() if layout.face.contains(*self._mouse) and not _popup_open():
+                case input_events.Scrolled() if layout.face.contains(*self._mouse) and not _popup_open():
                     self._move_camera(event)
                 case _:
                     pass
@@ -99,7 +93,7 @@ class ViewportController:
 
     def _move_camera(self, event: Event) -> None:
         state = self._controller.state
-        camera = apply_camera_event(state.view.camera, event)
+        camera = input_events.apply_camera_event(state.view.camera, event)
         self._controller.state = replace(state, view=replace(state.view, camera=camera))
 
     def _process_key(self, key: str, now: float) -> set[WindowCommand]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.errors import ConfError
+from conf.errors import ConfError, report_write_errors
 from conf.face.control_points import CONTROL_POINT_LANDMARKS, PUPILS
 from conf.face.fitting.face_prior import load_prior
 from conf.face.fitting.point_fitting import FittedPoints, fit_control_points
@@ -58,10 +58,8 @@ def fit(
     Raises FileFormatError if the file is no mesh, ConfError if no face is found in it, GraphicsError, ModelError.
     """
     fitted, axes, remarks = find_points(face, (up, front), on_progress)
-    try:
+    with report_write_errors(output, advice="name another file with -o"):
         write_ppc(output, fitted.points)
-    except OSError as error:
-        raise ConfError(f"{output} cannot be written ({error.strerror}): name another file with -o") from error
     left, right = fitted.points[PUPILS]
     return FitReport(
         str(face), str(output), *axes, float(np.linalg.norm(left - right)),

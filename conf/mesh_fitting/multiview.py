@@ -81,14 +81,12 @@ def camera_pose(view: tuple[float, float], /, *, height: float, centre: tuple[fl
 
 def triangulate(views: Sequence[LandmarkView]) -> NDArray[np.float64]:
     """Return the points (m, 3) nearest to all lines of sight, in the mesh's coordinates."""
-    planes = np.concatenate([_sight_planes(view) for view in views], axis=1)  # (m, planes, 4)
+    pairs = []  # of each view (m, 2, 4): the two homogeneous planes that intersect in each point's line of sight
+    for view in views:
+        x, y, _, w = view.clip
+        pairs.append(np.stack([x - view.positions[:, :1] * w, y - view.positions[:, 1:] * w], axis=1))
+    planes = np.concatenate(pairs, axis=1)  # (m, planes, 4)
     planes = planes / np.linalg.norm(planes[..., :3], axis=2, keepdims=True)
     normal, offset = planes[..., :3], planes[..., 3]
     system = np.einsum("npi,npj->nij", normal, normal)
     return np.asarray(np.linalg.solve(system, -np.einsum("npi,np->ni", normal, offset)[..., None])[..., 0])
-
-
-def _sight_planes(view: LandmarkView) -> NDArray[np.float64]:
-    """Return (m, 2, 4): the two homogeneous planes whose intersection is the line of sight of each point."""
-    x, y, _, w = view.clip
-    return np.stack([x - view.positions[:, :1] * w, y - view.positions[:, 1:] * w], axis=1)

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.errors import RecordingError
+from conf.errors import RecordingError, report_write_errors
 
 JPEG_OPTIONS = [cv2.IMWRITE_JPEG_QUALITY, 93]
 IMAGE_FORMATS: dict[str, list[int]] = {".jpg": JPEG_OPTIONS, ".jpeg": JPEG_OPTIONS, ".png": []}
@@ -38,11 +38,9 @@ def save_image(path: Path, pixels: NDArray[np.uint8]) -> Path:
     is_encoded, data = cv2.imencode(path.suffix, pixels, options)
     if not is_encoded:
         raise RecordingError(f"{path}: this image cannot be encoded; choose another size or format")
-    try:
+    with report_write_errors(path, RecordingError):
         partial.write_bytes(data.tobytes())
         partial.replace(path)
-    except OSError as error:
-        raise _cannot_write(path, error) from error
     return path
 
 
@@ -61,10 +59,8 @@ class VideoWriter:
         self._writer: cv2.VideoWriter | None = None
         self._size = (0, 0)
         self._began: float | None = None
-        try:
+        with report_write_errors(path, RecordingError):
             self._partial.touch()
-        except OSError as error:
-            raise _cannot_write(path, error) from error
 
     def write(self, pixels: NDArray[np.uint8]) -> None:
         """Add a frame, (H, W, 3) uint8 BGR; one of another size, after the window was resized, is scaled.
@@ -74,7 +70,13 @@ class VideoWriter:
         if self.frames % DISK_CHECK_INTERVAL == 0 and shutil.disk_usage(self.path.parent).free < MIN_FREE_BYTES:
             raise RecordingError(f"{self.path}: the disk is full; free some space or choose another folder")
         if self._writer is None:
-            self._writer = self._open((pixels.shape[1], pixels.shape[0]))
+            self._size = (pixels.shape[1], pixels.shape[0])
+            letters, backend = self._format
+            fourcc = cv2.VideoWriter.fourcc(*letters)
+            writer = cv2.VideoWriter(str(self._partial), backend, fourcc, self._fps, self._size)
+            if not writer.isOpened():
+                raise RecordingError(f"{self.path}: the clip cannot be opened for writing; choose another file or size")
+            self._writer = writer
         if (pixels.shape[1], pixels.shape[0]) != self._size:
             pixels = np.asarray(cv2.resize(pixels, self._size, interpolation=cv2.INTER_AREA), np.uint8)
         self._writer.write(pixels)
@@ -99,10 +101,8 @@ class VideoWriter:
             return None
         self._writer.release()
         self._writer = None
-        try:
+        with report_write_errors(self.path, RecordingError):
             self._partial.replace(self.path)
-        except OSError as error:
-            raise _cannot_write(self.path, error) from error
         return self.path
 
     def __enter__(self) -> Self:
@@ -110,15 +110,6 @@ class VideoWriter:
 
     def __exit__(self, *error: object) -> None:
         self.close()
-
-    def _open(self, size: tuple[int, int]) -> cv2.VideoWriter:
-        self._size = size
-        letters, backend = self._format
-        fourcc = cv2.VideoWriter.fourcc(*letters)
-        writer = cv2.VideoWriter(str(self._partial), backend, fourcc, self._fps, size)
-        if not writer.isOpened():
-            raise RecordingError(f"{self.path}: the clip cannot be opened for writing; choose another file or size")
-        return writer
 
 
 def _format_of(path: Path, formats: dict[str, Format]) -> Format:
@@ -130,7 +121,3 @@ def _format_of(path: Path, formats: dict[str, Format]) -> Format:
 
 def _partial(path: Path) -> Path:
     return path.with_name(f"{path.stem}.partial{path.suffix}")
-
-
-def _cannot_write(path: Path, error: OSError) -> RecordingError:
-    return RecordingError(f"{path} cannot be written ({error.strerror}); choose another file or folder")

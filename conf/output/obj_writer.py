@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.errors import ConfError
+from conf.errors import ConfError, report_write_errors
 from conf.face.mesh.mesh import Mesh
 from conf.render.materials import group_triangles, material_of
 
@@ -25,7 +25,7 @@ def write_obj(path: Path, mesh: Mesh, vertices: NDArray[np.floating], /) -> None
 
     Raises ConfError if a file cannot be written.
     """
-    try:
+    with report_write_errors(path):
         texture = _write_texture(path, mesh.texture) if _has_uvs(mesh) and mesh.texture else None
         if texture is not None:
             path.with_suffix(".mtl").write_text(MATERIALS.format(texture=texture.name), encoding="utf-8")
@@ -33,8 +33,6 @@ def write_obj(path: Path, mesh: Mesh, vertices: NDArray[np.floating], /) -> None
             if texture is not None:
                 file.write(f"mtllib {path.with_suffix('.mtl').name}\n")
             file.writelines(f"{line}\n" for line in _lines(mesh, vertices, has_texture=texture is not None))
-    except OSError as error:
-        raise ConfError(f"{path} cannot be written ({error.strerror}); choose another file or folder") from error
 
 
 def _write_texture(path: Path, texture: Path) -> Path:
@@ -65,14 +63,9 @@ def _lines(mesh: Mesh, vertices: NDArray[np.floating], *, has_texture: bool) -> 
         yield f"g {name}"
         if has_texture:
             yield f"usemtl {BLENDED_MATERIAL if material_of(name).blended else OPAQUE_MATERIAL}"
-        yield from _faces(mesh, triangles, has_uvs=has_uvs)
-
-
-def _faces(mesh: Mesh, triangles: NDArray[np.integer], *, has_uvs: bool) -> Iterator[str]:
-    corners = mesh.triangles[triangles] + 1
-    if not has_uvs:
-        yield from (f"f {a} {b} {c}" for a, b, c in corners.tolist())
-        return
-    uvs = mesh.render_triangles[triangles] + 1
-    for face, face_uvs in zip(corners.tolist(), uvs.tolist(), strict=True):
-        yield "f " + " ".join(f"{v}/{t}" for v, t in zip(face, face_uvs, strict=True))
+        corners = mesh.triangles[triangles] + 1
+        if has_uvs:
+            pairs = np.stack([corners, mesh.render_triangles[triangles] + 1], axis=2).tolist()
+            yield from ("f " + " ".join(f"{v}/{t}" for v, t in face) for face in pairs)
+        else:
+            yield from (f"f {a} {b} {c}" for a, b, c in corners.tolist())

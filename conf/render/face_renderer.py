@@ -49,7 +49,8 @@ class FaceRenderer(GpuObject):
         self._targets: dict[tuple[tuple[int, int], str], RenderTarget] = {}
         self._atlas = load_texture(ctx, mesh)
         self._vertices = ctx.buffer(reserve=len(mesh.render_vertices) * 24)
-        uvs = ctx.buffer(texture_coordinates(mesh).tobytes())
+        count = len(mesh.render_vertices)
+        uvs = ctx.buffer((mesh.uvs if len(mesh.uvs) == count else np.zeros((count, 2))).astype("f4").tobytes())
         self._parts = [
             MeshPart(ctx, group, mesh.render_triangles[triangles], (self._vertices, uvs), lighting)
             for group, triangles in ordered_groups(mesh)
@@ -174,13 +175,6 @@ def ordered_groups(mesh: Mesh) -> list[tuple[str, NDArray[np.int64]]]:
     return sorted(
         group_triangles(mesh), key=lambda group: (material_of(group[0]).blended, material_of(group[0]) is not SKIN)
     )
-
-
-def texture_coordinates(mesh: Mesh) -> NDArray[np.float32]:
-    """Return (R, 2) float32; zeros for a mesh without texture coordinates."""
-    if len(mesh.uvs) == len(mesh.render_vertices):
-        return np.ascontiguousarray(mesh.uvs, dtype=np.float32)
-    return np.zeros((len(mesh.render_vertices), 2), np.float32)
 
 
 def load_texture(ctx: moderngl.Context, mesh: Mesh) -> moderngl.Texture:

@@ -99,5 +99,5 @@ def test_errors_name_the_file_that_cannot_be_read_or_written(tmp_path: Path, can
     path = tmp_path / "mask.obj"
     lines = [f"v {x} {y} {z}" for x, y, z in canonical.vertices]
     path.write_text("\n".join([*lines, *(f"f {a + 1} {b + 1} {c + 1}" for a, b, c in canonical.triangles)]))
-    with pytest.raises(ConfError, match=r"cannot be written .*: name another file with -o"):
+    with pytest.raises(ConfError, match=r"cannot be written .*; name another file with -o"):
         fit(path, tmp_path / "no" / "folder.ppc")

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from imgui_bundle import imgui
+from imgui_bundle import imgui, imgui_ctx
 
 from conf.animator.picking import Rect
 from conf.render.ui.imgui_overlay import ACCENT, MUTED, TEXT
@@ -84,8 +84,5 @@ def column(name: str, rect: Rect, flags: int = 0) -> Iterator[None]:
     """Open an ImGui window that fills a rectangle."""
     imgui.set_next_window_pos(imgui.ImVec2(rect.x, rect.y))
     imgui.set_next_window_size(imgui.ImVec2(rect.width, rect.height))
-    imgui.begin(name, None, COLUMN_FLAGS | flags)
-    try:
+    with imgui_ctx.begin(name, None, COLUMN_FLAGS | flags):
         yield
-    finally:
-        imgui.end()

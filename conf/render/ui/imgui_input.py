@@ -4,15 +4,7 @@ from collections.abc import Iterable
 
 from imgui_bundle import imgui
 
-from conf.render.window.input_events import (
-    Event,
-    FilesDropped,
-    KeyStateChanged,
-    MouseButton,
-    MouseMoved,
-    Scrolled,
-    TextInput,
-)
+from conf.render.window import input_events
 
 MODIFIERS = {"ctrl": imgui.Key.mod_ctrl, "shift": imgui.Key.mod_shift, "alt": imgui.Key.mod_alt}
 
@@ -23,21 +15,21 @@ class ImGuiInput:
     def __init__(self) -> None:
         self._ctrl = False
 
-    def process_events(self, events: Iterable[Event]) -> None:
+    def process_events(self, events: Iterable[input_events.Event]) -> None:
         """Forward the events since ImGui's last frame."""
         io = imgui.get_io()
         for event in events:
             match event:
-                case MouseMoved(x=x, y=y):
+                case input_events.MouseMoved(x=x, y=y):
                     io.add_mouse_pos_event(x, y)
-                case MouseButton(button=button, pressed=pressed, x=x, y=y) if button < 3:
+                case input_events.MouseButton(button=button, pressed=pressed, x=x, y=y) if button < 3:
                     io.add_mouse_pos_event(x, y)
                     io.add_mouse_button_event(button, pressed)
-                case Scrolled(steps=steps):
+                case input_events.Scrolled(steps=steps):
                     io.add_mouse_wheel_event(0.0, steps)
-                case KeyStateChanged(key=key, pressed=pressed):
+                case input_events.KeyStateChanged(key=key, pressed=pressed):
                     self._set_key(io, key, pressed)
-                case TextInput(text=text):
+                case input_events.TextInput(text=text):
                     io.add_input_characters_utf8(text)
                 case _:
                     pass
@@ -59,6 +51,6 @@ def is_typing() -> bool:
     return bool(imgui.get_io().want_text_input)
 
 
-def dropped_files(events: Iterable[Event]) -> list[str]:
+def dropped_files(events: Iterable[input_events.Event]) -> list[str]:
     """Return the paths of files dropped onto the window."""
-    return [path for event in events if isinstance(event, FilesDropped) for path in event.paths]
+    return [path for event in events if isinstance(event, input_events.FilesDropped) for path in event.paths]

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from importlib.resources import as_file, files
 
 import moderngl
-from imgui_bundle import imgui, implot
+from imgui_bundle import imgui, imgui_ctx, implot
 
 from conf.render.gpu_object import GpuObject
 from conf.render.ui.imgui_renderer import ImGuiRenderer
@@ -118,11 +118,8 @@ def panel(
     padding = imgui.get_style().window_padding
     imgui.set_next_window_pos(imgui.ImVec2(*anchor_px), imgui.Cond_.always, imgui.ImVec2(*pivot))
     imgui.set_next_window_size(imgui.ImVec2(size[0] + 2 * padding.x, size[1] + 2 * padding.y))
-    imgui.begin(name, None, PANEL_FLAGS)
-    try:
+    with imgui_ctx.begin(name, None, PANEL_FLAGS):
         yield
-    finally:
-        imgui.end()
 
 
 def lines_height(count: int) -> float:

@@ -9,19 +9,7 @@ import moderngl
 
 from conf.errors import GraphicsError
 from conf.render.gpu_object import GpuObject
-from conf.render.window import BLACK, Colour, Window
-from conf.render.window.input_events import (
-    EDITING_KEYS,
-    Dragged,
-    Event,
-    FilesDropped,
-    KeyPressed,
-    KeyStateChanged,
-    MouseButton,
-    MouseMoved,
-    Scrolled,
-    TextInput,
-)
+from conf.render.window import BLACK, Colour, Window, input_events
 
 NO_DISPLAY = (
     "no window can be opened: there is no display (DISPLAY is {display}); "
@@ -58,7 +46,7 @@ def _editing_key_code(name: str) -> int:
     return int(getattr(glfw, f"KEY_{name.upper()}"))
 
 
-EDITING_KEY_CODES = {_editing_key_code(name): name for name in EDITING_KEYS}
+EDITING_KEY_CODES = {_editing_key_code(name): name for name in input_events.EDITING_KEYS}
 
 
 class _GlfwContextLoader(GpuObject):
@@ -90,16 +78,16 @@ class GlfwWindow(Window):
         self.ctx = moderngl.create_context(require=330, **loader)
         self.framebuffer = self.ctx.screen
         self.size = self._framebuffer_size()  # larger than the window's size in points on a HiDPI display
-        self._events: list[Event] = []
+        self._events: list[input_events.Event] = []
         self._cursor = glfw.get_cursor_pos(self._window)
         self._before_full_screen: tuple[int, int, int, int] | None = None
         glfw.set_key_callback(self._window, self._on_key)
         glfw.set_char_callback(self._window, lambda _, codepoint: self._events.append(TextInput(chr(codepoint))))
         glfw.set_cursor_pos_callback(self._window, self._on_cursor)
         glfw.set_mouse_button_callback(self._window, self._on_button)
-        glfw.set_scroll_callback(self._window, lambda _, _dx, dy: self._events.append(Scrolled(dy)))
+        glfw.set_scroll_callback(self._window, lambda _, _dx, dy: self._events.append(input_events.Scrolled(dy)))
         set_drop_callback: Callable[..., Any] = glfw.set_drop_callback  # its type stub has other arguments
-        set_drop_callback(self._window, lambda _, paths: self._events.append(FilesDropped(tuple(paths))))
+        set_drop_callback(self._window, lambda _, paths: self._events.append(input_events.FilesDropped(tuple(paths))))
 
     @property
     def pixel_ratio(self) -> float:
@@ -113,7 +101,7 @@ class GlfwWindow(Window):
     def should_close(self, value: bool) -> None:
         glfw.set_window_should_close(self._window, value)
 
-    def poll(self) -> list[Event]:
+    def poll(self) -> list[input_events.Event]:
         glfw.poll_events()
         events, self._events = self._events, []
         return events
@@ -151,23 +139,23 @@ class GlfwWindow(Window):
 
     def _on_key(self, _window: object, key: int, scancode: int, action: int, _modifiers: int) -> None:
         if key in EDITING_KEY_CODES and action != glfw.REPEAT:
-            self._events.append(KeyStateChanged(EDITING_KEY_CODES[key], action == glfw.PRESS))
+            self._events.append(input_events.KeyStateChanged(EDITING_KEY_CODES[key], action == glfw.PRESS))
         if action != glfw.PRESS:
             return
         name = KEY_NAMES.get(key) or (glfw.get_key_name(key, scancode) or "").lower()
         if name:
-            self._events.append(KeyPressed(name))
+            self._events.append(input_events.KeyPressed(name))
         if self.close_on_escape and name in CLOSE_KEYS:
             self.should_close = True
 
     def _on_cursor(self, _window: object, x: float, y: float) -> None:
         dx, dy = x - self._cursor[0], y - self._cursor[1]
         self._cursor = (x, y)
-        self._events.append(MouseMoved(*self._to_pixels(x, y)))
+        self._events.append(input_events.MouseMoved(*self._to_pixels(x, y)))
         mode = self._drag_mode()
         if mode:
             height = max(1, glfw.get_window_size(self._window)[1])
-            self._events.append(Dragged(mode, dx / height, -dy / height))
+            self._events.append(input_events.Dragged(mode, dx / height, -dy / height))
 
     def _drag_mode(self) -> str | None:
         def is_held(button: int) -> bool:
@@ -180,7 +168,7 @@ class GlfwWindow(Window):
 
     def _on_button(self, _window: object, button: int, action: int, _modifiers: int) -> None:
         position = self._to_pixels(*glfw.get_cursor_pos(self._window))
-        self._events.append(MouseButton(button, action == glfw.PRESS, *position))
+        self._events.append(input_events.MouseButton(button, action == glfw.PRESS, *position))
 
     def _to_pixels(self, x: float, y: float) -> tuple[float, float]:
         """Convert a position in the window from points to framebuffer pixels."""
