@@ -101,10 +101,10 @@ def measure(
 def plot(stages: list[StageCost], path: Path) -> None:
     """Write a bar chart of the stages, with a logarithmic scale. Raises RecordingError, GraphicsError."""
     from conf.output.media_writer import save_image
-    from conf.render.ui.charts import Bar, bar_chart
+    from conf.render.ui.charts import bar_chart
 
     bars = [
-        Bar(stage.name, stage.bytes_per_frame, f"{stage.bytes_per_frame:,.0f} B, {stage.kbps:,.1f} kbit/s")
+        (stage.name, stage.bytes_per_frame, f"{stage.bytes_per_frame:,.0f} B, {stage.kbps:,.1f} kbit/s")
         for stage in stages
     ]
     save_image(path, bar_chart("bytes a frame", bars))

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_LANDMARKS
+from conf.render.gpu_object import GpuObject
 from conf.render.window.glfw_window import GlfwWindow
 from conf.render.window.input_events import KeyPressed
 from conf.sender.capture.frame import Frame
@@ -17,7 +18,7 @@ DOT = (90, 230, 90)  # BGR
 NEUTRAL_KEY = "n"
 
 
-class Preview:
+class Preview(GpuObject):
     """A window with the frame and the fifty points on it. The key N calls on_neutral."""
 
     def __init__(self, size: tuple[int, int], *, on_neutral: Callable[[], None]) -> None:
@@ -27,6 +28,7 @@ class Preview:
         glfw.swap_interval(0)  # drawing must not delay the motion until the next vertical blank
         self._texture = self._window.ctx.texture(size, 4)
         self._source = self._window.ctx.framebuffer(self._texture)
+        self._owned = (self._source, self._texture, self._window)
 
     def show(self, frame: Frame, tracking: TrackedFace | None) -> None:
         """Draw a frame, unless the window has been closed."""
@@ -39,11 +41,6 @@ class Preview:
         self._window.end()
         if any(isinstance(event, KeyPressed) and event.key == NEUTRAL_KEY for event in events):
             self._on_neutral()
-
-    def close(self) -> None:
-        """Close the window."""
-        for resource in (self._source, self._texture, self._window):
-            resource.release()
 
 
 def with_points(pixels: NDArray[np.uint8], tracking: TrackedFace | None) -> NDArray[np.uint8]:

@@ -6,7 +6,7 @@ import argparse
 import os
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,11 +17,8 @@ from conf.errors import ConfError
 
 if TYPE_CHECKING:
     from conf.protocol.portrait.object_sender import ObjectSender
-    from conf.sender.capture.frame import Frame
-    from conf.sender.motion.extractor import MotionExtractor
     from conf.sender.motion_source import MotionSource
     from conf.sender.pipeline import SenderStatus
-    from conf.sender.tracking.tracker import TrackedFace
 
 HELP = "track a face and send its motion"
 PROFILES_HELP = "live: 15 frames a second; narrow: for 2,400 bit/s; rich: 30; auto: live, and less when the link asks"
@@ -156,23 +153,10 @@ def _open_source(options: SendOptions, object_sender: ObjectSender | None) -> It
         scheduler = PortraitScheduler(canonical, object_sender) if object_sender else None
         if options.calibrate:
             extractor.set_neutral_now()
-        with _preview(options, source.size, extractor) as on_frame:
-            yield TrackedMotionSource(
-                source, FaceTracker(models), extractor, portrait_scheduler=scheduler, on_frame=on_frame
-            )
+        tracker, on_frame = FaceTracker(models), None
+        with ExitStack() as stack:
+            if options.preview:
+                from conf.commands.preview import Preview
 
-
-@contextmanager
-def _preview(
-    options: SendOptions, size: tuple[int, int], extractor: MotionExtractor
-) -> Iterator[Callable[[Frame, TrackedFace | None], None] | None]:
-    if not options.preview:
-        yield None
-        return
-    from conf.commands.preview import Preview
-
-    preview = Preview(size, on_neutral=extractor.set_neutral_now)
-    try:
-        yield preview.show
-    finally:
-        preview.close()
+                on_frame = stack.enter_context(Preview(source.size, on_neutral=extractor.set_neutral_now)).show
+            yield TrackedMotionSource(source, tracker, extractor, portrait_scheduler=scheduler, on_frame=on_frame)

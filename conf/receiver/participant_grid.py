@@ -91,7 +91,6 @@ class ParticipantGrid(GpuObject):
         return dict(zip(frames, cells, strict=False))
 
     def release(self) -> None:
-        """Free everything on the graphics card."""
         for owned in (self._renderer, *self._portraits.values()):
             owned.release()
 

@@ -108,7 +108,6 @@ class FaceRenderer(GpuObject):
             self._vertex_colours.set_colours(colours)
 
     def release(self) -> None:
-        """Free everything on the graphics card."""
         self._release_targets()
         super().release()
 

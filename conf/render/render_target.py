@@ -18,8 +18,7 @@ SOLID_COLOURS = {"white": (255, 255, 255), "black": (0, 0, 0), "green": (0, 177,
 VIGNETTE = 0.38  # how much darker the corners are
 # The first pass copies the image and writes depth 0 at edges, the second smooths where the depth is 0. A software
 # renderer pays nothing for a pixel that fails the depth test, but always pays for both sides of a branch.
-PASSES = ("compose", "antialias")
-DEPTH_FUNCS = ("1", ">")  # always; where the first pass wrote a smaller depth
+PASSES = {"compose": "1", "antialias": ">"}  # shader -> depth test: always; where a smaller depth was written
 DEPTH_BIAS = 0.0035  # of the depth range, 4 mm: a point at most this far below the surface counts as visible
 
 
@@ -80,7 +79,7 @@ class RenderTarget(GpuObject):
         framebuffer.use()
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         self._image.use(0)
-        for triangle, depth_func in zip(self._passes, DEPTH_FUNCS, strict=True):
+        for triangle, depth_func in zip(self._passes, PASSES.values(), strict=True):
             self._ctx.depth_func = depth_func
             triangle.render(moderngl.TRIANGLES, vertices=3)
         self._ctx.depth_func = "<"

@@ -26,7 +26,7 @@ def test_an_expression_file_adds_its_expressions(controller: Controller, tmp_pat
     assert set(controller.expressions.names) == {*load_emotions().names, "bliss"}
     controller.play_expression("bliss", NOW)
     assert controller.state.expression.active(NOW) == "bliss"
-    assert controller.state.expression.running[0].timed.displacements == pytest.approx(JOY, abs=1e-2)
+    assert controller.state.expression.running[0].displacements == pytest.approx(JOY, abs=1e-2)
 
 
 def test_a_recording_is_opened_and_played(controller: Controller, tmp_path: Path) -> None:

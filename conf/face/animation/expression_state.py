@@ -13,14 +13,6 @@ from conf.face.control_points import CONTROL_POINT_COUNT
 
 
 @dataclass(frozen=True)
-class RunningExpression:
-    """An expression that has started and not finished."""
-
-    name: str
-    timed: TimedExpression
-
-
-@dataclass(frozen=True)
 class ExpressionState:
     """Immutable expression state.
 
@@ -33,28 +25,28 @@ class ExpressionState:
 
     envelope: Envelope = field(default_factory=Envelope)
     hold_until_released: bool = False
-    running: tuple[RunningExpression, ...] = ()
+    running: tuple[TimedExpression, ...] = ()
     units: Mapping[int, float] = field(default_factory=dict)
     idle: bool = True
 
     def play(self, name: str, displacements: NDArray[np.float32], now: float) -> "ExpressionState":
         """Start an expression, (n, 3) FAPU units; running ones fade out."""
         envelope = replace(self.envelope, hold=math.inf) if self.hold_until_released else self.envelope
-        started = RunningExpression(name, TimedExpression(displacements, now, envelope))
+        started = TimedExpression(displacements, now, envelope, name=name)
         return replace(self, running=(*self.release(now).running, started))
 
     def release(self, now: float) -> "ExpressionState":
         """Start the release phase of every running expression."""
-        return replace(self, running=tuple(replace(e, timed=e.timed.released(now)) for e in self.running))
+        return replace(self, running=tuple(e.released(now) for e in self.running))
 
     def without_finished(self, now: float) -> "ExpressionState":
         """Remove finished expressions."""
-        running = tuple(e for e in self.running if not e.timed.is_finished(now))
+        running = tuple(e for e in self.running if not e.is_finished(now))
         return self if len(running) == len(self.running) else replace(self, running=running)
 
     def active(self, now: float) -> str | None:
         """Return the name of the newest expression that is not in its release phase."""
-        return next((e.name for e in reversed(self.running) if e.timed.released_at > now), None)
+        return next((e.name for e in reversed(self.running) if e.released_at > now), None)
 
     def set_unit(self, unit: int, intensity: float) -> "ExpressionState":
         """Set the intensity of an action unit, 0 to 1."""
@@ -65,5 +57,5 @@ class ExpressionState:
         """Return the summed (n, 3) displacements, FAPU units, of action units and expressions, without idle motion."""
         total = combine_action_units(self.units) if self.units else np.zeros((CONTROL_POINT_COUNT, 3), np.float32)
         for expression in self.running:
-            total += expression.timed.at(now)
+            total += expression.at(now)
         return total

@@ -70,6 +70,7 @@ class TimedExpression:
     start: float
     envelope: Envelope = Envelope()
     released_at: float = math.inf
+    name: str = ""
 
     def at(self, now: float, /) -> NDArray[np.float32]:
         """Return the (n, 3) float32 displacements, FAPU units, at a time in seconds."""

@@ -202,7 +202,6 @@ class _PhotoScene(GpuObject):
         self._mouth.draw()
 
     def release(self) -> None:
-        """Release the GPU objects."""
         for _, layer in self._patches.values():
             layer.release()
         super().release()

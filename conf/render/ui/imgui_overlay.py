@@ -88,7 +88,6 @@ class ImGuiOverlay(GpuObject):
         return self._renderer.show_texture(texture)
 
     def release(self) -> None:
-        """Free the contexts and their GPU objects."""
         self._renderer.release()
         implot.destroy_context(self._implot)
         imgui.destroy_context(self._imgui)

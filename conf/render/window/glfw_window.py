@@ -10,6 +10,7 @@ import moderngl
 from conf.errors import GraphicsError
 from conf.render.gpu_object import GpuObject
 from conf.render.window import BLACK, Colour, Window, input_events
+from conf.render.window.input_events import TextInput
 
 NO_DISPLAY = (
     "no window can be opened: there is no display (DISPLAY is {display}); "
@@ -107,7 +108,6 @@ class GlfwWindow(Window):
         return events
 
     def begin(self, colour: Colour = BLACK) -> None:
-        """Start a frame: make the context current, follow the window's size, bind and clear the framebuffer."""
         glfw.make_context_current(self._window)
         self.size = self._framebuffer_size()
         self.framebuffer.viewport = (0, 0, *self.size)
@@ -128,7 +128,6 @@ class GlfwWindow(Window):
             self._before_full_screen = None
 
     def release(self) -> None:
-        """Close the window; it must not be used afterwards."""
         self.ctx.release()
         glfw.destroy_window(self._window)
         glfw.terminate()

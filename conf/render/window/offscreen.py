@@ -36,6 +36,5 @@ class OffscreenWindow(Window):
         self._owned = (self.framebuffer, colour, depth, self.ctx)
 
     def begin(self, colour: Colour = BLACK) -> None:
-        """Start a frame: make this window's context current, bind its framebuffer and clear it."""
         self.ctx.__enter__()  # type: ignore[no-untyped-call]
         super().begin(colour)

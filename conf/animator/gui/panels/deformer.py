@@ -26,7 +26,6 @@ LAMBDA_LIMITS = (0.0, 10.0)
 
 
 def draw_deformer(controller: Controller, _now: float) -> None:
-    """Draw the panel."""
     deformer, muscles = controller.state.deformer, controller.state.muscles
     heading("deformation by")
     if imgui.radio_button("radial basis functions", not muscles.active):
@@ -76,7 +75,6 @@ def _draw_operator(controller: Controller) -> None:
 
 
 def draw_muscles(controller: Controller, _now: float) -> None:
-    """Draw the panel."""
     muscles = controller.state.muscles
     heading("Waters' muscles")
     if controller.face.document.points is None:

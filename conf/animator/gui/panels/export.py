@@ -25,7 +25,6 @@ FORMATS = {
 
 
 def draw_export(controller: Controller, _now: float) -> None:
-    """Draw the panel."""
     fields = controller.state.fields
     heading("export")
     recording = [RECORDING] if controller.player else []

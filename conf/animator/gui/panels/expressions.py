@@ -15,7 +15,6 @@ MAX_INTENSITY = 1.5
 
 
 def draw_expressions(controller: Controller, now: float) -> None:
-    """Draw the panel."""
     expression = controller.state.expression
     heading("emotions")
     pressed = buttons(controller.expressions.names, 3, expression.active(now))

@@ -15,7 +15,6 @@ MAX_WARNINGS = 3
 
 
 def draw_face(controller: Controller, now: float) -> None:
-    """Draw the panel."""
     if controller.state.placement is not None:
         _draw_placement(controller, controller.state.placement)
         return

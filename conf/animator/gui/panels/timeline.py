@@ -19,7 +19,6 @@ SPEED_SNAP = 0.04  # a speed nearer than this to 1 becomes 1
 
 
 def draw_timeline(controller: Controller, now: float, scale: float) -> None:
-    """Draw the panel."""
     if controller.player is not None:
         _draw_seek_bar(controller.player, now)
         _draw_buttons(controller, controller.player, now, scale)

@@ -19,7 +19,6 @@ YAWS = {"front": 0.0, "half left": math.pi / 5, "half right": -math.pi / 5, "lef
 
 
 def draw_view(controller: Controller, _now: float) -> None:
-    """Draw the panel."""
     view, camera = controller.state.view, controller.state.view.camera
     heading("style")
     style = buttons(STYLES, 3, view.style) or view.style
