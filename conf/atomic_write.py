@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from conf.errors import RecordingError
+from conf.errors import ConfError, RecordingError
 
 
 @contextmanager
@@ -31,16 +31,20 @@ def atomic_write(path: Path | str, /) -> Iterator[Path]:
 def check_writable(path: Path, /) -> None:
     """Check, before long work, that a file can be written. Raises RecordingError."""
     partial = partial_path(path)
-    try:
+    with report_write_errors(path, RecordingError):
         partial.touch()
         partial.unlink()
+
+
+@contextmanager
+def report_write_errors(
+    path: object, error_type: type[ConfError] = ConfError, *, advice: str = "choose another file or folder"
+) -> Iterator[None]:
+    """Raise an OSError inside the block, which writes `path`, as a ConfError with the advice."""
+    try:
+        yield
     except OSError as error:
-        raise cannot_write(path, error) from error
-
-
-def cannot_write(path: Path, error: OSError, /) -> RecordingError:
-    """Return the error for a file that cannot be written."""
-    return RecordingError(f"{path} cannot be written ({error.strerror or error}): choose another file or folder")
+        raise error_type(f"{path} cannot be written ({error.strerror}); {advice}") from error
 
 
 def partial_path(path: Path, /) -> Path:

@@ -1,8 +1,5 @@
 """Every error that a user or a peer can cause. The messages say what to do about it."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 
 class ConfError(Exception):
     """An error of the user or the machine; the command line prints its message, one sentence that says what to do."""
@@ -41,14 +38,3 @@ class FileFormatError(ConfError):
 
 class ProtocolError(Exception):
     """An error of the peer: a datagram that breaks WIRE.md. Raised in decoding, caught in one place, counted."""
-
-
-@contextmanager
-def report_write_errors(
-    path: object, error_type: type[ConfError] = ConfError, *, advice: str = "choose another file or folder"
-) -> Iterator[None]:
-    """Raise an OSError inside the block, which writes `path`, as a ConfError with the advice."""
-    try:
-        yield
-    except OSError as error:
-        raise error_type(f"{path} cannot be written ({error.strerror}); {advice}") from error

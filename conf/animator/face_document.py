@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.errors import ConfError, report_write_errors
+from conf.atomic_write import report_write_errors
+from conf.errors import ConfError
 from conf.face.default_head import DEFAULT_HEAD, default_joints
 from conf.face.deformation.blendshapes import Blendshapes, load_blendshapes
 from conf.face.deformation.operator_builder import OperatorBuilder

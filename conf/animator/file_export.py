@@ -14,7 +14,8 @@ from conf.animator.face_view import FaceView
 from conf.animator.motion_mixer import with_eye_contact
 from conf.animator.motion_player import MotionSample, fit_to_aspect, resample, sample_clip
 from conf.animator.state.editor import ViewSettings
-from conf.errors import ConfError, report_write_errors
+from conf.atomic_write import report_write_errors
+from conf.errors import ConfError
 from conf.face.deformation.face_model import FaceModel
 from conf.face.formats.dpc import MotionClip, write_dpc
 from conf.face.formats.ppc import write_ppc

@@ -5,9 +5,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from conf.atomic_write import cannot_write, check_writable
+from conf.atomic_write import check_writable, report_write_errors
 from conf.commands import Terminal
 from conf.commands.arguments import add_json
+from conf.errors import RecordingError
 
 HELP = "write the motion of a clip as a DPC file"
 
@@ -46,8 +47,6 @@ def extract(clip: Path, output: Path, on_progress: Callable[[int, int], None] | 
 
     check_writable(output)
     extracted = extract_motion(clip, on_progress)
-    try:
+    with report_write_errors(output, RecordingError):
         write_dpc(output, extracted.motion)
-    except OSError as error:
-        raise cannot_write(output, error) from error
     return ExtractionResult(extracted.frames, extracted.frames_tracked, extracted.motion.fps, str(output))

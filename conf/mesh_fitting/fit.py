@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.errors import ConfError, report_write_errors
+from conf.atomic_write import report_write_errors
+from conf.errors import ConfError
 from conf.face.control_points import CONTROL_POINT_LANDMARKS, PUPILS
 from conf.face.fitting.face_prior import load_prior
 from conf.face.fitting.point_fitting import FittedPoints, fit_control_points

@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.errors import RecordingError, report_write_errors
+from conf.atomic_write import atomic_write, partial_path, report_write_errors
+from conf.errors import RecordingError
 
 JPEG_OPTIONS = [cv2.IMWRITE_JPEG_QUALITY, 93]
 IMAGE_FORMATS: dict[str, list[int]] = {".jpg": JPEG_OPTIONS, ".jpeg": JPEG_OPTIONS, ".png": []}
@@ -34,13 +35,11 @@ def save_image(path: Path, pixels: NDArray[np.uint8]) -> Path:
     Raises RecordingError.
     """
     options = _format_of(path, IMAGE_FORMATS)
-    partial = _partial(path)
     is_encoded, data = cv2.imencode(path.suffix, pixels, options)
     if not is_encoded:
         raise RecordingError(f"{path}: this image cannot be encoded; choose another size or format")
-    with report_write_errors(path, RecordingError):
+    with report_write_errors(path, RecordingError), atomic_write(path) as partial:
         partial.write_bytes(data.tobytes())
-        partial.replace(path)
     return path
 
 
@@ -55,7 +54,7 @@ class VideoWriter:
         self.frames = 0
         self._fps = fps
         self._format = _format_of(path, VIDEO_FORMATS)
-        self._partial = _partial(path)
+        self._partial = partial_path(path)
         self._writer: cv2.VideoWriter | None = None
         self._size = (0, 0)
         self._began: float | None = None
@@ -117,7 +116,3 @@ def _format_of(path: Path, formats: dict[str, Format]) -> Format:
     if found is None:
         raise RecordingError(f"{path}: the name must end in {' or '.join(formats)}")
     return found
-
-
-def _partial(path: Path) -> Path:
-    return path.with_name(f"{path.stem}.partial{path.suffix}")

@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.errors import ConfError, report_write_errors
+from conf.atomic_write import report_write_errors
+from conf.errors import ConfError
 from conf.face.mesh.mesh import Mesh
 from conf.render.materials import group_triangles, material_of
 

@@ -25,5 +25,5 @@ def test_a_clip_without_a_face_is_an_error(empty_clip: Path, tmp_path: Path) -> 
 
 
 def test_a_missing_folder_is_an_error(short_clip: Path, tmp_path: Path) -> None:
-    with pytest.raises(RecordingError, match=r"motion\.dpc cannot be written \(No such file or directory\): choose"):
+    with pytest.raises(RecordingError, match=r"motion\.dpc cannot be written \(No such file or directory\); choose"):
         extract(short_clip, tmp_path / "nowhere" / "motion.dpc")
