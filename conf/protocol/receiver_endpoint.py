@@ -63,10 +63,6 @@ class ReceiverEndpoint:
                     self._calls += 1
                     self.streams[session] = ReceiveLeg(receiver_id=self._calls)
                 case SessionEnded(session=session):
-                    self._on_ended(session, now)
+                    totals = replace(self.streams.pop(session).snapshot(now), wire_kbps=0.0, fps=0.0)
+                    self._ended_totals = [merge_snapshots([*self._ended_totals, totals])]
             self._events.append(event)
-
-    def _on_ended(self, session: int, now: float) -> None:
-        if leg := self.streams.pop(session, None):
-            totals = replace(leg.snapshot(now), wire_kbps=0.0, fps=0.0)
-            self._ended_totals = [merge_snapshots([*self._ended_totals, totals])]

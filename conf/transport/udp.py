@@ -11,7 +11,6 @@ import struct
 import sys
 import time
 from collections.abc import Sequence
-from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 from conf.errors import NetworkError
@@ -97,9 +96,7 @@ class UdpSocket:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         for handle in self._sockets.values():
             handle.close()
 

@@ -1,4 +1,4 @@
-"""Every byte of a recorded call, read a second time by hand from WIRE.md: nothing of conf.protocol reads here."""
+"""Every byte of a recorded call, decoded by an independent implementation of WIRE.md without conf.protocol."""
 
 import hashlib
 import hmac
@@ -14,6 +14,7 @@ from spake2 import SPAKE2_A
 
 from conf.protocol.address import Address
 from tests.protocol.independent_decoder import PayloadReader
+from tests.protocol.session.test_golden import hkdf_expand
 from tests.support.simulated_calls import SimulatedSender, World
 from tests.support.simulated_sessions import CODE, RECEIVER
 
@@ -24,7 +25,7 @@ Capture = list[tuple[float, Address, Address, bytes]]
 
 @pytest.fixture(scope="module")
 def call() -> tuple[World, SimulatedSender]:
-    """Make a call of ten seconds, some of it lost, with a goodbye."""
+    """Make a call of ten seconds, some of it with losses, ended by a Bye."""
     world = World(seed="capture")
     sender = world.call()
     world.run(4)
@@ -43,15 +44,6 @@ def capture(call: tuple[World, SimulatedSender]) -> Capture:
     return call[0].traffic
 
 
-def expand(key: bytes, info: bytes, size: int) -> bytes:
-    """RFC 5869, 2.3."""
-    block, result = b"", b""
-    while len(result) < size:
-        block = hmac.digest(key, block + info + bytes([len(result) // 32 + 1]), "sha256")
-        result += block
-    return result[:size]
-
-
 def handshakes(capture: Capture) -> dict[int, bytes]:
     """Check each handshake datagram; return the last one of each kind."""
     found = {}
@@ -66,21 +58,21 @@ def handshakes(capture: Capture) -> dict[int, bytes]:
     return found
 
 
-def secrets(hands: dict[int, bytes], random_bytes: Callable[[int], bytes]) -> tuple[int, bytes, bytes]:
-    """Return session and the secrets of both directions, given the sender's randomness."""
+def secrets(handshake: dict[int, bytes], random_bytes: Callable[[int], bytes]) -> tuple[int, bytes, bytes]:
+    """Return session and the secrets of both directions, given the sender's random bytes."""
     attempt = random_bytes(8)
-    half = SPAKE2_A(CODE.encode(), idA=b"conf sender", idB=b"conf receiver", entropy_f=random_bytes)
-    share = half.start()[1:]
-    assert hands[0][:8] == attempt and hands[0][16:] == share
-    key = half.finish(b"B" + hands[2][8:])
-    transcript = hashlib.sha256(b"\x02conf senderconf receiver" + attempt + share + hands[2][8:]).digest()
-    material = expand(hmac.digest(transcript, key, "sha256"), b"conf session", 128)
-    return hands[4][8], material[:32], material[32:64]
+    spake = SPAKE2_A(CODE.encode(), idA=b"conf sender", idB=b"conf receiver", entropy_f=random_bytes)
+    share = spake.start()[1:]
+    assert handshake[0][:8] == attempt and handshake[0][16:] == share
+    key = spake.finish(b"B" + handshake[2][8:])
+    transcript = hashlib.sha256(b"\x02conf senderconf receiver" + attempt + share + handshake[2][8:]).digest()
+    material = hkdf_expand(hmac.digest(transcript, key, "sha256"), b"conf session", 128)
+    return handshake[4][8], material[:32], material[32:64]
 
 
 def bodies(capture: Capture, session: int, secret: bytes, *, to_receiver: bool) -> Iterator[tuple[int, bytes]]:
     """Open each data datagram of one direction in the order of sending: counter and body."""
-    material = expand(secret, b"conf epoch", 53)
+    material = hkdf_expand(secret, b"conf epoch", 53)
     cipher = AESCCM(material[:16], tag_length=8)
     counter = 0
     for _, _, target, data in capture:
@@ -100,11 +92,11 @@ def bodies(capture: Capture, session: int, secret: bytes, *, to_receiver: bool) 
         counter += 1
 
 
-def test_every_byte_is_as_wire_md_says(capture: Capture) -> None:
-    hands = handshakes(capture)
-    assert set(hands) - {6} == {0, 1, 2, 3, 4}  # the second goodbye finds no session
+def test_every_body_is_as_wire_md_describes(capture: Capture) -> None:
+    handshake = handshakes(capture)
+    assert set(handshake) - {6} == {0, 1, 2, 3, 4}  # the second Bye finds no session
     sender = ("198.51.100.1", 40000)
-    session, from_sender, _ = secrets(hands, random.Random(f"{sender} capture").randbytes)
+    session, from_sender, _ = secrets(handshake, random.Random(f"{sender} capture").randbytes)
     kinds, clock, number = [], -1, -1
     for _, body in bodies(capture, session, from_sender, to_receiver=True):
         kinds.append(min(body[0], 0x80))
@@ -130,7 +122,7 @@ def test_every_payload_is_the_motion_that_was_captured(call: tuple[World, Simula
     sender = call[1]
     session, from_sender, _ = secrets(handshakes(capture), random.Random(f"{sender.address} capture").randbytes)
     reader, number = PayloadReader(), 0
-    poses, misses, moves = [], [], []
+    poses, errors, moves = [], [], []
     for _, body in bodies(capture, session, from_sender, to_receiver=True):
         if not body[0] & 0x80:
             continue
@@ -140,23 +132,23 @@ def test_every_payload_is_the_motion_that_was_captured(call: tuple[World, Simula
             displacements, pose = reader.motion(profile, at, stride)
             frame = sender.frames[min(sender.frames, key=lambda t: abs(t - sender.origin - at / 15))]
             poses.append(np.abs(pose - frame.pose))
-            misses.append(displacements[:, :2] - frame.displacements[:, :2])
+            errors.append(displacements[:, :2] - frame.displacements[:, :2])
             moves.append(frame.displacements[:, :2])
-    assert len(misses) > 110
+    assert len(errors) > 110
     assert (np.max(poses, axis=0) < [0.05, 0.05, 0.03, 0.01, 0.01, 0.03]).all()
-    assert float(np.square(misses).mean()) < 0.15 * float(np.square(moves).mean())  # a grimace takes some frames
+    assert float(np.square(errors).mean()) < 0.15 * float(np.square(moves).mean())  # a grimace takes some frames
 
 
-def test_every_report_is_as_wire_md_says(capture: Capture) -> None:
-    hands = handshakes(capture)
+def test_every_report_is_as_wire_md_describes(capture: Capture) -> None:
+    handshake = handshakes(capture)
     sender = ("198.51.100.1", 40000)
-    session, _, from_receiver = secrets(hands, random.Random(f"{sender} capture").randbytes)
+    session, _, from_receiver = secrets(handshake, random.Random(f"{sender} capture").randbytes)
     newest = lost = 0
     count = 0
     for _, body in bodies(capture, session, from_receiver, to_receiver=False):
         assert body[0] == 2 and body[1] in (0, 1)
-        highest, missing, lost_now, jitter, hold = msgpack.unpackb(body[2:])
+        highest, missing, lost_now, jitter, ack_delay = msgpack.unpackb(body[2:])
         assert highest >= newest and lost_now >= lost - 2 and lost_now <= highest
-        assert missing < 1 << min(highest, 63) and jitter < 100 and hold < 600
+        assert missing < 1 << min(highest, 63) and jitter < 100 and ack_delay < 600
         newest, lost, count = highest, lost_now, count + 1
     assert 18 <= count <= 23 and lost > 0

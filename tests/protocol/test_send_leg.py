@@ -248,3 +248,9 @@ def test_the_profile_follows_the_rate_level() -> None:
     assert leg.motion.profile.name == leg.status(30.0).profile == "narrow"
     assert started(RateOptions("rich")).motion.profile.name == "rich"
     assert started(RateOptions(kbps=4.5)).status(0.0).frames_per_datagram == 2
+
+
+def test_a_session_that_starts_late_is_not_stopped() -> None:
+    leg = SendLeg(PARAMETERS, 0.0)
+    leg.start(2 * OPEN_AFTER_S)
+    assert leg.status(2 * OPEN_AFTER_S).connected and not leg.status(2 * OPEN_AFTER_S).stopped

@@ -57,9 +57,9 @@ class SenderSession:
         """Process a datagram, whatever its bytes: at worst it is counted in `dropped`."""
         try:
             packet = parse_datagram(data)
-            if type(packet) is DataPacket:
+            if isinstance(packet, DataPacket):
                 self._receive_data(packet, address, now)
-            elif type(packet) is HandshakePacket:
+            else:
                 self._receive_handshake(packet, now)
         except DatagramError as error:
             self.dropped[error.reason] += 1

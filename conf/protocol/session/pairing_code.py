@@ -55,12 +55,9 @@ def normalise_code(text: str) -> str:
     *words, last = parts
     for word in words:
         if word not in WORDS:
-            raise ValueError(f"{word!r} is not a word of any code{_suggestion(word)}")
+            close = difflib.get_close_matches(word, WORDS, n=1)
+            suggestion = f": did you mean {close[0]!r}?" if close else ""
+            raise ValueError(f"{word!r} is not a word of any code{suggestion}")
     if not last.isdigit() or int(last) >= NUMBERS:
         raise ValueError(f"a code ends in a number from 0 to {NUMBERS - 1}, not in {last!r}")
     return "-".join([*words, str(int(last))])
-
-
-def _suggestion(word: str) -> str:
-    close = difflib.get_close_matches(word, WORDS, n=1)
-    return f": did you mean {close[0]!r}?" if close else ""
