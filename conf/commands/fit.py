@@ -12,15 +12,38 @@ HELP = "find the control points of any face mesh"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("face", type=Path, metavar="FACE.obj")
     parser.add_argument("-o", "--output", type=Path, metavar="FACE.ppc", help="default: beside the mesh")
+    parser.add_argument(
+        "--picture", type=Path, metavar="FACE.png", help="draw the face neutral, blinking, with open mouth and smiling"
+    )
     parser.add_argument("--up", choices=AXES, help="the mesh's axis towards the crown (default: found by trying)")
     parser.add_argument("--front", choices=AXES, help="the mesh's axis towards the nose")
     add_json(parser)
 
 
 def run(options: argparse.Namespace, terminal: Terminal) -> None:
+    from conf.mesh_fitting.expression_sheet import draw_fitted_face
     from conf.mesh_fitting.fit import fit
+    from conf.output.media_writer import save_image
 
+    if options.picture:
+        _check_picture(options.picture)
     output = options.output or options.face.with_suffix(".ppc")
     with terminal.status_line() as show:
         report = fit(options.face, output, up=options.up, front=options.front, on_progress=show)
+        if options.picture:
+            show("drawing the face")
+            save_image(options.picture, draw_fitted_face(options.face, output))
     terminal.print_figures("fitted", report)
+    if options.picture:
+        terminal.write(f"{options.picture}: check the drawings")
+
+
+def _check_picture(path: Path) -> None:
+    """Raise ConfError unless the suffix is that of an image and the folder exists."""
+    from conf.errors import ConfError
+    from conf.output.media_writer import IMAGE_FORMATS
+
+    if path.suffix.lower() not in IMAGE_FORMATS:
+        raise ConfError(f"{path}: the name must end in one of {', '.join(IMAGE_FORMATS)}")
+    if not path.absolute().parent.is_dir():
+        raise ConfError(f"{path} cannot be written: there is no folder {path.absolute().parent}")

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from conf.atomic_write import report_write_errors
 from conf.errors import ConfError
 from conf.face.control_points import CONTROL_POINT_LANDMARKS, PUPILS
+from conf.face.fitting.custom_face import prepare_face
 from conf.face.fitting.face_prior import load_prior
 from conf.face.fitting.point_fitting import FittedPoints, fit_control_points
 from conf.face.formats.ppc import write_ppc
@@ -80,7 +81,7 @@ def find_points(
     known = points_of_landmark_mesh(mesh, load_canonical_face())
     if known is not None:
         fitted = FittedPoints(known, 3, 4, 0, False)
-        return fitted, ("", ""), (TRACKER_MESH_NOTE, *_remarks(fitted))
+        return fitted, ("", ""), (TRACKER_MESH_NOTE, *_remarks(fitted, mesh))
     candidates = [(u, f) for u, f in ORIENTATIONS if up in (None, u) and front in (None, f)]
     if not candidates:
         raise ConfError(f"--up {up} and --front {front} are the same line: name two, such as --up y --front z")
@@ -93,7 +94,8 @@ def find_points(
             "--front, or set the points by hand in `conf animate`"
         )
     fitted = fit_control_points(search.observed, search.mesh.vertices, search.mesh.triangles, prior)
-    return replace(fitted, points=search.frame.inverse_apply(fitted.points)), search.axes, _remarks(fitted)
+    fitted = replace(fitted, points=search.frame.inverse_apply(fitted.points))
+    return fitted, search.axes, _remarks(fitted, mesh)
 
 
 def points_of_landmark_mesh(mesh: Mesh, canonical: CanonicalFace) -> NDArray[np.float64] | None:
@@ -110,11 +112,14 @@ def points_of_landmark_mesh(mesh: Mesh, canonical: CanonicalFace) -> NDArray[np.
     return points
 
 
-def _remarks(fitted: FittedPoints) -> tuple[str, ...]:
+def _remarks(fitted: FittedPoints, mesh: Mesh) -> tuple[str, ...]:
     missing = {
         "no line was found between the lips: check the inner lip points": fitted.lip_lines == 0,
         "the lips are one surface: they are cut where they meet when the face is opened": not fitted.mouth_open,
-        "no eyeballs were found: empty sockets get new ones, other eyes cannot turn": fitted.eyeballs < 2,
         "the edges of the lids are not sharp: check the lid points": fitted.lid_edges < 2,
     }
-    return tuple(text for text, holds in missing.items() if holds)
+    try:
+        parts = prepare_face(mesh, fitted.points).remarks
+    except ValueError as error:
+        parts = (f"the face cannot be animated yet: {error}",)
+    return (*(text for text, holds in missing.items() if holds), *parts)

@@ -49,7 +49,8 @@ def test_a_mesh_in_any_unit_is_scaled_to_model_units(tmp_path: Path, face: Sheet
     model = load_face(write_face(tmp_path, face, scale))
     assert model.fapu.es0 == pytest.approx(6.4, abs=1e-3)
     assert model.control_points[PUPILS].mean(axis=0) == pytest.approx(
-        load_face().control_points[PUPILS].mean(axis=0), abs=0.1
+        load_face().control_points[PUPILS].mean(axis=0),
+        abs=0.2,  # on eyeballs that are put in
     )
 
 
@@ -92,5 +93,6 @@ def test_a_rotated_face_is_brought_upright(rotation_vector: list[float], tmp_pat
 
 def test_vertices_can_be_returned_in_the_files_unit(tmp_path: Path, face: SheetFace) -> None:
     model = load_face(write_face(tmp_path, face, 10.0))
-    np.testing.assert_allclose(model.to_file_coordinates(model.neutral), face.mesh.vertices * 10, atol=1e-3)
+    own = model.to_file_coordinates(model.neutral)[: len(face.mesh.vertices)]  # eyes and teeth that are put in follow
+    np.testing.assert_allclose(own, face.mesh.vertices * 10, atol=1e-3)
     assert load_face().to_file_coordinates(load_face().neutral) == pytest.approx(load_face().neutral)

@@ -58,6 +58,7 @@ def test_a_mesh_of_landmarks_needs_no_tracking(tmp_path: Path, canonical: Canoni
     report = fit(path, output)
     assert report.remarks[0] == TRACKER_MESH_NOTE
     assert "the lips are one surface: they are cut where they meet when the face is opened" in report.remarks
+    assert {"no eyeballs: put in", "no teeth: put in"} < set(report.remarks)
     points = read_ppc(output)
     known = len(canonical.vertices) > CONTROL_POINT_LANDMARKS
     np.testing.assert_allclose(points[known], canonical.vertices[CONTROL_POINT_LANDMARKS[known]], atol=1e-5)

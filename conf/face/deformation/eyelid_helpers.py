@@ -7,6 +7,7 @@ measurement on the mesh the edge is assumed to be a parabola through the three p
 of helper points are fixed weighted sums of three control points', so they fold into the operator.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,10 +18,12 @@ from conf.face.deformation.regions import InfluenceField, Regions
 from conf.face.mesh.depth_profiles import LabelledMesh, find_lid_edge
 
 _ARC_POSITIONS = (-0.75, -0.4, 0.4, 0.75)  # on the edge, from -1 at the outer corner to 1 at the inner
+_EDGE_POSITIONS = (-0.9, -0.75, -0.4, 0.4, 0.75, 0.9)  # the same on a measured edge, which runs on to the corners
+_CORNER_OVERLAP = 0.18  # of the lid's motion, added near the corners, where smoothing leaves a closed lid 1 mm open
+_CORNER_POSITION = 0.7
 _LIDS = ("eyelid_upper_l", "eyelid_upper_r", "eyelid_lower_l", "eyelid_lower_r")
 _SEARCH_MARGIN = 1.0  # cm around the lids
-_GAP_RANGE = (0.1, 1.2)  # of the gap at the control points; outside it a measurement is not a gap between lids
-HELPER_LIDS = [CONTROL_POINT_INDEX[lid] for lid in _LIDS for _ in _ARC_POSITIONS]  # (h,) control point of each helper
+_GAP_RANGE = (0.03, 1.2)  # of the gap at the control points; outside it a measurement is not a gap between lids
 
 
 @dataclass(frozen=True)
@@ -29,15 +32,17 @@ class EyelidHelpers:
 
     positions : (h, 3), in the unit of the control points
     weights : (h, n) of the control points' displacements in each helper point's
+    lids : (h,) control point of the lid that each belongs to
     """
 
     positions: NDArray[np.float64]
     weights: NDArray[np.float64]
+    lids: NDArray[np.intp]
 
 
 def helpers_on_parabola(points: NDArray[np.float64], /) -> EyelidHelpers:
     """Return helper points on parabolas through the control points (n, 3)."""
-    return EyelidHelpers(PARABOLA_WEIGHTS @ points, PARABOLA_WEIGHTS)
+    return EyelidHelpers(PARABOLA_WEIGHTS @ points, PARABOLA_WEIGHTS, HELPER_LIDS)
 
 
 def helpers_on_edges(points: NDArray[np.float64], mesh: LabelledMesh, /) -> EyelidHelpers:
@@ -45,22 +50,24 @@ def helpers_on_edges(points: NDArray[np.float64], mesh: LabelledMesh, /) -> Eyel
 
     points : (n, 3) control points on the mesh; all upright, in model centimetres
     """
-    positions, weights = PARABOLA_WEIGHTS @ points, PARABOLA_WEIGHTS.copy()
+    weights, helper_lids = _parabola_weights(_EDGE_POSITIONS), _helper_lids(_EDGE_POSITIONS)
+    positions = weights @ points
     mesh = _nearby(mesh, positions)
     for side in range(2):
-        for i, s in enumerate(_ARC_POSITIONS):
-            pair = [side * len(_ARC_POSITIONS) + i, (side + 2) * len(_ARC_POSITIONS) + i]
+        for i, s in enumerate(_EDGE_POSITIONS):
+            pair = [side * len(_EDGE_POSITIONS) + i, (side + 2) * len(_EDGE_POSITIONS) + i]
             inside = float(positions[pair, 1].mean())
             upper, lower = (find_lid_edge(mesh, positions[row], inside) for row in pair)
             if upper is None or lower is None:
                 continue
-            lids = points[[HELPER_LIDS[row] for row in pair], 1]
+            lids = points[helper_lids[pair], 1]
             ratio = float(upper[1] - lower[1]) / float(lids[0] - lids[1])
             if _GAP_RANGE[0] < ratio < _GAP_RANGE[1]:
                 positions[pair] = [upper, lower]
-                corners = (1 - ratio) * (1 - s) / 2, (1 - ratio) * (1 + s) / 2
-                weights[pair] = [_weight_row(lid, ratio, *corners) for lid in (_LIDS[side], _LIDS[side + 2])]
-    return EyelidHelpers(positions, weights)
+                weight = ratio + (_CORNER_OVERLAP if abs(s) > _CORNER_POSITION else 0.0)
+                corners = (1 - weight) * (1 - s) / 2, (1 - weight) * (1 + s) / 2
+                weights[pair] = [_weight_row(lid, weight, *corners) for lid in (_LIDS[side], _LIDS[side + 2])]
+    return EyelidHelpers(positions, weights, helper_lids)
 
 
 def append_helpers(
@@ -69,7 +76,7 @@ def append_helpers(
     """Return the control points (n, 3) followed by the helper points, and the regions for all of them."""
     fields = []
     for field in regions.fields:
-        excluded = [len(points) + i for i, lid in enumerate(HELPER_LIDS) if lid in field.excluded]
+        excluded = [len(points) + i for i, lid in enumerate(helpers.lids) if lid in field.excluded]
         fields.append(InfluenceField(field.weights, (*field.excluded, *excluded)))
     return np.concatenate([points, helpers.positions]), Regions(tuple(fields), regions.anchors)
 
@@ -96,6 +103,14 @@ def _weight_row(lid: str, middle: float, outer: float, inner: float) -> NDArray[
     return row
 
 
-PARABOLA_WEIGHTS = np.array(  # (h, n)
-    [_weight_row(lid, 1 - s * s, s * (s - 1) / 2, s * (s + 1) / 2) for lid in _LIDS for s in _ARC_POSITIONS]
-)
+def _parabola_weights(positions: Sequence[float]) -> NDArray[np.float64]:
+    """Return the (h, n) weights of helper points at positions on the parabolas of the four lids."""
+    return np.array([_weight_row(lid, 1 - s * s, s * (s - 1) / 2, s * (s + 1) / 2) for lid in _LIDS for s in positions])
+
+
+def _helper_lids(positions: Sequence[float]) -> NDArray[np.intp]:
+    return np.array([CONTROL_POINT_INDEX[lid] for lid in _LIDS for _ in positions])
+
+
+PARABOLA_WEIGHTS = _parabola_weights(_ARC_POSITIONS)  # (h, n)
+HELPER_LIDS = _helper_lids(_ARC_POSITIONS)  # (h,) control point of each

@@ -13,17 +13,24 @@ from conf.face.deformation.rig import Rig
 from conf.face.deformation.rig_builder import JAW_GROUPS, RigJoints, build_rig
 from conf.face.fapu import Fapu
 from conf.face.fitting.default_texture import apply_default_texture
+from conf.face.fitting.eye_detection import without_eye_covers
+from conf.face.fitting.eye_opening import open_eyes
 from conf.face.fitting.eyeball_insertion import insert_eyeballs
 from conf.face.fitting.lip_cut import cut_lips, has_open_lips
-from conf.face.fitting.part_detection import detect_parts
+from conf.face.fitting.mouth_cavity import add_mouth_cavity
+from conf.face.fitting.part_detection import DetectedParts, detect_parts
+from conf.face.fitting.teeth_insertion import insert_teeth
 from conf.face.head_pose import ES0_CM
 from conf.face.mesh.depth_profiles import LabelledMesh
+from conf.face.mesh.edge_split import drop_triangles
 from conf.face.mesh.editing import regroup, weld_vertices
 from conf.face.mesh.mesh import Mesh
+from conf.face.mesh.raycast import faces_viewer
 from conf.face.mesh.surface_graph import SurfaceGraph
 from conf.face.similarity import SimilarityTransform, fit_similarity
 
 MAX_POINT_DISTANCE_CM = 1.5  # median from point to vertex; half a triangle of the coarsest face
+TOOTH_GROUPS = ("teeth_upper", "teeth_lower")
 MAX_TILT = np.radians(20)  # a face rotated by less stays as it is
 
 
@@ -34,12 +41,14 @@ class PreparedFace:
     mesh : in model centimetres; the file's vertices come first, in its order, except those of files that repeat them
     points : (n, 3) control points, model centimetres
     file_to_model : from the file's coordinates to model centimetres
+    remarks : which parts were not found, and what was done about each
     """
 
     mesh: Mesh
     points: NDArray[np.float64]
     rig: Rig
     file_to_model: SimilarityTransform
+    remarks: tuple[str, ...] = ()
 
 
 def prepare_face(mesh: Mesh, points: NDArray[np.float64], /) -> PreparedFace:
@@ -53,21 +62,51 @@ def prepare_face(mesh: Mesh, points: NDArray[np.float64], /) -> PreparedFace:
     points = file_to_model.apply(points)
     if np.median(KDTree(mesh.vertices).query(points)[0]) > MAX_POINT_DISTANCE_CM:
         raise ValueError("most of them do not lie on it; place them again with `conf fit`")
+    mesh, points, detected, remarks = _complete(mesh, points)
+    is_textured = mesh.texture is not None
     surface = SurfaceGraph(mesh.vertices, mesh.triangles)
-    if not has_open_lips(points, surface):
-        mesh = cut_lips(mesh, points, surface)
-    if mesh.texture is None:  # the file's own texture has no area for new eyes
-        mesh, points = insert_eyeballs(mesh, points)
-    surface = SurfaceGraph(mesh.vertices, mesh.triangles)
-    detected = detect_parts(mesh, points, surface)
-    mesh = regroup(mesh, detected.parts)
-    if mesh.texture is None:
+    if not is_textured:
         mesh = apply_default_texture(mesh, points, detected.eyes)
     has_jaw = any(group in mesh.groups for group in JAW_GROUPS)
     rig = build_rig(mesh, points, RigJoints(detected.eyes, _find_hinge(points) if has_jaw else None))
     labelled = LabelledMesh(mesh.vertices, mesh.triangles, surface.components[mesh.triangles[:, 0]])
     rig = replace(rig, eyelid_helpers=helpers_on_edges(points, labelled))
-    return PreparedFace(mesh, points, rig, file_to_model)
+    return PreparedFace(mesh, points, rig, file_to_model, tuple(remarks))
+
+
+def _complete(mesh: Mesh, points: NDArray[np.float64]) -> tuple[Mesh, NDArray[np.float64], DetectedParts, list[str]]:
+    """Return the mesh with its parts found, and with those put in that are missing; the points; what was missing."""
+    remarks: list[str] = []
+    is_textured = mesh.texture is not None
+    if not is_textured:  # with a texture, what covers the eyes may be transparent
+        kept = without_eye_covers(mesh.vertices, mesh.triangles, points[PUPILS])
+        if not kept.all():
+            remarks.append("tear film or lashes cover the eyes: they are not drawn, as there is no transparent texture")
+            mesh = drop_triangles(mesh, ~kept)
+    surface = SurfaceGraph(mesh.vertices, mesh.triangles)
+    if not has_open_lips(points, surface):
+        mesh = cut_lips(mesh, points, surface)
+    if not is_textured:  # the file's own texture has no area for new eyes
+        opened = open_eyes(mesh, points)
+        if opened is not mesh:
+            remarks.append("no opening between the lids: cut open")
+        mesh, points = insert_eyeballs(opened, points)
+        if len(mesh.vertices) > len(opened.vertices):
+            remarks.append("no eyeballs: put in")
+    surface = SurfaceGraph(mesh.vertices, mesh.triangles)
+    detected = detect_parts(mesh, points, surface)
+    mesh = regroup(mesh, detected.parts)
+    if len(detected.eyes) < len(PUPILS):
+        remarks.append("no eyeballs: the eyes cannot turn")
+    if "mouth" not in mesh.groups:
+        mesh = add_mouth_cavity(mesh, points)
+        is_added = "mouth" in mesh.groups
+        remarks.append("no inside of the mouth: " + ("put in" if is_added else "an open mouth may show a hole"))
+    if not any(group in mesh.groups for group in TOOTH_GROUPS):
+        remarks.append("no teeth: " + ("none are drawn" if is_textured else "put in"))
+        if not is_textured:
+            mesh = insert_teeth(mesh, points, outwards=faces_viewer(points[:, :2], mesh.vertices, mesh.triangles))
+    return mesh, points, detected, remarks
 
 
 def find_file_to_model(points: NDArray[np.float64], /) -> SimilarityTransform:

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_INDEX
+from conf.face.deformation.eyelid_helpers import HELPER_LIDS, PARABOLA_WEIGHTS
 from conf.face.deformation.rig_builder import EYES
 from conf.face.formats.obj import RawMesh
 from conf.face.mesh.editing import grid_triangles
@@ -13,6 +14,7 @@ from conf.face.mesh.raycast import cast_front_rays, faces_viewer
 # Model centimetres, 6.4 between the pupils.
 _RADIUS = 1.55  # as on eight heads that have eyeballs
 _EMPTY_DEPTH = 1.0  # behind the lids: what is visible deeper than this is neither an eyeball nor a closed lid
+_RIM_OFFSET, _RIM_DEPTH = 0.1, 0.5  # from a lid's parabola outwards, and from its depth to the skin there
 _LID_GAP = 0.06  # from the edges of the lids back to the eyeball
 _RINGS, _COLUMNS = 14, 24
 _CAP_ANGLE = np.radians(100.0)  # from the front of the eyeball to the rim of the cap that is made of it
@@ -32,10 +34,20 @@ def insert_eyeballs(mesh: Mesh, points: NDArray[np.float64], /) -> tuple[Mesh, N
         depth = cast_front_rays(lids[:, :2].mean(axis=0)[None], mesh.vertices, mesh.triangles).points[0, 2]
         if depth > lids[:, 2].mean() - _EMPTY_DEPTH:  # False for nan, a miss
             continue
-        centre = _eyeball_centre(points[pupil_row], edges)
+        centre = _eyeball_centre(points[pupil_row], np.concatenate([edges, _rim(mesh, points, lids)]))
         points[pupil_row] = centre + np.array([0.0, 0.0, _RADIUS])
         mesh = _add_eyeball(mesh, centre, outwards=faces_viewer(points[:, :2], mesh.vertices, mesh.triangles))
     return mesh, points
+
+
+def _rim(mesh: Mesh, points: NDArray[np.float64], lids: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the (k, 3) skin just outside the edges of two lids, (2, 3), along their width."""
+    rows = [np.linalg.norm(points[lid] - lids, axis=1).min() == 0 for lid in HELPER_LIDS]
+    curve = (PARABOLA_WEIGHTS @ points)[rows]
+    middle = lids[:, :2].mean(axis=0)
+    outside = curve[:, :2] + _RIM_OFFSET * np.sign(curve[:, 1:2] - middle[1]) * [0.0, 1.0]
+    hits = cast_front_rays(outside, mesh.vertices, mesh.triangles).points
+    return np.asarray(hits[np.abs(hits[:, 2] - curve[:, 2]) < _RIM_DEPTH])  # False for nan, a miss
 
 
 def _eyeball_centre(pupil: NDArray[np.float64], edges: NDArray[np.float64]) -> NDArray[np.float64]:

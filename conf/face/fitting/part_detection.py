@@ -6,7 +6,6 @@ connected with the skin: it is what can be reached from behind the lips without 
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,27 +18,24 @@ from conf.face.control_points import (
     control_point_indices,
 )  # fmt: skip
 from conf.face.deformation.rig_builder import EYES
+from conf.face.fitting.eye_detection import Components, find_eyeball
 from conf.face.mesh.mesh import Mesh
 from conf.face.mesh.raycast import cast_front_rays
 from conf.face.mesh.surface_graph import SurfaceGraph, component_labels, triangle_edges
 
-# Model centimetres, 6.4 between the pupils; a human eyeball has a radius of 1.2.
-_EYE_RADIUS = (0.7, 2.4)
-_MAX_EYE_OFFSET = 1.2  # from the centre of an eyeball's bounding box to the line of sight through its pupil
+# Model centimetres, 6.4 between the pupils.
 _MOUTH_SIDE = 2.0  # extent of teeth and tongue beside the corners of the mouth, and relative to the line of the lips
 _MOUTH_FRONT, _MOUTH_BACK = 0.3, 12.0
-_MOUTH_ABOVE, _MOUTH_BELOW = 2.5, 3.5
+_MOUTH_ABOVE, _MOUTH_BELOW = 3.2, 3.5  # teeth with roots reach 2.7 above
 _TONGUE_BACK = 1.2  # this far behind its front a tongue has vertices near the middle, an arch of teeth has none
+_TONGUE_WIDTH = 1.5  # a single tooth is narrower
+_GUMS_HEIGHT = 1.4  # above and below the line of the lips: only gums in one piece reach both
 _LIP_DISTANCE = 0.45  # skin nearer to the line between the lips is lip
 _MIN_COVER = 0.3  # distance to what covers a vertex inside the mouth
 _MOUTH_BOX = (6.0, 6.5, 13.0)  # half extents: skin reached from behind the lips farther away than this is no mouth
 # Where hidden skin is sure to be inside the mouth: fraction of the half width, height above or below the line between
 # the lips, nearest and farthest depth behind it.
 _MOUTH_SEED_BOX = (0.5, 1.5, 0.6, 5.0)
-# Relative to the radius of the eyeball.
-_MAX_SPHERE_ERROR = 0.12  # root mean square distance of its vertices from the sphere
-_PUPIL_DEPTH = (0.6, 1.5)  # from its centre to its pupil
-_IRIS_RADIUS = 1.12  # iris and cornea, components of their own within this radius, belong to it
 _MIN_HIDDEN = 0.5  # fraction of the vertices: a component of which more is visible is a beard
 _PROBES = 64  # vertices of a component that are tested for visibility
 
@@ -66,87 +62,31 @@ def detect_parts(mesh: Mesh, points: NDArray[np.float64], surface: SurfaceGraph,
     mesh, points : upright, in model centimetres; points (n, 3)
     surface : of the same mesh
     """
-    components = _Components.of(mesh, surface)
+    components = Components.of(mesh.vertices, surface.components)
     on_skin = surface.nearest_vertices(np.delete(points, PUPILS, axis=0), tolerance=0.3)
     skin = int(np.bincount(surface.components[on_skin]).argmax())
     assigned = {skin}
     members: dict[str, list[int]] = {}
     eyes: dict[str, NDArray[np.float64]] = {}
     for group, pupil in EYES.items():
-        eyeball = _find_eyeball(components, points[CONTROL_POINT_INDEX[pupil]], assigned)
+        eyeball = find_eyeball(components, points[CONTROL_POINT_INDEX[pupil]], assigned)
         if eyeball is not None:
-            eyes[group], members[group] = eyeball
+            eyes[group], members[group] = eyeball.centre, eyeball.components
             assigned.update(members[group])
     triangle_labels = surface.components[mesh.triangles[:, 0]]
-    for label in _oral_components(components, points, assigned):
+    unused = set(np.setdiff1d(surface.components, triangle_labels).tolist())  # vertices without a triangle
+    for label in _oral_components(components, points, assigned | unused):
         vertices = components.members(label)
         if _is_hidden(vertices, mesh, triangle_labels != label):
             members.setdefault(_mouth_group(vertices - points[_SEAM].mean(axis=0)), []).append(label)
     parts = {group: np.flatnonzero(np.isin(triangle_labels, labels)) for group, labels in members.items()}
     inside = _mouth_inside(mesh, points, surface.components == skin)
     if len(inside):
-        parts["mouth"] = inside
+        parts["mouth"] = np.union1d(parts.get("mouth", inside), inside)
     return DetectedParts(parts, eyes)
 
 
-class _Components(NamedTuple):
-    """The bounding boxes of the components, (C, 3) each, and the vertices sorted by component."""
-
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-    vertices: NDArray[np.float64]
-    starts: NDArray[np.intp]
-
-    @classmethod
-    def of(cls, mesh: Mesh, surface: SurfaceGraph) -> "_Components":
-        order = np.argsort(surface.components, kind="stable")
-        starts = np.searchsorted(surface.components[order], np.arange(surface.components.max() + 2))
-        vertices = mesh.vertices[order]
-        low, high = (extreme.reduceat(vertices, starts[:-1]) for extreme in (np.minimum, np.maximum))
-        return cls(low, high, vertices, starts)
-
-    def members(self, label: int) -> NDArray[np.float64]:
-        """Return the (k, 3) vertices of one component."""
-        return self.vertices[self.starts[label] : self.starts[label + 1]]
-
-
-def _find_eyeball(
-    components: _Components, pupil: NDArray[np.float64], assigned: set[int]
-) -> tuple[NDArray[np.float64], list[int]] | None:
-    """Return the centre of the eyeball behind a pupil and the components it is made of."""
-    centres, extent = (components.low + components.high) / 2, components.high - components.low
-    near = np.linalg.norm(centres[:, :2] - pupil[:2], axis=1) < _MAX_EYE_OFFSET
-    near &= (extent[:, :2] > _EYE_RADIUS[0]).all(axis=1) & (extent < 2 * _EYE_RADIUS[1]).all(axis=1)
-    best: tuple[float, NDArray[np.float64]] | None = None
-    for label in np.flatnonzero(near).tolist():
-        if label in assigned:
-            continue
-        centre, radius, error = _fit_sphere(components.members(label))
-        depth = np.linalg.norm(pupil - centre) / radius
-        fits = _EYE_RADIUS[0] < radius < _EYE_RADIUS[1] and error < _MAX_SPHERE_ERROR * radius and centre[2] < pupil[2]
-        if fits and _PUPIL_DEPTH[0] < depth < _PUPIL_DEPTH[1] and (best is None or radius > best[0]):
-            best = radius, centre
-    if best is None:
-        return None
-    reach, centre = _IRIS_RADIUS * best[0], best[1]
-    corners = np.linalg.norm(np.maximum(np.abs(components.low - centre), np.abs(components.high - centre)), axis=1)
-    inside = set(np.flatnonzero(corners < 2 * reach).tolist()) - assigned  # corners of a ball's box: sqrt(3) radii
-    own = [i for i in sorted(inside) if np.linalg.norm(components.members(i) - centre, axis=1).max() < reach]
-    return centre, own
-
-
-def _fit_sphere(vertices: NDArray[np.float64]) -> tuple[NDArray[np.float64], float, float]:
-    """Return centre (3,), radius and root mean square error of the linear least-squares sphere of vertices (k, 3)."""
-    mean = vertices.mean(axis=0)
-    offsets = vertices - mean
-    system = np.column_stack([2 * offsets, np.ones(len(offsets))])
-    solution = np.linalg.lstsq(system, (offsets**2).sum(axis=1), rcond=None)[0]
-    radius = float(np.sqrt(max(solution[3] + solution[:3] @ solution[:3], 1e-12)))
-    errors = np.linalg.norm(offsets - solution[:3], axis=1) - radius
-    return mean + solution[:3], radius, float(np.sqrt((errors**2).mean()))
-
-
-def _oral_components(components: _Components, points: NDArray[np.float64], assigned: set[int]) -> list[int]:
+def _oral_components(components: Components, points: NDArray[np.float64], assigned: set[int]) -> list[int]:
     """Return the components that lie where teeth and tongue do."""
     seam = points[_SEAM].mean(axis=0)
     side = np.abs(points[_CORNERS, 0] - seam[0]).max() + _MOUTH_SIDE
@@ -165,11 +105,13 @@ def _is_hidden(vertices: NDArray[np.float64], mesh: Mesh, others: NDArray[np.boo
 
 def _mouth_group(vertices: NDArray[np.float64]) -> str:
     """Return the group of a component behind the lips from its vertices (k, 3), relative to the line of the lips."""
+    if vertices[:, 1].max() > _GUMS_HEIGHT and vertices[:, 1].min() < -_GUMS_HEIGHT:
+        return "mouth"  # upper and lower gums in one piece
     if vertices[:, 1].mean() > 0:
         return "teeth_upper"
     x, _, z = vertices.T
-    central = (np.abs(x) < 0.15 * max(np.ptp(x), 1.0)) & (z < z.max() - _TONGUE_BACK)
-    return "tongue" if central.mean() > 0.05 else "teeth_lower"
+    central = (np.abs(x) < 0.15 * np.ptp(x)) & (z < z.max() - _TONGUE_BACK)
+    return "tongue" if central.mean() > 0.05 and np.ptp(x) > _TONGUE_WIDTH else "teeth_lower"
 
 
 def _mouth_inside(mesh: Mesh, points: NDArray[np.float64], skin: NDArray[np.bool_]) -> NDArray[np.int64]:

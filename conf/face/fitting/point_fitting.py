@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_INDEX
+from conf.face.control_points import CONTROL_POINT_INDEX, PUPILS
+from conf.face.fitting.eye_detection import without_eye_covers
 from conf.face.fitting.face_prior import FacePrior
 from conf.face.fitting.lip_cut import has_open_lips
 from conf.face.mesh.depth_profiles import LabelledMesh, find_lid_edge, find_lip_line
@@ -58,6 +59,7 @@ def fit_control_points(
     predicted = prior.predict_points(observed, vertices, triangles)
     if not faces_viewer(predicted[:, :2], vertices, triangles):
         triangles = np.ascontiguousarray(triangles[:, ::-1])
+    triangles = triangles[without_eye_covers(vertices, triangles, predicted[PUPILS])]
     labels = component_labels(triangle_edges(triangles), len(vertices))
     mesh = LabelledMesh(vertices, triangles, labels[triangles[:, 0]])
     points = nearest_points(predicted, prior.normals, vertices, triangles, reach=_MAX_DISTANCE)

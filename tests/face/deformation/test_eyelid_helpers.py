@@ -43,7 +43,7 @@ def test_a_field_excludes_the_helpers_of_excluded_lids(face: SheetFace) -> None:
 def test_helpers_close_an_eye_over_its_whole_width(face: SheetFace) -> None:
     closing = np.zeros((50, 1))
     closing[CONTROL_POINT_INDEX["eyelid_upper_l"]] = -0.7
-    row = HELPER_LIDS.index(UPPER_LID[0])
+    row = HELPER_LIDS.tolist().index(UPPER_LID[0])
     positions = PARABOLA_WEIGHTS[row] @ face.points
     helpers = helpers_on_parabola(face.points)
     centres, fields = append_helpers(face.points, Regions.unrestricted(1), helpers)
@@ -75,15 +75,18 @@ def test_measured_edges_replace_the_parabola(face: SheetFace) -> None:
     """The opening is a rectangle: the lids are as far apart at its sides as in the middle."""
     gap = face.points[CONTROL_POINT_INDEX["eyelid_upper_l"], 1] - face.points[CONTROL_POINT_INDEX["eyelid_lower_l"], 1]
     helpers = helpers_on_edges(face.points, eyes_of_height(face, gap))
-    weights = np.array([helpers.weights[row, lid] for row, lid in enumerate(HELPER_LIDS)])
-    assert (weights > 0.8).all()
+    inner = np.array([row % 6 in (1, 2, 3, 4) for row in range(24)])  # the outermost lie on the steps of the hole
+    weights = np.array([helpers.weights[row, lid] for row, lid in enumerate(helpers.lids)])
+    assert (weights[inner] > 0.8).all()
     assert helpers.weights.sum(axis=1) == pytest.approx(1)
-    gaps = helpers.positions[:8, 1] - helpers.positions[8:, 1]  # of the parabola: 0.44 of the gap near the corners
-    assert (gaps > 0.8 * gap).all()
+    gaps = helpers.positions[:12, 1] - helpers.positions[12:, 1]  # of the parabola: 0.44 of the gap near the corners
+    assert (gaps[inner[:12]] > 0.8 * gap).all()
 
 
 def test_the_parabola_is_kept_without_edges(face: SheetFace) -> None:
     mesh = LabelledMesh(face.mesh.vertices, face.mesh.triangles, np.zeros(len(face.mesh.triangles), np.int32))
     measured, parabola = helpers_on_edges(face.points, mesh), helpers_on_parabola(face.points)
-    assert measured.positions.tolist() == parabola.positions.tolist()
-    assert measured.weights.tolist() == parabola.weights.tolist()
+    lids = len(set(parabola.lids.tolist()))
+    inner = [row for row in range(len(measured.lids)) if 0 < row % (len(measured.lids) // lids) < 5]
+    assert measured.positions[inner].tolist() == parabola.positions.tolist()
+    assert measured.weights[inner].tolist() == parabola.weights.tolist()

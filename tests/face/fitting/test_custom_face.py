@@ -9,6 +9,7 @@ from conf.face.default_head import DEFAULT_HEAD, EYE_MIDPOINT, default_joints, d
 from conf.face.fitting.custom_face import PreparedFace, find_file_to_model, prepare_face
 from conf.face.fitting.default_texture import TEXTURE_FILE
 from conf.face.mesh.mesh import Mesh, load_mesh
+from tests.support.modified_heads import EYEBALLS, MOUTH, head_without
 from tests.support.sheet_face import SheetFace
 
 
@@ -53,6 +54,18 @@ def test_the_default_texture_replaces_a_missing_one_only(unprepared: Mesh, prepa
     assert kept.texture == textured.texture
     assert kept.uvs is textured.uvs
     assert {"eye_l", "mouth", "tongue"} <= set(kept.groups)
+
+
+def test_what_is_missing_is_put_in_and_stated(prepared: PreparedFace) -> None:
+    assert [remark.split(":")[0] for remark in prepared.remarks] == ["tear film or lashes cover the eyes"]
+    assert prepare_face(head_without(), default_points()).remarks == ()
+    bare = prepare_face(head_without(*EYEBALLS, *MOUTH), default_points())
+    assert bare.remarks == ("no eyeballs: put in", "no inside of the mouth: put in", "no teeth: put in")
+    assert {*EYEBALLS, *MOUTH} <= set(bare.mesh.groups)
+    head = replace(head_without(*EYEBALLS, *MOUTH), texture=DEFAULT_HEAD.with_name("skin.webp"))
+    assert prepare_face(head, default_points()).remarks == (
+        "no eyeballs: the eyes cannot turn", "no inside of the mouth: put in", "no teeth: none are drawn",
+    )  # fmt: skip
 
 
 def test_a_nearly_upright_face_is_not_rotated() -> None:
