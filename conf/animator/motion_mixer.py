@@ -27,9 +27,9 @@ def mix_motion(
         recorded = player.at(now)
         displacements, pose = blend_without_doubling(recorded.displacements, displacements), recorded.pose
     elif expression.idle:
-        idle_sample = idle.at(now)
-        displacements = add_motions(displacements, idle_sample.displacements)
-        pose = HeadPose.from_vector(pose.to_vector() + idle_sample.pose)
+        idle_displacements, idle_pose = idle.at(now)
+        displacements = add_motions(displacements, idle_displacements)
+        pose = HeadPose.from_vector(pose.to_vector() + idle_pose)
     sample = MotionSample(displacements, pose)
     return with_eye_contact(sample, view.camera) if view.eye_contact else sample
 

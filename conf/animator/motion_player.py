@@ -109,8 +109,8 @@ def make_expression_clip(
         for now in times.tolist():
             frame, pose = expression.at(now), REST_POSE.to_vector()
             if idle:
-                idle_pose = idle_motion.at(now)
-                frame, pose = add_motions(frame, idle_pose.displacements), pose + idle_pose.pose
+                idle_displacements, idle_pose = idle_motion.at(now)
+                frame, pose = add_motions(frame, idle_displacements), pose + idle_pose
             frames.append(frame)
             poses.append(pose)
     return MotionClip(fps, "fapu", np.array(frames, np.float32), np.array(poses))

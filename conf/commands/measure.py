@@ -3,7 +3,7 @@
 import argparse
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 
 from conf.commands import Terminal
@@ -69,7 +69,7 @@ def measure(
     with open_clip(clip) as source:
         size, fps = source.size, min(source.fps, float(PROFILES[profile].fps))
     extractor = MotionExtractor(load_canonical_face(), size)
-    parameters = StreamParameters(*size, fps, CONTROL_POINT_COUNT, extractor.fapu_distances())
+    parameters = StreamParameters(*size, fps, CONTROL_POINT_COUNT, astuple(extractor.fapu))
     call = LoopbackCall(parameters, 0.0, os.urandom, rate=RateOptions(profile))
     pacer, frames, jpeg_bytes, times = FramePacer(fps), 0, 0, list[float]()
     for frame, tracking in track_clip(clip, on_progress):

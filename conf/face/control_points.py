@@ -94,6 +94,8 @@ LOWER_LIP = control_point_indices("inner_lip_lower", "outer_lip_lower")
 UPPER_LID = control_point_indices("eyelid_upper", "eye_upper_outer_lid")
 LOWER_LID = control_point_indices("eyelid_lower", "eye_lower_outer_lid")
 PUPILS = control_point_indices("pupil")
+# Of the left and the right eye.
+EYE_CORNERS = [[CONTROL_POINT_INDEX[f"eye_{at}_corner_{side}"] for at in ("inner", "outer")] for side in "lr"]
 # The inner edge of either lip, from the right corner of the mouth to the left one.
 UPPER_LIP_EDGE, LOWER_LIP_EDGE = (
     [CONTROL_POINT_INDEX[f"inner_lip_{at}"] for at in ("corner_r", f"{lip}_r", f"{lip}_mid", f"{lip}_l", "corner_l")]

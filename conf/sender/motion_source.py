@@ -6,6 +6,7 @@ A source goes from frame to frame; motion is requested separately, so that only 
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import astuple
 from pathlib import Path
 
 import numpy as np
@@ -64,7 +65,7 @@ class TrackedMotionSource:
     @property
     def fapu_lengths(self) -> tuple[float, ...]:
         """The five FAPU distances of this person's neutral face, cm."""
-        return self._extractor.fapu_distances()
+        return astuple(self._extractor.fapu)
 
     @property
     def calibrated(self) -> bool:
@@ -115,7 +116,7 @@ class RecordedMotionSource:
     def __init__(self, clip: MotionClip, *, loop: bool) -> None:
         """clip : N frames of 50 control points, in FAPU units"""
         self.fps = clip.fps
-        self.fapu_lengths = tuple(vars(Fapu.measure(MEAN_FACE)).values())
+        self.fapu_lengths = astuple(Fapu.measure(MEAN_FACE))
         self._clip = clip
         self._loop = loop
         self._frame_number = -1

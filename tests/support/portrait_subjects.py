@@ -1,5 +1,7 @@
 """The drawn person as a tracker would find him, for tests without a model."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,7 +11,8 @@ from conf.face.head_pose import HeadPose
 from conf.face.portrait import contours
 from conf.face.portrait.photographed_face import project
 from conf.protocol.messages import MotionFrame
-from conf.sender.portrait.photo_builder import CapturedFace
+from conf.protocol.portrait.photo import Photo
+from conf.sender.portrait.photo_builder import FULL, CapturedFace, PhotoBuilder
 from conf.sender.tracking.canonical_face import CanonicalFace
 from tests.support.drawn_person import SIZE, draw_person, to_pixels
 from tests.support.synthetic_portrait import POSE, face_points
@@ -55,3 +58,10 @@ def canonical() -> CanonicalFace:
     vertices[contours.PORTRAIT_LANDMARKS[known]] = face_points()[known]
     rigid = contours.PORTRAIT_LANDMARKS[known][::4]
     return CanonicalFace(vertices, np.zeros((898, 3), np.int32), rigid, np.ones(len(rigid)))
+
+
+def build_photo(face: CapturedFace, number: int = 1) -> Photo:
+    """Return the photo of a frame in full quality."""
+    photo = PhotoBuilder(face, canonical(), number, replace(FULL, steps_per_slice=100)).advance()
+    assert photo is not None
+    return photo

@@ -11,7 +11,7 @@ import json
 import os
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -34,9 +34,8 @@ from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.capture.clip import open_clip
 from conf.sender.frame_pacer import FramePacer
 from conf.sender.motion.extractor import MotionExtractor
-from conf.sender.tracking.canonical_face import load_canonical_face
+from conf.sender.tracking.canonical_face import load_canonical_face, remove_head_pose
 from conf.sender.tracking.model_files import fetch_models
-from conf.sender.tracking.pose_removal import remove_head_pose
 from conf.sender.tracking.tracker import FaceTracker
 from tools.bench.rate_curves import CURVES, compare, face_curves
 
@@ -81,7 +80,7 @@ def run(clip: Path, face_path: Path | None = None) -> Iterator[Pair]:
     with open_clip(clip) as source, OffscreenWindow(*SIZE) as window:
         renderer = FaceRenderer(window.ctx, face)
         extractor = MotionExtractor(canonical, source.size)
-        parameters = StreamParameters(*source.size, source.fps, 50, extractor.fapu_distances())
+        parameters = StreamParameters(*source.size, source.fps, 50, astuple(extractor.fapu))
         call = LoopbackCall(parameters, 0.0, os.urandom, rate=RateOptions(LIVE.name))
         pace, framer, view = FramePacer(LIVE.fps), AutoFraming(), ViewState()
         for frame in iter(source.read, None):

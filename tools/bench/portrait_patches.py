@@ -16,7 +16,7 @@ from conf.protocol.portrait.objects import encode_object
 from conf.protocol.portrait.patch import Patch, encode_patch, step_size
 from conf.protocol.portrait.probability_model import BlockModel, PortraitModel
 from conf.sender.motion.extractor import MotionExtractor
-from conf.sender.portrait.photo_builder import CapturedFace, build_photo
+from conf.sender.portrait.photo_builder import FULL, CapturedFace, PhotoBuilder
 from conf.sender.portrait.reference_photo import ReferencePhoto, patch_residual
 from conf.sender.tracking.canonical_face import load_canonical_face
 from conf.sender.tracking.model_files import fetch_models
@@ -98,7 +98,9 @@ def read_patches(clip: Path) -> list[Patch]:
         motion = extractor.update(tracking, number / FPS)
         face = CapturedFace(pixels, tracking.landmarks, extractor.neutral_points, extractor.fapu)
         if reference is None and number >= PHOTO_AT:
-            reference = ReferencePhoto.from_bytes(encode_object(build_photo(face, canonical, 0)), pixels)
+            photo = PhotoBuilder(face, canonical, 0, replace(FULL, steps_per_slice=100)).advance()
+            assert photo is not None
+            reference = ReferencePhoto.from_bytes(encode_object(photo), pixels)
         elif reference is not None and number % PATCH_INTERVAL == 0:
             for region, feature in enumerate(FEATURES):
                 if reference.can_patch(face, motion, region):

@@ -16,9 +16,8 @@ from conf.protocol.messages import MotionFrame
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.motion.mean_face import MEAN_FACE
 from conf.sender.tracking.blendshape_network import BlendshapeNetwork
-from conf.sender.tracking.canonical_face import load_canonical_face
+from conf.sender.tracking.canonical_face import load_canonical_face, remove_head_pose
 from conf.sender.tracking.model_files import fetch_models
-from conf.sender.tracking.pose_removal import remove_head_pose
 from conf.sender.tracking.tracker import TrackedFace
 
 RIGHT_EYE, LEFT_EYE = 33, 263  # landmarks of the outer corners; errors are relative to their distance

@@ -13,6 +13,7 @@ the speed of the machine.
 import argparse
 import os
 import sys
+from dataclasses import astuple
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -137,7 +138,7 @@ def motion(clip: Path) -> tuple[list[MotionFrame], StreamParameters]:
     extractor.restart()
     frames = [extractor.update(tracking, timestamp) for timestamp, tracking in tracked if tracking is not None]
     step = max(1, round(fps / LIVE.fps))
-    return frames[::step], StreamParameters(*size, LIVE.fps, 50, extractor.fapu_distances())
+    return frames[::step], StreamParameters(*size, LIVE.fps, 50, astuple(extractor.fapu))
 
 
 def expressiveness(frame: MotionFrame) -> float:

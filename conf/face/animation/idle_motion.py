@@ -8,7 +8,6 @@ Source of the numbers: Bentivoglio et al. 1997 (blink rate), Evinger et al. 1991
 
 import bisect
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,18 +31,6 @@ SWAY_DEGREES = (0.8, 1.6, 0.6)  # amplitude of pitch, yaw, roll
 SWAY_SHIFT = 0.004  # amplitude of position, image heights
 
 
-@dataclass(frozen=True)
-class IdlePose:
-    """The idle motion at one time, to be added to a face.
-
-    displacements : (n, 3) float32, FAPU units
-    pose : (6,) float64, offset of a head pose's vector
-    """
-
-    displacements: NDArray[np.float32]
-    pose: NDArray[np.float64]
-
-
 class IdleMotion:
     """The idle motion of one face."""
 
@@ -59,14 +46,14 @@ class IdleMotion:
         self._sway_amplitude = amplitudes * sways.uniform(0.5, 1.0, (SWAYS, 6)) / SWAYS
         self._closed_lids = [side_weighted(load_action_units()[45], side) for side in "lr"]
 
-    def at(self, now: float, /) -> IdlePose:
-        """Return the idle motion at a time in seconds, 0 or later."""
+    def at(self, now: float, /) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+        """Return displacements, (n, 3) FAPU units, and a head pose vector, (6,), to be added at a time from 0 s on."""
         yaw, pitch = self._intensity * self._saccades.at(now)
         displacements = gaze_displacements(yaw, pitch)
         for closed, weight in zip(self._closed_lids, self._blinks.at(now), strict=True):
             displacements += np.float32(weight) * closed
         waves = self._sway_amplitude * np.sin(2 * np.pi * self._hertz * now + self._phase)
-        return IdlePose(displacements, self._intensity * waves.sum(axis=0))
+        return displacements, self._intensity * waves.sum(axis=0)
 
 
 class _BlinkProcess:

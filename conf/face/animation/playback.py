@@ -25,15 +25,10 @@ class PlaybackClock:
             raise ValueError(f"duration must be finite and not negative, got {duration}")
         self.duration = duration
         self.loop = loop
-        self._speed = 1.0
+        self.speed = 1.0  # seconds of the recording per second
         self._playing = False
         self._anchor = 0.0  # position at time `_since`
         self._since = 0.0
-
-    @property
-    def speed(self) -> float:
-        """Seconds of the recording per second."""
-        return self._speed
 
     def is_playing(self, now: float, /) -> bool:
         """Return whether the position advances: it does not at the end of a recording."""
@@ -43,7 +38,7 @@ class PlaybackClock:
         """Return the position in seconds, 0 to the duration."""
         if not self._playing:
             return self._anchor
-        position = self._anchor + max(0.0, now - self._since) * self._speed
+        position = self._anchor + max(0.0, now - self._since) * self.speed
         if self.loop and self.duration > 0:
             return position % self.duration
         return min(position, self.duration)
@@ -83,7 +78,7 @@ class PlaybackClock:
     def set_speed(self, speed: float, now: float, /) -> None:
         """Set the speed, limited to SPEEDS, from now on."""
         self._set_position(self.position(now), now)
-        self._speed = min(max(speed, SPEEDS[0]), SPEEDS[1])
+        self.speed = min(max(speed, SPEEDS[0]), SPEEDS[1])
 
     def _set_position(self, position: float, now: float) -> None:
         self._anchor, self._since = position, now

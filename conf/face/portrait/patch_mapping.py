@@ -34,11 +34,11 @@ class PatchMapping:
 
         points and result : 0 to 1 from the patch's upper left corner; size : its width and height in px
         """
-        mesh, pose = self._warp.mesh, self._warp.shape.pose
+        mesh = self._warp.mesh
         pixels = points * size * (1, -1)
         spread = [float(np.linalg.norm(p - p.mean(axis=0))) for p in (mesh.positions[self._points], pixels)]
         scale = spread[0] / max(spread[1], 1e-9)  # from the patch's px to image heights of the photo
         positions = self._matrix @ (pixels * scale)
         count = len(contours.PORTRAIT_LANDMARKS)
-        positions[:count] = enforce_min_gap(positions[:count], float(np.exp(pose.log_scale)))
+        positions[:count] = enforce_min_gap(positions[:count], self._warp.scale)
         return np.asarray(untangle(positions, mesh) / scale / size * (1, -1))

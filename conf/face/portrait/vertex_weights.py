@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.interpolation import smoothstep
 from conf.face.portrait.contours import OVAL_ROWS
-from conf.face.portrait.person_outline import BORDER_EXTENSION
+from conf.face.portrait.photo_mesh import BORDER_EXTENSION
 from conf.face.portrait.photographed_face import PhotographedFace
 
 SHOULDER_WEIGHT = 0.35

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, PUPILS, control_point_indices
+from conf.face.control_points import CONTROL_POINT_COUNT, EYE_CORNERS, PUPILS, control_point_indices
 from conf.face.deformation.kernels import KERNELS
 from conf.face.deformation.rbf import build_operator
 from conf.face.deformation.regions import Regions
@@ -22,7 +22,7 @@ from conf.face.portrait.lip_lid_gaps import enforce_min_gap
 from conf.face.portrait.motion_deadband import dampen_points, dampen_vertices, stillness_weight
 from conf.face.portrait.photo_mesh import PhotoMesh, build_mesh
 from conf.face.portrait.photo_regions import split_photo_regions
-from conf.face.portrait.photographed_face import PhotographedFace
+from conf.face.portrait.photographed_face import PhotographedFace, project
 from conf.face.portrait.untangle import untangle
 from conf.face.portrait.vertex_weights import border_alpha, head_weights
 
@@ -36,10 +36,7 @@ MIN_FACE_CM = 4.0  # width and height of a face's oval
 ANCHOR_RINGS = (1.45, 1.8)  # of the oval: points that no expression moves
 _NEAREST = 8  # outline points that a vertex's depth is interpolated from
 
-_UPPER = np.array([CONTROL_POINT_INDEX["eyelid_upper_l"], CONTROL_POINT_INDEX["eyelid_upper_r"]])
-_LOWER = np.array([CONTROL_POINT_INDEX["eyelid_lower_l"], CONTROL_POINT_INDEX["eyelid_lower_r"]])
-_CORNERS = [[CONTROL_POINT_INDEX[f"eye_inner_corner_{s}"], CONTROL_POINT_INDEX[f"eye_outer_corner_{s}"]] for s in "lr"]
-
+_UPPER, _LOWER = control_point_indices("eyelid_upper"), control_point_indices("eyelid_lower")
 # (n, 1) cm: limit of a control point's displacement since the photo
 _LIMITS = np.full((CONTROL_POINT_COUNT, 1), 1.6)
 _LIMITS[control_point_indices("inner_lip_lower", "outer_lip_lower", "chin")] = 5.0
@@ -57,9 +54,9 @@ class PortraitWarp:
             raise ValueError("points must be those of a face")
         self.shape = shape
         self.mesh: PhotoMesh = build_mesh(shape)
-        self._scale = float(np.exp(shape.pose.log_scale))
+        self.scale = float(np.exp(shape.pose.log_scale))  # image heights of 1 cm of the face in the photo
         rotation = shape.pose.matrix()
-        self.positions_cm = flat = (self.mesh.positions - shape.pose.position) / self._scale  # (V, 2)
+        self.positions_cm = flat = (self.mesh.positions - shape.pose.position) / self.scale  # (V, 2)
         depth = _depths(flat, shape.points @ rotation.T)
         for _ in range(DEPTH_ROUNDS):
             depth[CONTROL_POINT_COUNT:] = (self.mesh.neighbour_mean @ depth)[CONTROL_POINT_COUNT:]
@@ -83,7 +80,7 @@ class PortraitWarp:
         # The tracker's lids do not quite meet, and differ: remove the remaining gap as the eye closes.
         remaining = gap - self._fapu_lengths[_UPPER, 1] * UNITS_PER_DISTANCE
         points[_UPPER, 1] -= remaining * np.maximum(0.0, 1 - openness) ** 2
-        for pupil, corners in zip(PUPILS, _CORNERS, strict=True):
+        for pupil, corners in zip(PUPILS, EYE_CORNERS, strict=True):
             points[pupil] += (points - self._neutral)[corners].mean(axis=0)
             points[pupil, 2] = self.shape.points[pupil, 2]
         return np.asarray(points)
@@ -91,7 +88,7 @@ class PortraitWarp:
     def photo_displacements(self) -> NDArray[np.float64]:
         """Return the displacements (n, 3), FAPU units, of the photo itself."""
         motion = self.shape.points[:CONTROL_POINT_COUNT] - self._neutral
-        for pupil, corners in zip(PUPILS, _CORNERS, strict=True):
+        for pupil, corners in zip(PUPILS, EYE_CORNERS, strict=True):
             motion[pupil] -= motion[corners].mean(axis=0)
             motion[pupil, 2] = 0.0
         return np.asarray(motion / self._fapu_lengths)
@@ -101,20 +98,17 @@ class PortraitWarp:
         motion = dampen_points(self.control_points(displacements) - self.shape.points[:CONTROL_POINT_COUNT])
         motion = _soft_limit(motion, _LIMITS)
         limited = limit_rotation(pose, self.shape.pose)
-        target = self._project(self._solid + self._matrix @ motion.astype(np.float32), limited)
+        projected = project(self._solid + self._matrix @ motion.astype(np.float32), limited)
+        target = self.mesh.positions + self._head_weights * (projected - self.mesh.positions)
         count = len(PORTRAIT_LANDMARKS)
         target[:count] = enforce_min_gap(target[:count], float(np.exp(limited.log_scale)))
         for eye in self.mesh.eyes:
             eye.apply(target)
-        return untangle(dampen_vertices(target, self.mesh.positions, self.on_face, self._scale), self.mesh)
+        return untangle(dampen_vertices(target, self.mesh.positions, self.on_face, self.scale), self.mesh)
 
     def stillness(self, positions: NDArray[np.float64], /) -> float:
         """Return 1 if the face in positions (V, 2) is where it was photographed, falling to 0 far away."""
-        return stillness_weight(positions, self.mesh.positions, self.on_face, self._scale)
-
-    def _project(self, solid: NDArray[np.float64], pose: HeadPose) -> NDArray[np.float64]:
-        projected = solid @ pose.matrix()[:2].T * np.exp(pose.log_scale) + pose.position
-        return np.asarray(self.mesh.positions + self._head_weights * (projected - self.mesh.positions))
+        return stillness_weight(positions, self.mesh.positions, self.on_face, self.scale)
 
 
 def thin_plate_matrix(

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.portrait.person_outline import BORDER_EXTENSION
+from conf.face.portrait.photo_mesh import BORDER_EXTENSION
 
 FEATHER = 0.006  # image heights: standard deviation of the blur of the person's edge
 UNCERTAIN_BAND = 0.03  # image heights around the person that may hold parts of the person; no source of background

@@ -5,26 +5,23 @@ tracker's lid landmarks never meet, so the gap of the shut eye is subtracted, an
 they are measured relative to the corners of their eye, so they show the rotation of the eyeball only.
 """
 
-from dataclasses import astuple
-
 import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import (
     CONTROL_POINT_COUNT,
-    CONTROL_POINT_INDEX,
     CONTROL_POINT_LANDMARKS,
+    EYE_CORNERS,
     PUPILS,
     control_point_indices,
 )
 from conf.face.fapu import UNITS_PER_DISTANCE, Fapu
 from conf.face.head_pose import HeadPose
 from conf.protocol.messages import MotionFrame
-from conf.sender.motion import eye_openness as lids
+from conf.sender.motion.eye_openness import LOWER, UPPER, EyeOpennessEstimator
 from conf.sender.motion.neutral_pose import NeutralPoseEstimator
 from conf.sender.motion.one_euro_filter import OneEuroFilter
-from conf.sender.tracking.canonical_face import CanonicalFace
-from conf.sender.tracking.pose_removal import remove_head_pose
+from conf.sender.tracking.canonical_face import CanonicalFace, remove_head_pose
 from conf.sender.tracking.tracker import TrackedFace
 
 
@@ -36,7 +33,7 @@ class MotionExtractor:
         self._canonical = canonical
         self._size = size
         self._neutral = NeutralPoseEstimator()
-        self._eyes = lids.EyeOpennessEstimator()
+        self._eyes = EyeOpennessEstimator()
         self._points_filter = OneEuroFilter(min_cutoff=_MIN_CUTOFF, beta=_BETA)
         self._pose_filter = OneEuroFilter(min_cutoff=_POSE_MIN_CUTOFF, beta=_POSE_BETA)
         self._points: NDArray[np.float64] | None = None
@@ -56,10 +53,6 @@ class MotionExtractor:
     def calibrated(self) -> bool:
         """Whether the neutral pose is this person's own."""
         return self._neutral.known
-
-    def fapu_distances(self) -> tuple[float, ...]:
-        """Return the five FAPU distances in cm, as in the stream's parameters."""
-        return astuple(self.fapu)
 
     def restart(self) -> None:
         """Start new timestamps and keep the neutral pose."""
@@ -106,17 +99,12 @@ def to_displacements(
     openness : (2,) of the left and right eye: at 0 the upper lid touches the lower one on any face
     """
     moved = points - neutral
-    for pupil, corners in zip(PUPILS, _EYE_CORNERS, strict=True):
+    for pupil, corners in zip(PUPILS, EYE_CORNERS, strict=True):
         moved[pupil] -= moved[corners].mean(axis=0)
         moved[pupil, 2] = 0.0
     units = moved / fapu.lengths()
-    units[lids.UPPER, 1] = units[lids.LOWER, 1] + (openness - 1) * UNITS_PER_DISTANCE
+    units[UPPER, 1] = units[LOWER, 1] + (openness - 1) * UNITS_PER_DISTANCE
     return units
-
-
-_EYE_CORNERS = [
-    [CONTROL_POINT_INDEX[f"eye_inner_corner_{s}"], CONTROL_POINT_INDEX[f"eye_outer_corner_{s}"]] for s in "lr"
-]
 
 
 def _per_point(default: float, **by_prefix: float) -> NDArray[np.float64]:

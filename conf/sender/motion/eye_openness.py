@@ -7,7 +7,7 @@ neutral gap, depending on person and glasses. The blendshapes show when an eye i
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_INDEX
+from conf.face.control_points import control_point_indices
 from conf.sender.tracking.blendshape_network import INDEX as SHAPE
 
 CLOSED_GAP_RATIO = 0.16  # of the neutral gap, assumed until a blink; the mean over the clips
@@ -16,10 +16,9 @@ MIN_BLINK = 0.65  # blink blendshape from which an eye is shut
 LEARNING_RATE = 0.1  # per frame
 MAX_OPENNESS = 2.0
 
-# (2,) each: left, right
-UPPER = np.array([CONTROL_POINT_INDEX["eyelid_upper_l"], CONTROL_POINT_INDEX["eyelid_upper_r"]])
-LOWER = np.array([CONTROL_POINT_INDEX["eyelid_lower_l"], CONTROL_POINT_INDEX["eyelid_lower_r"]])
-_BLINKS = np.array([SHAPE["eyeBlinkLeft"], SHAPE["eyeBlinkRight"]])
+# Left, right.
+UPPER, LOWER = control_point_indices("eyelid_upper"), control_point_indices("eyelid_lower")
+_BLINKS = [SHAPE["eyeBlinkLeft"], SHAPE["eyeBlinkRight"]]
 
 
 class EyeOpennessEstimator:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, LOWER_LIP, control_point_indices
-from conf.sender.motion import eye_openness as lids
+from conf.sender.motion.eye_openness import UPPER, lid_gaps
 from conf.sender.motion.mean_face import MEAN_FACE
 from conf.sender.tracking.blendshape_network import INDEX as SHAPE
 
@@ -134,7 +134,7 @@ def close_mouth_open_eyes(points: NDArray[np.float64], /) -> NDArray[np.float64]
     raised = neutral[middle, 1] - points[middle, 1]
     neutral[_LOWER_OUTER_LIP, 1] += raised
     neutral[_CHIN, 1] += raised * CHIN_RATIO
-    neutral[lids.UPPER, 1] += np.maximum(0.0, MIN_LID_GAP_CM - lids.lid_gaps(points))
+    neutral[UPPER, 1] += np.maximum(0.0, MIN_LID_GAP_CM - lid_gaps(points))
     return neutral
 
 

@@ -79,18 +79,13 @@ class AppearanceMatcher:
 
     def _brightness(self, pixels: NDArray[np.uint8], positions: NDArray[np.float64]) -> NDArray[np.float64]:
         grey = np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY), np.uint8)
-        return sample_blurred(grey, positions, BLUR_CM * photo_scale(self._warp))
+        return sample_blurred(grey, positions, BLUR_CM * self._warp.scale)
 
 
 def rigid_skin(warp: PortraitWarp, /) -> NDArray[np.bool_]:
     """Return (V,) the mesh vertices on the face that no patch covers."""
     moving = np.max([feature.weights(warp.positions_cm) for feature in FEATURES], axis=0)
     return np.asarray((moving < 0.05) & warp.on_face)
-
-
-def photo_scale(warp: PortraitWarp, /) -> float:
-    """Return the length of 1 cm of the face in the photo, image heights."""
-    return float(np.exp(warp.shape.pose.log_scale))
 
 
 def sample_blurred(image: NDArray[np.uint8], positions: NDArray[np.float64], sigma: float, /) -> NDArray[np.float64]:

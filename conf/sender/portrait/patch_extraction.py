@@ -5,7 +5,6 @@ border.
 """
 
 from bisect import bisect_left
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -19,20 +18,6 @@ from conf.protocol.portrait.patch import MAX_SIDE, STEP_COUNT, Patch, encode_pat
 
 MARGIN = 1.1  # of the falloff distance: the crop ends where the patch's weight has become 0
 MIN_CROP_PX = 8
-
-
-@dataclass(frozen=True)
-class PatchCrop:
-    """A feature cut from a frame.
-
-    pixels : (h, w, 3) uint8 BGR
-    points : (m, 2) the feature's control points, 0 to 1 from the crop's upper left corner
-    weight : (h, w) 0 to 1, weight of the patch over the photo
-    """
-
-    pixels: NDArray[np.uint8]
-    points: NDArray[np.float64]
-    weight: NDArray[np.float64]
 
 
 def find_crop_box(
@@ -53,10 +38,11 @@ def find_crop_box(
 
 def extract_patch(
     pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], feature: PatchRegion, /, *, px_per_cm: float
-) -> PatchCrop:
+) -> tuple[NDArray[np.uint8], NDArray[np.float64], NDArray[np.float64]]:
     """Cut a feature from a frame, reduced to MAX_SIDE px.
 
     pixels : (H, W, 3) uint8 BGR; landmarks : (478, 3) px
+    Returns the crop (h, w, 3), its control points (m, 2), 0 to 1, and the patch's weight over the photo (h, w), 0 to 1.
     """
     low, high, points = find_crop_box(landmarks, feature, (pixels.shape[1], pixels.shape[0]), px_per_cm=px_per_cm)
     crop = pixels[low[1] : high[1], low[0] : high[0]]
@@ -66,7 +52,7 @@ def extract_patch(
     grid = np.stack(np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5), axis=-1) / (columns, rows)
     centre = cKDTree(landmarks[list(feature.centre_landmarks), :2])
     distance_cm = np.asarray(centre.query(low + grid * (high - low))[0]) / px_per_cm
-    return PatchCrop(np.ascontiguousarray(small, np.uint8), points, feature.falloff(distance_cm))
+    return np.ascontiguousarray(small, np.uint8), points, feature.falloff(distance_cm)
 
 
 def match_colour(patch: NDArray[np.uint8], predicted: NDArray[np.float64], /) -> NDArray[np.float64]:

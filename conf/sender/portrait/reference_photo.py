@@ -17,8 +17,7 @@ from conf.protocol.portrait.patch import POINT_STEPS
 from conf.protocol.portrait.photo import Photo
 from conf.sender.portrait.occlusion import AppearanceMatcher
 from conf.sender.portrait.patch_extraction import extract_patch, match_colour
-from conf.sender.portrait.photo_builder import CapturedFace
-from conf.sender.portrait.photo_encoding import decode_vp8
+from conf.sender.portrait.photo_builder import CapturedFace, decode_vp8
 from conf.sender.portrait.scene_change import SceneChangeDetector, angle_between
 
 MIN_PATCH_WEIGHT = 0.25  # below this weight of the patch the residual is faded out
@@ -73,9 +72,9 @@ def patch_residual(
     The residual is 0 where the patch has no weight. Colours are matched to the photo.
     """
     px_per_cm = float(np.exp(motion.pose[5])) * len(face.pixels)
-    crop = extract_patch(face.pixels, face.landmarks, feature, px_per_cm=px_per_cm)
-    points = np.rint(crop.points * POINT_STEPS) / POINT_STEPS
-    size = crop.pixels.shape[1], crop.pixels.shape[0]
+    crop, points, weight = extract_patch(face.pixels, face.landmarks, feature, px_per_cm=px_per_cm)
+    points = np.rint(points * POINT_STEPS) / POINT_STEPS
+    size = crop.shape[1], crop.shape[0]
     predicted = predict_patch(reference.pixels, region_points_in_photo(reference.warp, feature), points, size)
-    weight = np.minimum(1.0, crop.weight / MIN_PATCH_WEIGHT)
-    return (match_colour(crop.pixels, predicted) - predicted) * weight[..., None], points
+    weight = np.minimum(1.0, weight / MIN_PATCH_WEIGHT)
+    return (match_colour(crop, predicted) - predicted) * weight[..., None], points

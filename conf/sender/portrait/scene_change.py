@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.messages import MotionFrame
-from conf.sender.portrait.occlusion import photo_scale, rigid_skin, sample_blurred
+from conf.sender.portrait.occlusion import rigid_skin, sample_blurred
 
 SAMPLE_INTERVAL_S = 0.5
 LIGHT_SAMPLES = 10  # 5 s
@@ -64,7 +64,7 @@ class SceneChangeDetector:
 
     def _skin_colour(self, pixels: NDArray[np.uint8], positions: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (12,): the logarithm of the skin's mean colour in each quarter of the face."""
-        colours = sample_blurred(pixels, positions, _BLUR_CM * photo_scale(self._warp))
+        colours = sample_blurred(pixels, positions, _BLUR_CM * self._warp.scale)
         quarters = [colours[quarter].mean(axis=0) for quarter in self._quarters]
         return np.asarray(np.log(np.array(quarters) + _FLOOR).ravel(), np.float64)
 

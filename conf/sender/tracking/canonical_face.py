@@ -1,4 +1,4 @@
-"""The canonical face: the mean face that head pose is measured against.
+"""The canonical face, a mean face that head pose is measured against, and the removal of the head pose from landmarks.
 
 Source: MediaPipe, geometry_pipeline_metadata_landmarks.binarypb in the bundle of the face landmarker.
 """
@@ -9,6 +9,12 @@ from importlib.resources import files
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from conf.face.head_pose import HeadPose
+from conf.face.similarity import fit_similarity
+
+FLIP = np.array([1.0, -1.0, -1.0])  # from the tracker's axes (y down, z away) to the face's (y up, z to the viewer)
 
 
 @dataclass(frozen=True)
@@ -33,3 +39,21 @@ def load_canonical_face() -> CanonicalFace:
     dtypes = {"vertices": np.float64, "triangles": np.int32, "rigid": np.intp, "weights": np.float64}
     with (files("conf.assets") / "canonical_face.npz").open("rb") as file, np.load(file) as arrays:
         return CanonicalFace(**{name: arrays[name].astype(dtype) for name, dtype in dtypes.items()})
+
+
+def remove_head_pose(
+    landmarks: NDArray[np.floating], canonical: CanonicalFace, size: tuple[int, int], /
+) -> tuple[NDArray[np.float64], HeadPose]:
+    """Align landmarks with the canonical face.
+
+    landmarks : (478, 3) px, x right, y down, z away from the camera
+    size : width and height of the image, px
+    Returns the landmarks (478, 3), cm in face axes, and the head pose.
+    """
+    points = np.asarray(landmarks, dtype=np.float64) * FLIP
+    fit = fit_similarity(canonical.vertices[canonical.rigid], points[canonical.rigid], canonical.weights)
+    aligned = (points - fit.translation) @ fit.rotation / fit.scale
+    width, height = size
+    position = (fit.translation[:2] - np.array([width, -height]) / 2) / height
+    rotation = Rotation.from_matrix(fit.rotation).as_rotvec()
+    return aligned, HeadPose(rotation, position, float(np.log(fit.scale / height)))

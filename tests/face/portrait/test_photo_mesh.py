@@ -2,7 +2,13 @@ import numpy as np
 
 from conf.face.head_pose import HeadPose
 from conf.face.portrait import contours
-from conf.face.portrait.photo_mesh import build_mesh, signed_areas
+from conf.face.portrait.photo_mesh import (
+    BORDER_EXTENSION,
+    build_mesh,
+    extend_outline,
+    signed_areas,
+    triangles_on_person,
+)
 from tests.support.synthetic_portrait import POSE, face_shape
 
 
@@ -35,3 +41,22 @@ def test_no_triangle_has_corners_on_both_lips_and_elsewhere() -> None:
         upper, lower = map(contours.landmark_rows, (contours.UPPER_INNER_LIP, contours.LOWER_INNER_LIP))
         across = np.isin(triangles, upper[1:-1]).any(axis=1) & np.isin(triangles, lower[1:-1]).any(axis=1)
         assert np.isin(triangles[across], upper + lower).all()
+
+
+SQUARE = np.array([(-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.2, 0.2)])
+
+
+def test_triangles_near_the_person_are_kept() -> None:
+    positions = np.array(
+        [(0.0, 0.0), (0.1, 0.0), (0.0, 0.1), (0.5, 0.5), (0.6, 0.5), (0.5, 0.6), (0.21, 0.0), (0.3, 0.1)]
+    )
+    triangles = np.array([(0, 1, 2), (3, 4, 5), (6, 7, 3), (0, 6, 7)], dtype=np.int32)
+    np.testing.assert_array_equal(triangles_on_person(positions, triangles, SQUARE, 0.01), [True, False, True, True])
+    assert triangles_on_person(positions, triangles, SQUARE[:2], 0.01).all()
+
+
+def test_outline_points_at_the_border_are_moved_beyond_it() -> None:
+    outline = np.array([(-0.3, -0.5), (0.66, 0.0), (0.1, 0.3)])
+    np.testing.assert_allclose(
+        extend_outline(outline, 4 / 3), [(-0.3, -0.5 - BORDER_EXTENSION), (2 / 3 + BORDER_EXTENSION, 0.0), (0.1, 0.3)]
+    )

@@ -2,8 +2,7 @@ import numpy as np
 
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.head_pose import HeadPose
-from conf.face.portrait.person_outline import BORDER_EXTENSION
-from conf.face.portrait.photo_mesh import build_mesh
+from conf.face.portrait.photo_mesh import BORDER_EXTENSION, build_mesh
 from conf.face.portrait.vertex_weights import SHOULDER_WEIGHT, border_alpha, head_weights
 from tests.support.synthetic_portrait import POSE, face_shape
 

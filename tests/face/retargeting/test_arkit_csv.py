@@ -9,18 +9,19 @@ from hypothesis.extra import numpy as hnp
 from scipy.optimize import lsq_linear
 
 from conf.face.animation.gaze import gaze_displacements
-from conf.face.control_points import CONTROL_POINT_COUNT
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, PUPILS
 from conf.face.formats.dpc import MotionClip
 from conf.face.loading import load_face
 from conf.face.retargeting.arkit_csv import (
+    FULL_GAZE,
     HEADER,
     SHAPES,
     bounded_least_squares,
+    load_arkit_shapes,
     solve_arkit_weights,
     timecode,
     write_blendshape_csv,
 )
-from conf.face.retargeting.arkit_shapes import load_arkit_shapes
 
 matrices = hnp.arrays(np.float64, (4, 7), elements=st.floats(-2, 2, width=16))
 targets = hnp.arrays(np.float64, (3, 7), elements=st.floats(-5, 5, width=16))
@@ -93,3 +94,26 @@ def test_a_motion_in_mesh_units_is_an_error(tmp_path: Path) -> None:
 )
 def test_timecode_of_a_frame(frame: int, fps: float, text: str) -> None:
     assert timecode(frame, fps) == text
+
+
+def test_there_are_52_shapes_of_all_control_points() -> None:
+    shapes = load_arkit_shapes()
+    assert len(shapes) == 52
+    assert all(shape.shape == (CONTROL_POINT_COUNT, 3) and np.isfinite(shape).all() for shape in shapes.values())
+
+
+def test_shapes_move_points_according_to_their_names() -> None:
+    shapes = load_arkit_shapes()
+    assert shapes["jawOpen"][CONTROL_POINT_INDEX["chin_bottom"], 1] < -500
+    assert shapes["eyeBlinkLeft"][CONTROL_POINT_INDEX["eyelid_upper_l"], 1] < -1000
+    assert shapes["mouthSmileRight"][CONTROL_POINT_INDEX["outer_lip_corner_r"], 0] < -50  # outwards
+    assert shapes["browInnerUp"][CONTROL_POINT_INDEX["brow_inner_l"], 1] > 50
+
+
+def test_a_gaze_shape_moves_one_pupil_in_its_direction() -> None:
+    shapes = load_arkit_shapes()
+    for direction, (x, y, _) in FULL_GAZE.items():
+        left, right = shapes[f"eyeLook{direction}Left"][PUPILS, :2]
+        np.testing.assert_array_equal(np.sign(left), [x, y])
+        np.testing.assert_array_equal(right, 0)
+    assert shapes["eyeLookInRight"][CONTROL_POINT_INDEX["pupil_r"], 0] > 0  # towards the nose

@@ -1,6 +1,6 @@
 import numpy as np
 
-from conf.face.portrait.person_outline import BORDER_EXTENSION
+from conf.face.portrait.photo_mesh import BORDER_EXTENSION
 from conf.receiver.portrait.inpainting import extend_border, inpaint_background, person_mask
 
 SQUARE = np.array([(0.4, 0.4), (0.6, 0.4), (0.6, 0.6), (0.4, 0.6)])

@@ -13,22 +13,22 @@ POINTS, DESCRIPTOR = MODEL.points.mean / POINT_STEPS, np.zeros(len(MODEL.descrip
 
 def test_the_control_points_of_a_crop_are_where_the_frame_shows_them() -> None:
     pixels = draw_person()
-    crop = extract_patch(pixels, landmarks(), MOUTH, px_per_cm=7.2)
-    assert crop.pixels.shape[1] > crop.pixels.shape[0]
-    upper = crop.points[MOUTH.points.index(1)] * crop.pixels.shape[1::-1]
+    crop, points, weight = extract_patch(pixels, landmarks(), MOUTH, px_per_cm=7.2)
+    assert crop.shape[1] > crop.shape[0]
+    upper = points[MOUTH.points.index(1)] * crop.shape[1::-1]
     x, y = landmarks()[13, :2].astype(int)
-    np.testing.assert_array_equal(crop.pixels[int(upper[1]), int(upper[0])], pixels[y, x])
-    assert crop.weight[int(upper[1]), int(upper[0])] == 1 and crop.weight[0, 0] == 0
+    np.testing.assert_array_equal(crop[int(upper[1]), int(upper[0])], pixels[y, x])
+    assert weight[int(upper[1]), int(upper[0])] == 1 and weight[0, 0] == 0
 
 
 def test_a_face_at_the_border_of_the_image_gives_a_crop() -> None:
     aside = landmarks() + np.array([150, 110, 0], np.float32)
-    crop = extract_patch(draw_person(), aside, MOUTH, px_per_cm=7.2)
-    assert min(crop.pixels.shape[:2]) >= 8 and crop.weight.shape == crop.pixels.shape[:2]
+    crop, _, weight = extract_patch(draw_person(), aside, MOUTH, px_per_cm=7.2)
+    assert min(crop.shape[:2]) >= 8 and weight.shape == crop.shape[:2]
 
 
 def test_colours_are_matched_along_the_border() -> None:
-    crop = extract_patch(draw_person(), landmarks(), MOUTH, px_per_cm=7.2).pixels
+    crop = extract_patch(draw_person(), landmarks(), MOUTH, px_per_cm=7.2)[0]
     dark = np.clip(crop * 0.7, 0, 255).astype(np.uint8)
     matched = match_colour(dark, crop.astype(np.float64))
     assert np.abs(matched - crop).mean() < 4 < np.abs(dark.astype(float) - crop).mean()

@@ -5,14 +5,22 @@ import pytest
 
 from conf.protocol.portrait.objects import decode_object, encode_object
 from conf.protocol.portrait.vp8 import read_frame_size
-from conf.sender.portrait.photo_builder import DRAFT, FULL, PhotoBuilder, PhotoQuality, blur_background, build_photo
+from conf.sender.portrait.photo_builder import (
+    DRAFT,
+    FULL,
+    PhotoBuilder,
+    PhotoQuality,
+    blur_background,
+    decode_vp8,
+    encode_vp8,
+)
 from tests.support.drawn_person import draw_person
-from tests.support.portrait_subjects import canonical, captured_face, landmarks
+from tests.support.portrait_subjects import build_photo, canonical, captured_face, landmarks
 from tests.support.synthetic_portrait import POSE, face_points
 
 
 def test_a_photo_has_the_pose_and_the_points_of_the_face() -> None:
-    photo = build_photo(captured_face(), canonical(), 3)
+    photo = build_photo(captured_face(), 3)
     np.testing.assert_allclose(photo.pose, POSE.to_vector(), atol=0.02)
     np.testing.assert_allclose(photo.points, face_points(), atol=0.05)
     assert photo.number == 3 and len(photo.frame) <= FULL.max_bytes and read_frame_size(photo.frame) == (320, 240)
@@ -46,7 +54,7 @@ def test_a_photo_is_built_in_time_slices(
 
 def test_a_large_image_is_reduced() -> None:
     large = np.repeat(np.repeat(draw_person(), 2, axis=0), 2, axis=1)
-    photo = build_photo(replace(captured_face(large), landmarks=landmarks() * 2), canonical(), 0)
+    photo = build_photo(replace(captured_face(large), landmarks=landmarks() * 2))
     assert photo.size == (640, 480) and read_frame_size(photo.frame) == (320, 240)
 
 
@@ -59,3 +67,18 @@ def test_the_background_is_blurred_and_the_face_is_not() -> None:
     corner, nose = (slice(0, 40), slice(0, 40), 0), (slice(y - 10, y + 10), slice(x - 10, x + 10))
     assert softened[corner].std() < 0.6 * pixels[corner].std()
     np.testing.assert_allclose(softened[nose], pixels[nose], atol=1)
+
+
+def test_a_frame_keeps_to_its_bytes_and_more_bytes_give_a_better_image() -> None:
+    noisy = draw_person().astype(float) + np.random.default_rng(0).normal(0, 12, (240, 320, 3))
+    pixels = np.clip(noisy, 0, 255).astype(np.uint8)
+    errors = []
+    for max_bytes in (2000, 4000, 8000):
+        frame = encode_vp8(pixels, max_bytes=max_bytes)
+        assert len(frame) <= max_bytes and read_frame_size(frame) == (320, 240)
+        errors.append(float(np.abs(decode_vp8(frame).astype(float) - pixels).mean()))
+    assert errors == sorted(errors, reverse=True)
+
+
+def test_too_few_bytes_give_the_smallest_frame() -> None:
+    assert read_frame_size(encode_vp8(draw_person(), max_bytes=10)) == (320, 240)

@@ -4,9 +4,8 @@ import pytest
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.patch_features import FEATURES, MOUTH
 from conf.protocol.portrait.objects import encode_object
-from conf.sender.portrait.photo_builder import build_photo
 from conf.sender.portrait.reference_photo import ReferencePhoto, patch_residual
-from tests.support.portrait_subjects import canonical, captured_face, landmarks, motion, shaded_person
+from tests.support.portrait_subjects import build_photo, captured_face, landmarks, motion, shaded_person
 from tests.support.synthetic_portrait import POSE
 
 FACE = captured_face(shaded_person())
@@ -14,11 +13,11 @@ FACE = captured_face(shaded_person())
 
 @pytest.fixture(scope="module")
 def reference() -> ReferencePhoto:
-    return ReferencePhoto.from_bytes(encode_object(build_photo(FACE, canonical(), 1)), FACE.pixels)
+    return ReferencePhoto.from_bytes(encode_object(build_photo(FACE)), FACE.pixels)
 
 
 def test_decoding_and_encoding_again_gives_the_same_bytes(reference: ReferencePhoto) -> None:
-    assert encode_object(reference.photo) == encode_object(build_photo(FACE, canonical(), 1))
+    assert encode_object(reference.photo) == encode_object(build_photo(FACE))
 
 
 def test_a_face_as_in_the_photo_can_be_patched_and_a_turned_one_cannot(reference: ReferencePhoto) -> None:

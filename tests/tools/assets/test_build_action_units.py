@@ -1,7 +1,7 @@
 import numpy as np
 
 from conf.face.animation.action_units import ACTION_UNIT_NAMES, load_action_units
-from conf.face.retargeting.arkit_shapes import load_arkit_shapes
+from conf.face.retargeting.arkit_csv import load_arkit_shapes
 from conf.face.symmetry import mirror_motion
 from tools.assets.build_action_units import RECIPES, blend
 
