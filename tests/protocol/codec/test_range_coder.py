@@ -52,6 +52,17 @@ def test_the_independent_decoder_reads_the_symbols(message: Message) -> None:
     assert string.end() == payload
 
 
+def test_the_independent_decoder_reads_a_long_message() -> None:
+    """Rounding of the width accumulates, so that another precision is noticed."""
+    rng = np.random.default_rng(4)
+    table = (0, 9000, 9001, 20000, 32000, TOTAL)
+    message = [(table, int(symbol)) for symbol in rng.integers(0, 5, 400)]
+    payload = encoded(message)
+    string = Range(payload)
+    assert [string.symbol(list(table)) for table, _ in message] == [symbol for _, symbol in message]
+    assert string.end() == payload
+
+
 def test_likely_symbols_take_no_bytes() -> None:
     assert encoded([]) == b""
     assert encoded([((0, TOTAL - 1, TOTAL), 0)] * 50) == b""
