@@ -33,9 +33,9 @@ from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 from tools.bench.codec_link import Link, measure
 from tools.bench.portrait_clip import FPS, SIZE, Pixels, load_frames
-from tools.bench.portrait_peers import CODECS, HEADERS, transmit
 from tools.bench.scatter_chart import ScatterPoint, scatter_chart
 from tools.bench.tracks import LEFT_EYE, RIGHT_EYE, Track
+from tools.bench.video_codecs import CODECS, HEADERS, transmit
 
 VIDEO_KBPS = (12.0, 16.0, 24.0, 48.0)  # targets, with headers; some encoders stay above the lowest
 JPEG_QUALITIES = (5, 15, 30)

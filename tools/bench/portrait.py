@@ -43,7 +43,7 @@ from conf.sender.tracking.canonical_face import load_canonical_face
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 from tools.bench.portrait_clip import FPS, SIZE, START_S, Pixels, average, compare, load_frames, looped, similarities
-from tools.bench.portrait_peers import CODECS, transmit
+from tools.bench.video_codecs import CODECS, transmit
 
 FRAMING = 14 + 28  # bytes of seal and framing, and of UDP and IP headers, of each motion datagram
 CHUNK_OVERHEAD = 2  # bytes that a chunk adds to its datagram besides its own
@@ -196,7 +196,7 @@ def below_frozen(call: Call, start: int) -> tuple[float, float]:
     for source, shown, frozen, tracking in rows[start:]:
         if shown is None or frozen is None or tracking is None:
             continue
-        moved, still = (compare(source, picture, tracking, None).face_ssim for picture in (shown, frozen))
+        moved, still = (compare(source, image, tracking, None).face_ssim for image in (shown, frozen))
         losses.append(still - moved)
     if not losses:
         return 0.0, 0.0

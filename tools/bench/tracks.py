@@ -68,8 +68,8 @@ class StillFace:
 def project(offsets: NDArray[np.floating], pose: NDArray[np.floating], /) -> NDArray[np.float64]:
     """Return the (n, 2) image positions, image heights, of control points moved by `offsets` (n, 3), cm."""
     head = HeadPose.from_vector(pose)
-    turned = (MEAN_FACE + offsets) @ head.matrix().T
-    return np.asarray(np.exp(head.log_scale) * turned[:, :2] + head.position)
+    rotated = (MEAN_FACE + offsets) @ head.matrix().T
+    return np.asarray(np.exp(head.log_scale) * rotated[:, :2] + head.position)
 
 
 class TrackReader:

@@ -42,9 +42,9 @@ from conf.protocol.portrait.probability_model import (
 from conf.protocol.portrait.shape_coding import POINT_STEP, encode_shape
 from conf.sender.motion.mean_face import MEAN_FACE
 from conf.sender.portrait.patch_extraction import find_crop_box
-from tools.bench.portrait_patches import PatchCounts, cost_of_patches, count_patches, read_patches
 from tools.bench.tracks import StillFace, TrackReader
 from tools.train.codec_fit import UNIT_SCALE
+from tools.train.portrait_patches import PatchCounts, cost_of_patches, count_patches, read_patches
 
 FPS = 15.0
 SAMPLES = 24  # frames of each track

@@ -2,8 +2,8 @@ import numpy as np
 
 from conf.face.portrait.patch_features import FEATURES
 from conf.protocol.portrait.probability_model import MODEL_FILE, load_portrait_model
-from tools.bench.portrait_patches import PatchCounts
 from tools.train.portrait import CONTROLS, Poses, cost_of, model_arrays, train
+from tools.train.portrait_patches import PatchCounts
 
 
 def track(seed: int) -> Poses:
