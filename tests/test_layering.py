@@ -50,9 +50,34 @@ FACE_LEVELS = (
 
 # Pure packages do no I/O but reading packaged data and files named by an argument; time and random bytes are arguments.
 PURE_STANDARD_LIBRARY = {
-    *("array", "bisect", "collections", "contextlib", "copy", "csv", "dataclasses", "difflib", "enum", "functools"),
-    *("hashlib", "hmac", "importlib", "itertools", "json", "math", "operator", "re", "struct", "typing", "warnings"),
-    *("zipfile", "zlib"),
+    *(
+        "array",
+        "bisect",
+        "codecs",
+        "collections",
+        "contextlib",
+        "copy",
+        "csv",
+        "dataclasses",
+        "difflib",
+        "enum",
+        "functools",
+    ),
+    *(
+        "hashlib",
+        "hmac",
+        "importlib",
+        "io",
+        "itertools",
+        "json",
+        "math",
+        "operator",
+        "re",
+        "struct",
+        "typing",
+        "warnings",
+    ),
+    *("urllib", "zipfile", "zlib"),
 }
 PURE_IMPORTS = {
     "face": PURE_STANDARD_LIBRARY | {"pathlib", "numpy", "scipy"},

@@ -27,9 +27,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--emotion", metavar="NAME", help="show an emotion: joy, surprise, doubt, ... or an EPC file")
 
 
-def run(options: argparse.Namespace, _terminal: Terminal) -> None:
+def run(options: argparse.Namespace, terminal: Terminal) -> None:
     axes = options.up, options.front
-    animate(options.face, options.ppc, axes=axes, dpc=options.dpc, emotion=options.emotion)
+    animate(options.face, options.ppc, axes=axes, dpc=options.dpc, emotion=options.emotion, on_note=terminal.write)
 
 
 def animate(
@@ -39,8 +39,9 @@ def animate(
     axes: Axes = (None, None),
     dpc: Path | None = None,
     emotion: str | None = None,
+    on_note: Callable[[str], None] = lambda text: None,
 ) -> None:
-    """Open the animator's window and return when it is closed.
+    """Open the animator's window and return when it is closed; on_note gets what was wrong with the mesh's file.
 
     face : mesh, None for the shipped head
     ppc : its control points, None for the PPC file beside it or to find them
@@ -55,6 +56,8 @@ def animate(
     from conf.render.window.glfw_window import GlfwWindow
 
     document = open_face_document(face, ppc, up=axes[0], front=axes[1])
+    if document.source.notes:
+        on_note(f"{document.path}: {'; '.join(document.source.notes)}")
     name = None if emotion is None else load_expression(emotion).names[0]
     with GlfwWindow(*SIZE, "conf animate") as window:
         animator = AnimatorApp(window, document, fit=fit_points)

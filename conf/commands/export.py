@@ -67,12 +67,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, terminal: Terminal) -> None:
     request = ExportRequest(**{field.name: getattr(options, field.name) for field in fields(ExportRequest)})
     with terminal.progress_bar() as show:
-        result = export_file(request, show)
+        result = export_file(request, show, terminal.write)
     terminal.print_figures("exported", result)
 
 
-def export_file(request: ExportRequest, on_progress: Callable[[float], None] = lambda fraction: None) -> ExportResult:
-    """Write one file; on_progress gets the fraction that is done.
+def export_file(
+    request: ExportRequest,
+    on_progress: Callable[[float], None] = lambda fraction: None,
+    on_note: Callable[[str], None] = lambda text: None,
+) -> ExportResult:
+    """Write one file; on_progress gets the fraction that is done, on_note what was wrong with the mesh's file.
 
     Raises ConfError, FileFormatError, GraphicsError.
     """
@@ -88,6 +92,8 @@ def export_file(request: ExportRequest, on_progress: Callable[[float], None] = l
     subject = open_face_document(request.face, request.ppc)
     if subject.points is None:
         raise ConfError(f"{subject.path} has no control points: run `conf fit {subject.path}` or give --ppc FILE")
+    if subject.source.notes:
+        on_note(f"{subject.path}: {'; '.join(subject.source.notes)}")
     face = subject.operator_builder().build_face(DeformerOptions())
     motion, default_time = _load_motion(request, face, fps)
     seconds, at = duration_of(motion), default_time if request.at is None else request.at

@@ -86,6 +86,8 @@ def receive(
     from conf.render.window.offscreen import OffscreenWindow
 
     model = load_face(face)
+    if model.mesh.notes and options.on_event is not None:
+        options.on_event(f"{face}: {'; '.join(model.mesh.notes)}")
     endpoint = ReceiverEndpoint(SessionServer(code, os.urandom))
     idle_text = f"listening on {format_address(socket.address)}   code  {code}"
     if options.headless is None:

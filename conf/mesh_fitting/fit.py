@@ -81,7 +81,7 @@ def find_points(
     known = points_of_landmark_mesh(mesh, load_canonical_face())
     if known is not None:
         fitted = FittedPoints(known, 3, 4, 0, False)
-        return fitted, ("", ""), (TRACKER_MESH_NOTE, *_remarks(fitted, mesh))
+        return fitted, ("", ""), (*mesh.notes, TRACKER_MESH_NOTE, *_remarks(fitted, mesh))
     candidates = [(u, f) for u, f in ORIENTATIONS if up in (None, u) and front in (None, f)]
     if not candidates:
         raise ConfError(f"--up {up} and --front {front} are the same line: name two, such as --up y --front z")
@@ -95,7 +95,7 @@ def find_points(
         )
     fitted = fit_control_points(search.observed, search.mesh.vertices, search.mesh.triangles, prior)
     fitted = replace(fitted, points=search.frame.inverse_apply(fitted.points))
-    return fitted, search.axes, _remarks(fitted, mesh)
+    return fitted, search.axes, (*mesh.notes, *_remarks(fitted, mesh))
 
 
 def points_of_landmark_mesh(mesh: Mesh, canonical: CanonicalFace) -> NDArray[np.float64] | None:

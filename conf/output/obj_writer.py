@@ -12,6 +12,7 @@ from conf.atomic_write import report_write_errors
 from conf.errors import ConfError
 from conf.face.mesh.mesh import Mesh
 from conf.render.materials import group_triangles, material_of
+from conf.render.textures import read_image
 
 PORTABLE_FORMATS = (".png", ".jpg", ".jpeg", ".bmp", ".tga")  # textures that every program with OBJ import reads
 OPAQUE_MATERIAL, BLENDED_MATERIAL = "face", "hair"
@@ -28,10 +29,12 @@ def write_obj(path: Path, mesh: Mesh, vertices: NDArray[np.floating], /) -> None
     """
     with report_write_errors(path):
         texture = _write_texture(path, mesh.texture) if _has_uvs(mesh) and mesh.texture else None
-        if texture is not None:
-            path.with_suffix(".mtl").write_text(MATERIALS.format(texture=texture.name), encoding="utf-8")
+        library = "" if texture is None else MATERIALS.format(texture=texture.name)
+        library += "".join(_material_text(path, mesh, number) for number in _used_materials(mesh))
+        if library:
+            path.with_suffix(".mtl").write_text(library, encoding="utf-8")
         with path.open("w", encoding="utf-8") as file:
-            if texture is not None:
+            if library:
                 file.write(f"mtllib {path.with_suffix('.mtl').name}\n")
             file.writelines(f"{line}\n" for line in _lines(mesh, vertices, has_texture=texture is not None))
 
@@ -50,23 +53,48 @@ def _write_texture(path: Path, texture: Path) -> Path:
     return copy
 
 
+def _used_materials(mesh: Mesh) -> list[int]:
+    return [number for number in np.unique(mesh.materials_of_triangles()).tolist() if number >= 0]
+
+
+def _material_text(path: Path, mesh: Mesh, number: int) -> str:
+    """Return the MTL text of one of the mesh's materials, and write its image with its alpha as PNG."""
+    material = mesh.materials[number]
+    lines = [f"newmtl material_{number}", "Kd {:.4f} {:.4f} {:.4f}".format(*material.colour), f"d {material.alpha:.4f}"]
+    if material.image is not None:
+        image = path.with_name(f"{path.stem}-texture{number}.png")
+        pixels = cv2.cvtColor(read_image(material)[::-1], cv2.COLOR_RGBA2BGRA)
+        image.write_bytes(cv2.imencode(".png", pixels)[1].tobytes())
+        lines += [f"map_Kd {image.name}", *([f"map_d {image.name}"] if material.has_alpha else [])]
+    return "\n".join((*lines, "", ""))
+
+
 def _has_uvs(mesh: Mesh) -> bool:
     return len(mesh.uvs) == len(mesh.render_vertices) and bool(np.any(mesh.uvs))
 
 
 def _lines(mesh: Mesh, vertices: NDArray[np.floating], *, has_texture: bool) -> Iterator[str]:
     yield f"# {len(vertices)} vertices, {len(mesh.triangles)} triangles"
-    yield from (f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in vertices.tolist())
+    if mesh.vertex_colours is None:
+        yield from (f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in vertices.tolist())
+    else:
+        rows = np.column_stack([vertices, mesh.vertex_colours]).tolist()
+        yield from (f"v {x:.5f} {y:.5f} {z:.5f} {r:.4f} {g:.4f} {b:.4f}" for x, y, z, r, g, b in rows)
     has_uvs = _has_uvs(mesh)
     if has_uvs:
         yield from (f"vt {u:.6f} {v:.6f}" for u, v in mesh.uvs.tolist())
     for name, triangles in group_triangles(mesh):
         yield f"g {name}"
-        if has_texture:
-            yield f"usemtl {BLENDED_MATERIAL if material_of(name).blended else OPAQUE_MATERIAL}"
-        corners = mesh.triangles[triangles] + 1
-        if has_uvs:
-            pairs = np.stack([corners, mesh.render_triangles[triangles] + 1], axis=2).tolist()
-            yield from ("f " + " ".join(f"{v}/{t}" for v, t in face) for face in pairs)
-        else:
-            yield from (f"f {a} {b} {c}" for a, b, c in corners.tolist())
+        numbers = mesh.materials_of_triangles()[triangles]
+        for number in np.unique(numbers).tolist():
+            if number >= 0:
+                yield f"usemtl material_{number}"
+            elif has_texture:
+                yield f"usemtl {BLENDED_MATERIAL if material_of(name).blended else OPAQUE_MATERIAL}"
+            rows = triangles[numbers == number]
+            corners = mesh.triangles[rows] + 1
+            if has_uvs:
+                pairs = np.stack([corners, mesh.render_triangles[rows] + 1], axis=2).tolist()
+                yield from ("f " + " ".join(f"{v}/{t}" for v, t in face) for face in pairs)
+            else:
+                yield from (f"f {a} {b} {c}" for a, b, c in corners.tolist())

@@ -4,12 +4,10 @@ For each frame the neck is bent and the vertex normals are computed, both are up
 drawn with its material's shaders into a render target, and the target is resolved into the framebuffer.
 """
 
-import cv2
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.errors import FileFormatError
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.face_model import FaceModel
 from conf.face.deformation.neck import NeckBend
@@ -24,6 +22,7 @@ from conf.render.materials import EYE, MOUTH, SKIN, group_triangles, material_of
 from conf.render.render_target import RenderTarget
 from conf.render.shader_programs import DrawCall, to_column_major
 from conf.render.shadow_map import ShadowMap, light_matrix
+from conf.render.textures import MeshImages, MeshTextures, separate_transparent
 from conf.render.vertex_cache import optimise_vertex_cache
 from conf.render.vertex_colour_renderer import VertexColourRenderer
 from conf.render.vertex_normals import VertexNormals
@@ -31,14 +30,14 @@ from conf.render.wireframe import WireframeRenderer
 
 CLIP_TO_TEXTURE = np.array([[0.5, 0, 0, 0.5], [0, 0.5, 0, 0.5], [0, 0, 0.5, 0.5], [0, 0, 0, 1]])
 MAX_TARGETS = 6  # render targets kept, one per size: the cells of a grid of participants differ in size
-PLAIN_SKIN = (226, 178, 150, 255)  # sRGB with alpha, of a mesh without a texture
 
 
 class FaceRenderer(GpuObject):
     """Draws one face frame after frame."""
 
     def __init__(self, ctx: moderngl.Context, face: FaceModel, *, lighting: Lighting = STUDIO) -> None:
-        mesh = optimise_vertex_cache(orient_outwards(face.mesh))
+        images = MeshImages(face.mesh)
+        mesh = optimise_vertex_cache(orient_outwards(separate_transparent(face.mesh, images)))
         self.background = "wall"  # a key of render_target.BACKDROPS or SOLID_COLOURS
         self.target: RenderTarget | None = None  # of the last draw
         self._ctx = ctx
@@ -47,14 +46,20 @@ class FaceRenderer(GpuObject):
         self._neck = NeckBend(mesh)
         self._normals = VertexNormals(mesh.triangles, mesh.render_vertices)
         self._targets: dict[tuple[tuple[int, int], str], RenderTarget] = {}
-        self._atlas = load_texture(ctx, mesh)
+        self._textures = MeshTextures(ctx, images)
         self._vertices = ctx.buffer(reserve=len(mesh.render_vertices) * 24)
         count = len(mesh.render_vertices)
         uvs = ctx.buffer((mesh.uvs if len(mesh.uvs) == count else np.zeros((count, 2))).astype("f4").tobytes())
+        colours = ctx.buffer(vertex_colours(mesh).tobytes())
+        numbers = mesh.materials_of_triangles()
         self._parts = [
-            MeshPart(ctx, group, mesh.render_triangles[triangles], (self._vertices, uvs), lighting)
+            MeshPart(
+                ctx, group, mesh.render_triangles[triangles[numbers[triangles] == number]],
+                (self._vertices, uvs, colours), lighting, images.tint(number), number,
+            )
             for group, triangles in ordered_groups(mesh)
-        ]
+            for number in np.unique(numbers[triangles]).tolist()
+        ]  # fmt: skip
         for part in self._parts:
             part.set_anatomy(face)
         self._wireframe = WireframeRenderer(ctx, mesh, self._vertices)
@@ -62,7 +67,10 @@ class FaceRenderer(GpuObject):
         self._markers = ControlPointMarkers(ctx, face.control_points, mesh.vertices)
         self._vertex_colours: VertexColourRenderer | None = None
         self._is_coloured = False
-        self._owned = (*self._parts, self._wireframe, self._shadow, self._markers, uvs, self._vertices, self._atlas)
+        self._owned = (
+            *(*self._parts, self._wireframe, self._shadow, self._markers),
+            *(uvs, colours, self._vertices, self._textures),
+        )
 
     def draw(
         self, vertices: NDArray[np.float32], pose: HeadPose, view: ViewState, framebuffer: moderngl.Framebuffer
@@ -89,10 +97,10 @@ class FaceRenderer(GpuObject):
         else:
             light = self._shadow.update(light_matrix(rotation, self._lighting.key), points)
             target.begin()
-            self._atlas.use(0)
             self._shadow.depth.use(1)
             matrices["light"] = to_column_major(CLIP_TO_TEXTURE @ light)
             for part in self._parts:
+                self._textures.use(part.number, 0)
                 part.draw(**matrices)
         target.resolve(framebuffer)
         if view.points:
@@ -134,20 +142,32 @@ class MeshPart(DrawCall):
         ctx: moderngl.Context,
         group: str,
         triangles: NDArray[np.int32],
-        buffers: tuple[moderngl.Buffer, moderngl.Buffer],
+        buffers: tuple[moderngl.Buffer, moderngl.Buffer, moderngl.Buffer],
         lighting: Lighting,
+        tint: tuple[float, float, float, float] | None = None,
+        number: int = -1,
     ) -> None:
-        """triangles : (F, 3) render vertices; buffers : (R, 6) positions and normals, (R, 2) texture coordinates"""
-        self.group = group
+        """Build the part.
+
+        triangles : (F, 3) render vertices
+        buffers : (R, 6) positions and normals, (R, 2) texture coordinates, (R, 3) colours
+        tint : linear colour and alpha that multiply those of texture and vertices; None for all ones
+        number : index of the mesh's material, -1 for none
+        """
+        self.group, self.number = group, number
         self.material = material_of(group)
-        vertices, uvs = buffers
+        vertices, uvs, colours = buffers
         attributes = [(vertices, "3f4 3f4", "in_position", "in_normal"), (uvs, "2f4", "in_uv")]
+        attributes.append((colours, "3f4", "in_colour"))
+        constants = lighting.constants() if tint is None else lighting.constants() | {"TINTED": "true"}
         shaders = (self.material.vertex_shader, self.material.shader)
-        super().__init__(ctx, shaders, attributes, triangles, lighting.constants())
+        super().__init__(ctx, shaders, attributes, triangles, constants)
         self._ctx = ctx
         for unit, name in enumerate(("atlas", "shadow")):
             if name in self.program:
                 self.program[name] = unit
+        if tint is not None and "tint" in self.program:
+            self.program["tint"] = tint
 
     def set_anatomy(self, face: FaceModel) -> None:
         """Set the uniforms of eyes and mouth to their position on the neutral face."""
@@ -176,21 +196,8 @@ def ordered_groups(mesh: Mesh) -> list[tuple[str, NDArray[np.int64]]]:
     )
 
 
-def load_texture(ctx: moderngl.Context, mesh: Mesh) -> moderngl.Texture:
-    """Return the mesh's texture with mipmaps, or one pixel of PLAIN_SKIN if it has none.
-
-    Raises FileFormatError if the file is not an image with 8 bits a channel.
-    """
-    if mesh.texture is None or len(mesh.uvs) == 0:
-        return ctx.texture((1, 1), 4, bytes(PLAIN_SKIN))
-    image = cv2.imread(str(mesh.texture), cv2.IMREAD_UNCHANGED)
-    if image is None or image.dtype != np.uint8:
-        raise FileFormatError(mesh.texture, None, "expected a PNG, JPEG or WebP image with 8 bits a channel")
-    if image.ndim == 2:
-        image = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
-    to_rgba = cv2.COLOR_BGRA2RGBA if image.shape[2] == 4 else cv2.COLOR_BGR2RGBA
-    rgba = np.ascontiguousarray(cv2.cvtColor(image, to_rgba)[::-1])
-    texture = ctx.texture((rgba.shape[1], rgba.shape[0]), 4, rgba.tobytes())
-    texture.build_mipmaps()
-    texture.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
-    return texture
+def vertex_colours(mesh: Mesh) -> NDArray[np.float32]:
+    """Return (R, 3) float32 sRGB; white for a mesh without vertex colours."""
+    if mesh.vertex_colours is None:
+        return np.ones((len(mesh.render_vertices), 3), np.float32)
+    return np.ascontiguousarray(mesh.vertex_colours[mesh.render_vertices], np.float32)

@@ -32,6 +32,8 @@ MOUTH = Material("mouth", casts_shadow=False)
 CLOTH = Material("cloth", "face_shadowed", casts_shadow=False)
 HAIR = Material("hair", blended=True)
 
+TRANSLUCENT = "translucent"  # group of the parts that are transparent by their alpha, whatever their name
+
 # The groups of the default head. Any other group, and a mesh without groups, is skin.
 MATERIALS = {
     "eye_l": EYE,
@@ -44,6 +46,7 @@ MATERIALS = {
     "hair": HAIR,
     "brows": HAIR,
     "lashes": Material("hair", two_sided=True, blended=True, casts_shadow=False),
+    TRANSLUCENT: Material("hair", two_sided=True, blended=True, casts_shadow=False),
 }
 
 

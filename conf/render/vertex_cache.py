@@ -34,6 +34,7 @@ def optimise_vertex_cache(mesh: Mesh, /) -> Mesh:
         uvs=mesh.uvs[rows] if len(mesh.uvs) == len(rows) else mesh.uvs,
         render_vertices=mesh.render_vertices[rows],
         render_triangles=new_row[triangles].astype(np.int32),
+        triangle_materials=None if mesh.triangle_materials is None else mesh.triangle_materials[order],
         groups={name: found if material_of(name).blended else np.sort(found) for name, found in groups.items()},
     )
 

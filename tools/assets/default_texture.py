@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from conf.face.default_head import DEFAULT_HEAD
 from conf.face.fitting.default_texture import COLOUR_UVS, EYE_ARC, EYE_UV, EYE_UV_RADII, TEXTURE_FILE
-from conf.render.face_renderer import PLAIN_SKIN
+from conf.render.textures import PLAIN_SKIN
 from tools.assets.head.eyeballs import CAP_ANGLE, IRIS_ANGLE, eye_uv
 from tools.assets.head.painting.noise import smoothstep
 from tools.assets.head.part import FRAMES

@@ -26,16 +26,19 @@ _GROUP_COLOURS = {"teeth_upper": "teeth", "teeth_lower": "teeth", "tongue": "ton
 
 
 def apply_default_texture(mesh: Mesh, points: NDArray[np.float64], eyes: Mapping[str, NDArray[np.float64]], /) -> Mesh:
-    """Return the mesh with the default texture; its own texture coordinates are dropped.
+    """Return the mesh with the default texture on all triangles without a material; their own coordinates are dropped.
 
+    An eyeball, a tooth, the tongue and the inside of the mouth lose a material that is one plain colour.
     mesh : upright, in model centimetres, its groups named as those of the default head
     points : (n, 3) control points; eyes : group of an eyeball -> (3,) its centre
     """
+    mesh = _without_plain_colours(mesh)
+    is_default = mesh.materials_of_triangles() < 0
     part = np.zeros(len(mesh.triangles), dtype=np.int64)
     names = ["skin", *(group for group in (*EYES, *_GROUP_COLOURS) if group in mesh.groups)]
     for number, name in enumerate(names[1:], start=1):
         part[mesh.groups[name]] = number
-    keys, inverse = np.unique(mesh.triangles * len(names) + part[:, None], return_inverse=True)
+    keys, inverse = np.unique(mesh.triangles[is_default] * len(names) + part[is_default, None], return_inverse=True)
     vertices, vertex_parts = np.divmod(keys, len(names))
     uvs = np.empty((len(keys), 2))
     for number, name in enumerate(names):
@@ -44,13 +47,29 @@ def apply_default_texture(mesh: Mesh, points: NDArray[np.float64], eyes: Mapping
             uvs[rows] = _eye_uvs(mesh.vertices[vertices[rows]], eyes[name], points[CONTROL_POINT_INDEX[EYES[name]]])
         else:
             uvs[rows] = COLOUR_UVS[_GROUP_COLOURS.get(name, "skin")]
+    kept, kept_triangles = np.unique(mesh.render_triangles[~is_default], return_inverse=True)
+    render_triangles = np.empty((len(mesh.triangles), 3), np.int32)
+    render_triangles[is_default] = inverse.reshape(-1, 3)
+    render_triangles[~is_default] = kept_triangles.reshape(-1, 3) + len(keys)
     return replace(
         mesh,
-        uvs=uvs,
-        render_vertices=vertices.astype(np.int32),
-        render_triangles=inverse.reshape(-1, 3).astype(np.int32),
+        uvs=np.concatenate([uvs, mesh.uvs[kept]]),
+        render_vertices=np.concatenate([vertices, mesh.render_vertices[kept]]).astype(np.int32),
+        render_triangles=render_triangles,
         texture=TEXTURE_FILE,
     )
+
+
+def _without_plain_colours(mesh: Mesh) -> Mesh:
+    """Return the mesh without the materials of eyes and mouth that are one colour for the whole part."""
+    if mesh.triangle_materials is None or mesh.vertex_colours is not None:
+        return mesh
+    numbers = mesh.triangle_materials.copy()
+    for name in (*EYES, *_GROUP_COLOURS):
+        used = np.unique(numbers[mesh.groups[name]]) if name in mesh.groups else np.empty(0, np.int32)
+        if len(used) == 1 and used[0] >= 0 and mesh.materials[used[0]].image is None:
+            numbers[mesh.groups[name]] = -1
+    return replace(mesh, triangle_materials=numbers)
 
 
 def _eye_uvs(

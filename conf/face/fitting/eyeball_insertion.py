@@ -7,7 +7,7 @@ from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.eyelid_helpers import HELPER_LIDS, PARABOLA_WEIGHTS
 from conf.face.deformation.rig_builder import EYES
 from conf.face.formats.obj import RawMesh
-from conf.face.mesh.editing import grid_triangles
+from conf.face.mesh.editing import grid_triangles, with_colours_of
 from conf.face.mesh.mesh import Mesh, build_mesh
 from conf.face.mesh.raycast import cast_front_rays, faces_viewer
 
@@ -73,4 +73,5 @@ def _add_eyeball(mesh: Mesh, centre: NDArray[np.float64], *, outwards: bool) -> 
     old = np.stack([mesh.triangles, mesh.render_triangles], axis=-1).astype(np.int64)
     new = np.stack([triangles, np.full_like(triangles, -1)], axis=-1)
     vertices, corners = np.concatenate([mesh.vertices, ball]), np.concatenate([old, new])
-    return build_mesh(RawMesh(vertices, mesh.uvs, corners, mesh.groups, mesh.texture))
+    raw = RawMesh(vertices, mesh.uvs, corners, mesh.groups, mesh.texture)
+    return build_mesh(with_colours_of(raw, mesh))

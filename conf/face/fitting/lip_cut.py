@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_INDEX, LOWER_LIP_EDGE, UPPER_LIP_EDGE
 from conf.face.formats.obj import RawMesh
-from conf.face.mesh.editing import grid_triangles
+from conf.face.mesh.editing import grid_triangles, with_colours_of
 from conf.face.mesh.mesh import Mesh, build_mesh
 from conf.face.mesh.surface_graph import SurfaceGraph, triangle_edges
 from conf.face.mesh.winding import triangle_normals
@@ -150,6 +150,11 @@ def _split(mesh: Mesh, cut: _Cut, upper: NDArray[np.bool_]) -> _CutMesh:
         groups={name: np.flatnonzero(np.isin(origin, members)) for name, members in mesh.groups.items()},
         texture=mesh.texture,
     )
+    new_colours: NDArray[np.float64] | None = None
+    if mesh.vertex_colours is not None:
+        ends = mesh.vertex_colours.astype(np.float64)[cut.edges]  # (k, 2, 3)
+        new_colours = np.tile(ends[:, 0] + cut.fractions[:, None] * (ends[:, 1] - ends[:, 0]), (2, 1))
+    raw = with_colours_of(raw, mesh, origin=origin, new_colours=new_colours)
     tips = {int(at): int(tip) for at, tip in zip(edge_cuts.max(axis=1)[~two], own[~two, 2, 0], strict=True)}
     return _CutMesh(raw, new[0], new[1], (tips.get(0, int(new[0, 0])), tips.get(cuts - 1, int(new[0, -1]))))
 
@@ -186,9 +191,12 @@ def _add_mouth_cavity(cut_mesh: _CutMesh, *, outwards: bool) -> RawMesh:
     if outwards:
         triangles = triangles[:, ::-1]
     added = len(raw.corners) + np.arange(len(triangles))
+    materials, colours = raw.triangle_materials, raw.vertex_colours
     return replace(
         raw,
         positions=np.concatenate([raw.positions, positions.reshape(-1, 3)]),
         corners=np.concatenate([raw.corners, np.stack([triangles, np.full_like(triangles, -1)], axis=-1)]),
         groups=raw.groups | {_MOUTH: np.concatenate([raw.groups.get(_MOUTH, added[:0]), added])},
+        triangle_materials=None if materials is None else np.append(materials, np.full(len(added), -1, np.int32)),
+        vertex_colours=None if colours is None else np.concatenate([colours, np.ones((inner.size, 3), np.float32)]),
     )

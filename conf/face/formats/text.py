@@ -1,13 +1,17 @@
 """Read untrusted text files line by line in bounded memory, for PPC, DPC, EPC and OBJ."""
 
+import codecs
 import math
 from collections.abc import Iterator, Sequence
+from io import BytesIO
 from pathlib import Path
+from typing import IO
 
 from conf.errors import FileFormatError
 
 MAX_FILE_BYTES = 64 << 20  # a mesh of a million vertices, or an hour of motion
 _MAX_LINE_BYTES = 1 << 16
+_SAMPLE_BYTES = 1 << 12  # of the start of a file, that show its encoding and line breaks
 _MAX_NUMBER = 1e9  # larger than any coordinate of a face; its square still fits float32
 
 
@@ -24,13 +28,23 @@ def check_file(path: Path, /, *, max_bytes: int = MAX_FILE_BYTES) -> None:
 
 
 def read_lines(path: Path, /) -> Iterator[tuple[int, bytes]]:
-    """Yield (line number from 1, line without its line break).
+    """Yield (line number from 1, line without its line break), whatever the program that wrote the file.
 
+    A byte-order mark is dropped, UTF-16 becomes UTF-8, and lines may end as on Windows, Unix or old Macs.
     Raises FileFormatError if the file cannot be read, or a line is too long.
     """
     check_file(path)
     try:
-        with path.open("rb") as file:
+        with path.open("rb") as raw:
+            file: IO[bytes] = raw
+            start = raw.read(_SAMPLE_BYTES)
+            if start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+                text = (start + raw.read()).decode("utf-16", "replace").encode("utf-8")
+                file = BytesIO(text.replace(b"\r\n", b"\n").replace(b"\r", b"\n"))
+            elif b"\r" in start and b"\n" not in start:
+                file = BytesIO((start + raw.read()).replace(b"\r", b"\n"))
+            else:
+                raw.seek(len(codecs.BOM_UTF8) if start.startswith(codecs.BOM_UTF8) else 0)
             number = 0
             while line := file.readline(_MAX_LINE_BYTES):
                 number += 1

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.face.formats.obj import RawMesh
 from conf.face.mesh.mesh import Mesh
 
 
@@ -13,12 +14,16 @@ def weld_vertices(mesh: Mesh, /) -> Mesh:
     """Join coinciding vertices where the file repeats every one of them (STL), so that shading is smooth."""
     if len(mesh.vertices) < 3 * len(mesh.triangles):
         return mesh
-    positions, inverse = np.unique(mesh.vertices, axis=0, return_inverse=True)
+    positions, first, inverse = np.unique(mesh.vertices, axis=0, return_index=True, return_inverse=True)
     triangles = inverse.ravel()[mesh.triangles].astype(np.int32)
+    colours = None if mesh.vertex_colours is None else mesh.vertex_colours[first]
+    if mesh.texture is not None or any(material.image is not None for material in mesh.materials):
+        rows = inverse.ravel()[mesh.render_vertices].astype(np.int32)
+        return replace(mesh, vertices=positions, triangles=triangles, render_vertices=rows, vertex_colours=colours)
     identity = np.arange(len(positions), dtype=np.int32)
     return replace(
         mesh, vertices=positions, triangles=triangles, render_triangles=triangles, render_vertices=identity,
-        uvs=np.zeros((len(positions), 2)), texture=None,
+        uvs=np.zeros((len(positions), 2)), vertex_colours=colours,
     )  # fmt: skip
 
 
@@ -36,6 +41,34 @@ def submesh(mesh: Mesh, kept: NDArray[np.bool_], /) -> Mesh:
         render_vertices=np.searchsorted(used, mesh.render_vertices[used_rows]).astype(np.int32),
         render_triangles=rows.reshape(-1, 3).astype(np.int32),
         groups={name: members for name, members in groups.items() if len(members)},
+        triangle_materials=None if mesh.triangle_materials is None else mesh.triangle_materials[kept],
+        vertex_colours=None if mesh.vertex_colours is None else mesh.vertex_colours[used],
+    )
+
+
+def with_colours_of(
+    raw: RawMesh,
+    mesh: Mesh,
+    /,
+    *,
+    origin: NDArray[np.integer] | None = None,
+    new_colours: NDArray[np.floating] | None = None,
+) -> RawMesh:
+    """Return an edited mesh with the materials, vertex colours and notes of the mesh that it was made of.
+
+    origin : (k,) the triangle of the mesh that each of the first k triangles was part of, None for the same; those
+        after them have no material
+    new_colours : (n, 3) colours of the first vertices after those of the mesh; the colour of all others is white
+    """
+    materials, colours = mesh.triangle_materials, mesh.vertex_colours
+    if materials is not None:
+        materials = materials if origin is None else materials[origin]
+        materials = np.append(materials, np.full(len(raw.corners) - len(materials), -1, np.int32))
+    if colours is not None:
+        colours = colours if new_colours is None else np.concatenate([colours, new_colours.astype(np.float32)])
+        colours = np.concatenate([colours, np.ones((len(raw.positions) - len(colours), 3), np.float32)])
+    return replace(
+        raw, materials=mesh.materials, triangle_materials=materials, vertex_colours=colours, notes=mesh.notes
     )
 
 

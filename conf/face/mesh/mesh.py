@@ -1,20 +1,24 @@
-"""Triangle meshes as plain arrays, read from OBJ, PLY, GLB and STL files."""
+"""Triangle meshes as plain arrays, read from OBJ, PLY, STL, GLB, VRM and glTF files."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import FileFormatError
+from conf.face.formats.mtl import MeshMaterial
 from conf.face.formats.obj import RawMesh, read_obj
 from conf.face.formats.trimesh_reader import read_with_trimesh
+from conf.face.mesh.orientation import consistent_flips
 
 _READERS: dict[str, Callable[[Path], RawMesh]] = {
     ".obj": read_obj,
     ".ply": read_with_trimesh,
     ".glb": read_with_trimesh,
+    ".vrm": read_with_trimesh,  # a GLB file
+    ".gltf": read_with_trimesh,
     ".stl": read_with_trimesh,
 }
 _MAX_COORDINATE = 1e9
@@ -30,7 +34,10 @@ class Mesh:
     render_vertices : (R,) int32, render vertex -> vertex
     render_triangles : (F, 3) int32, indices into render vertices
     groups : name -> indices of its triangles
-    texture : image file for the uvs, or None
+    texture : image file for the triangles without a material, or None
+    materials, triangle_materials : the materials, and (F,) the index of each triangle's, -1 for none; None: all -1
+    vertex_colours : (V, 3) float32, sRGB, 0 to 1, or None; they multiply the colour of the materials
+    notes : what of the file was skipped or not found, for the user
     """
 
     vertices: NDArray[np.float64]
@@ -40,6 +47,15 @@ class Mesh:
     render_triangles: NDArray[np.int32]
     groups: dict[str, NDArray[np.int64]]
     texture: Path | None = None
+    materials: tuple[MeshMaterial, ...] = ()
+    triangle_materials: NDArray[np.int32] | None = None
+    vertex_colours: NDArray[np.float32] | None = None
+    notes: tuple[str, ...] = ()
+
+    def materials_of_triangles(self) -> NDArray[np.int32]:
+        """Return (F,) the index of each triangle's material, -1 for none."""
+        known = self.triangle_materials
+        return np.full(len(self.triangles), -1, np.int32) if known is None else known
 
     def group_vertices(self, *names: str) -> NDArray[np.int64]:
         """Return the sorted indices of the vertices of the named groups; unknown groups add none."""
@@ -48,7 +64,7 @@ class Mesh:
 
 
 def load_mesh(path: Path | str, /) -> Mesh:
-    """Read an OBJ, PLY, GLB or STL file.
+    """Read an OBJ, PLY, STL, GLB, VRM or glTF file; the winding of neighbouring triangles is made the same.
 
     Raises FileFormatError if the file is not a mesh with finite coordinates, whatever its bytes.
     """
@@ -61,7 +77,16 @@ def load_mesh(path: Path | str, /) -> Mesh:
         raise FileFormatError(path, None, f"expected finite coordinates of at most {_MAX_COORDINATE:g}")
     if raw.corners[..., 0].min() < 0 or raw.corners[..., 0].max() >= len(raw.positions):
         raise FileFormatError(path, None, "expected triangles between the file's vertices")
-    return build_mesh(raw)
+    return build_mesh(_with_consistent_winding(raw))
+
+
+def _with_consistent_winding(raw: RawMesh) -> RawMesh:
+    flips = consistent_flips(raw.positions, raw.corners[..., 0])
+    count = np.count_nonzero(flips)
+    if count == 0:
+        return raw
+    corners = np.where(flips[:, None, None], raw.corners[:, ::-1], raw.corners)
+    return replace(raw, corners=corners, notes=(*raw.notes, f"turned {count} triangles that faced the wrong way"))
 
 
 def build_mesh(raw: RawMesh, /) -> Mesh:
@@ -78,4 +103,8 @@ def build_mesh(raw: RawMesh, /) -> Mesh:
         render_triangles=inverse.reshape(-1, 3).astype(np.int32),
         groups=raw.groups,
         texture=raw.texture,
+        materials=raw.materials,
+        triangle_materials=raw.triangle_materials,
+        vertex_colours=raw.vertex_colours,
+        notes=raw.notes,
     )

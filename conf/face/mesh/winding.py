@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.mesh.mesh import Mesh
+from conf.face.mesh.orientation import closed_inside_out
 
 
 def triangle_normals(vertices: NDArray[np.floating], triangles: NDArray[np.integer], /) -> NDArray[np.float64]:
@@ -21,7 +22,17 @@ def is_inside_out(vertices: NDArray[np.floating], triangles: NDArray[np.integer]
 
 
 def orient_outwards(mesh: Mesh, /) -> Mesh:
-    """Return the mesh with its triangles counter-clockwise from outside: what faces inwards is not drawn."""
-    if not is_inside_out(mesh.vertices, mesh.triangles):
+    """Return the mesh with its triangles counter-clockwise from outside: what faces inwards is not drawn.
+
+    The whole mesh is flipped if it is inside out, and then each closed part of it that is, such as an eyeball.
+    """
+    whole = is_inside_out(mesh.vertices, mesh.triangles)
+    triangles = mesh.triangles[:, ::-1] if whole else mesh.triangles
+    flips = closed_inside_out(mesh.vertices, triangles) ^ whole
+    if not flips.any():
         return mesh
-    return replace(mesh, triangles=mesh.triangles[:, ::-1], render_triangles=mesh.render_triangles[:, ::-1])
+    return replace(
+        mesh,
+        triangles=np.where(flips[:, None], mesh.triangles[:, ::-1], mesh.triangles),
+        render_triangles=np.where(flips[:, None], mesh.render_triangles[:, ::-1], mesh.render_triangles),
+    )

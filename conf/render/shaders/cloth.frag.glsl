@@ -1,6 +1,4 @@
-#include "lighting.glsl"
-
-uniform sampler2D atlas;
+#include "albedo.glsl"
 
 in vec3 normal;
 in vec2 uv;
@@ -11,7 +9,7 @@ out vec4 colour;
 // Cloth: diffuse only, brighter at grazing angles like a fuzzy surface.
 void main() {
     vec3 n = normalize(normal);
-    vec3 albedo = to_linear(texture(atlas, uv).rgb);
+    vec3 albedo = albedo_at(uv).rgb;
     float key = clamp((dot(n, KEY) + 0.25) / 1.25, 0.0, 1.0) * light_visibility;
     float fill = clamp(dot(n, FILL) * 0.6 + 0.4, 0.0, 1.0);
     float fuzz = 1.0 - clamp(n.z, 0.0, 1.0);

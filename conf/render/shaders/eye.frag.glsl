@@ -1,6 +1,5 @@
-#include "lighting.glsl"
+#include "albedo.glsl"
 
-uniform sampler2D atlas;
 uniform vec3 centre;  // of this eyeball, face axes, cm
 uniform float radius;  // cm
 
@@ -12,7 +11,7 @@ out vec4 colour;
 
 void main() {
     vec3 n = normalize(normal);
-    vec3 albedo = to_linear(texture(atlas, uv).rgb);
+    vec3 albedo = albedo_at(uv).rgb;
 
     // Ambient occlusion by the lids, strongest below the upper lid. It depends on the position, not on the eye's rotation.
     vec2 offset = (position.xy - centre.xy) / radius;

@@ -8,9 +8,11 @@ uniform sampler2DShadow shadow;  // shadow map
 in vec3 in_position;
 in vec3 in_normal;
 in vec2 in_uv;
+in vec3 in_colour;  // sRGB
 
 out vec3 normal;
 out vec2 uv;
+out vec3 vertex_colour;
 out float light_visibility;      // fraction of the key light that reaches the vertex, 0 to 1
 
 const float LIFT_CM = 0.35;      // offset along the normal against self-shadowing
@@ -34,5 +36,6 @@ void main() {
     gl_Position = clip * vec4(in_position, 1.0);
     normal = rotation * outwards;
     uv = in_uv;
+    vertex_colour = in_colour;
     light_visibility = visibility(outwards, dot(normal, KEY));
 }

@@ -1,6 +1,4 @@
-#include "lighting.glsl"
-
-uniform sampler2D atlas;
+#include "albedo.glsl"
 
 in vec3 normal;
 in vec2 uv;
@@ -9,10 +7,10 @@ out vec4 colour;
 
 // Hair, brows and lashes: one broad highlight; alpha from the texture.
 void main() {
-    vec4 texel = texture(atlas, uv);
+    vec4 texel = albedo_at(uv);
     if (texel.a < 0.12) discard;  // almost transparent pixels must not write depth
     vec3 n = normalize(gl_FrontFacing ? normal : -normal);
-    vec3 albedo = to_linear(texel.rgb);
+    vec3 albedo = texel.rgb;
     float key = clamp((dot(n, KEY) + 0.4) / 1.4, 0.0, 1.0);
     const vec3 HALF = normalize(KEY + VIEW);
     vec3 shine = ggx(clamp(dot(n, HALF), 0.0, 1.0), 0.42) * (0.012 + 0.16 * albedo);

@@ -1,6 +1,5 @@
-#include "lighting.glsl"
+#include "albedo.glsl"
 
-uniform sampler2D atlas;
 uniform vec3 centre;  // between the inner lips, face axes, cm
 
 in vec3 normal;
@@ -14,7 +13,7 @@ const vec3 BOUNCE = vec3(0.42, 0.27, 0.22);  // indirect light from the surround
 // Teeth, tongue and the inside of the mouth: glossy, and darker with the depth behind the lips.
 void main() {
     vec3 n = normalize(normal);
-    vec3 albedo = to_linear(texture(atlas, uv).rgb);
+    vec3 albedo = albedo_at(uv).rgb;
     float depth = centre.z - position.z;
     float light = mix(0.04, 0.75, exp2(-max(depth, 0.0) * 0.75)) * smoothstep(3.2, 0.8, abs(position.x - centre.x));
 

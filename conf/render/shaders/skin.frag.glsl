@@ -1,6 +1,4 @@
-#include "lighting.glsl"
-
-uniform sampler2D atlas;
+#include "albedo.glsl"
 
 in vec3 normal;
 in vec2 uv;
@@ -15,7 +13,7 @@ const float F0 = 0.028;
 
 void main() {
     vec3 n = normalize(normal);
-    vec3 albedo = to_linear(texture(atlas, uv).rgb);
+    vec3 albedo = albedo_at(uv).rgb;
 
     vec3 wrapped = clamp((dot(n, KEY) + WRAP) / (1.0 + WRAP), 0.0, 1.0);
     float visible = light_visibility;

@@ -19,7 +19,7 @@ g floor
 f 1/1 2/2 3/3
 g wall
 f 1/1 3/2 4/3
-f 1/1 2/2 4/3
+f 1/1 4/3 2/2
 """
 
 
@@ -31,7 +31,7 @@ def read(tmp_path: Path, text: str) -> Mesh:
 def test_a_position_has_a_render_vertex_for_each_of_its_texture_coordinates(tmp_path: Path) -> None:
     mesh = read(tmp_path, CUBE_CORNER)
     assert mesh.vertices.shape == (5, 3)
-    assert mesh.triangles.tolist() == [[0, 1, 2], [0, 2, 3], [0, 1, 3]]
+    assert mesh.triangles.tolist() == [[0, 1, 2], [0, 2, 3], [0, 3, 1]]
     assert len(mesh.render_vertices) == 5  # vertex 3 has two texture coordinates, the unused one none
     assert mesh.render_vertices[mesh.render_triangles].tolist() == mesh.triangles.tolist()
     assert mesh.uvs[mesh.render_triangles[1]].tolist() == [[0, 0], [1, 0], [0, 1]]
@@ -53,7 +53,7 @@ def test_without_texture_coordinates_there_is_one_render_vertex_per_vertex(tmp_p
 
 @pytest.mark.parametrize("name", ["face.fbx", "face", "face.ppc"])
 def test_other_file_types_are_rejected(tmp_path: Path, name: str) -> None:
-    with pytest.raises(FileFormatError, match=r"expected a mesh file \(\.obj, \.ply, \.glb, \.stl\)"):
+    with pytest.raises(FileFormatError, match=r"expected a mesh file \(\.obj, \.ply, \.glb, \.vrm, \.gltf, \.stl\)"):
         load_mesh(tmp_path / name)
 
 

@@ -1,0 +1,195 @@
+"""Textures of a mesh's materials, and which of its triangles are transparent."""
+
+from pathlib import Path
+
+import cv2
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from conf.errors import FileFormatError
+from conf.face.formats.mtl import MeshMaterial
+from conf.face.mesh.editing import regroup
+from conf.face.mesh.mesh import Mesh
+from conf.face.mesh.orientation import weld_indices
+from conf.render.gpu_object import GpuObject
+from conf.render.materials import TRANSLUCENT, material_of
+
+PLAIN_SKIN = (226, 178, 150, 255)  # sRGB with alpha, of a mesh without a texture
+_WHITE = (255, 255, 255, 255)
+_MAX_SIZE = 8192  # pixels a side; every OpenGL 3.3 driver of today takes it
+_OPAQUE = 200  # alpha, 0 to 255, above which a texel counts as opaque
+_MIN_TRANSPARENT = 0.05  # of the triangles of a connected part, which is then drawn blended
+# The alpha of an image is coverage if at least this fraction of its texels is fully transparent or opaque: games
+# store gloss and other things there.
+_MIN_COVERAGE = 0.6
+# Where the alpha of a triangle is sampled, barycentric.
+_SAMPLES = np.array(
+    [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5], [1 / 3, 1 / 3, 1 / 3]]
+)
+
+Pixels = NDArray[np.uint8]
+
+
+class MeshImages:
+    """The images of one mesh, each read once: (h, w, 4) uint8 RGBA, the bottom row first."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        """Raises FileFormatError if a file is not an image."""
+        self._mesh = mesh
+        self._read: dict[object, Pixels] = {}
+        self.numbers = np.unique(mesh.materials_of_triangles()).tolist()
+        # A file in which everything is invisible does not mean it.
+        self.ignores_alpha = all(self.material(number).alpha == 0.0 for number in self.numbers)
+
+    def pixels(self, number: int) -> Pixels | None:
+        """Return the image of a material, that of the mesh for -1; None if it has none."""
+        material = self.material(number)
+        if material.image is None:
+            return None
+        if self.key(number) not in self._read:
+            self._read[self.key(number)] = read_image(material)
+        return self._read[self.key(number)]
+
+    def material(self, number: int) -> MeshMaterial:
+        """Return a material; for -1 the mesh's texture as a material."""
+        if number >= 0:
+            return self._mesh.materials[number]
+        return MeshMaterial(image=self._mesh.texture if len(self._mesh.uvs) else None)
+
+    def tint(self, number: int) -> tuple[float, float, float, float] | None:
+        """Return the linear colour and alpha of a material; None if it and the vertex colours change nothing."""
+        material = self.material(number)
+        if self._mesh.vertex_colours is None and material.colour == (1.0, 1.0, 1.0) and material.alpha == 1.0:
+            return None
+        red, green, blue = linear_from_srgb(np.array(material.colour)).tolist()
+        return red, green, blue, 1.0 if self.ignores_alpha else material.alpha
+
+    def key(self, number: int) -> object:
+        """Return what is equal for materials with the same image."""
+        material = self.material(number)
+        image = material.image if isinstance(material.image, Path) else id(material.image)
+        return image, material.alpha_image, material.image is None and number < 0
+
+
+class MeshTextures(GpuObject):
+    """The images of one mesh on the graphics card."""
+
+    def __init__(self, ctx: moderngl.Context, images: MeshImages) -> None:
+        textures: dict[object, moderngl.Texture] = {}
+        for number in images.numbers:
+            if images.key(number) not in textures:
+                textures[images.key(number)] = _upload(ctx, images.pixels(number), is_default=number < 0)
+        self._textures = {number: textures[images.key(number)] for number in images.numbers}
+        self._owned = tuple(textures.values())
+
+    def use(self, number: int, location: int) -> None:
+        """Bind the texture of a material, -1 for triangles without one."""
+        self._textures[number].use(location)
+
+
+def _upload(ctx: moderngl.Context, pixels: Pixels | None, *, is_default: bool) -> moderngl.Texture:
+    """Return a texture with mipmaps, or one pixel of white or PLAIN_SKIN if there is no image."""
+    if pixels is None:
+        return ctx.texture((1, 1), 4, bytes(PLAIN_SKIN if is_default else _WHITE))
+    if max(pixels.shape[:2]) > _MAX_SIZE:
+        scale = _MAX_SIZE / max(pixels.shape[:2])
+        size = max(int(pixels.shape[1] * scale), 1), max(int(pixels.shape[0] * scale), 1)
+        pixels = np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA), np.uint8)
+    texture = ctx.texture((pixels.shape[1], pixels.shape[0]), 4, np.ascontiguousarray(pixels).tobytes())
+    texture.build_mipmaps()
+    texture.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
+    return texture
+
+
+def linear_from_srgb(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return linear values, 0 to 1, of sRGB ones. Source: IEC 61966-2-1."""
+    return np.asarray(np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4))
+
+
+def read_image(material: MeshMaterial) -> Pixels:
+    """Return the image of a material with its alpha, (h, w, 4) RGBA, the bottom row first.
+
+    Raises FileFormatError if a file is not an image.
+    """
+    if not isinstance(material.image, Path):
+        return np.ascontiguousarray(np.asarray(material.image)[::-1])
+    image = _read_file(material.image)
+    to_rgba = cv2.COLOR_BGRA2RGBA if image.shape[2] == 4 else cv2.COLOR_BGR2RGBA
+    rgba = np.asarray(cv2.cvtColor(image, to_rgba), np.uint8)
+    if material.alpha_image not in (None, material.image):
+        assert material.alpha_image is not None
+        mask = _read_file(material.alpha_image)
+        alpha = mask[..., 3] if mask.shape[2] == 4 else cv2.cvtColor(mask, cv2.COLOR_BGR2GRAY)
+        rgba[..., 3] = cv2.resize(alpha, (rgba.shape[1], rgba.shape[0]), interpolation=cv2.INTER_LINEAR)
+    return np.ascontiguousarray(rgba[::-1])
+
+
+def _read_file(path: Path) -> Pixels:
+    """Return (h, w, 3 or 4) BGR with 8 bits a channel."""
+    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    if image is None or image.dtype not in (np.uint8, np.uint16):
+        raise FileFormatError(path, None, "expected a PNG, JPEG or WebP image with 8 bits a channel")
+    if image.dtype == np.uint16:
+        image = (image // 257).astype(np.uint8)
+    if image.ndim == 2 or image.shape[2] == 1:
+        image = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
+    elif image.shape[2] == 2:  # grey with alpha
+        image = cv2.merge([image[..., 0], image[..., 0], image[..., 0], image[..., 1]])
+    return np.asarray(image, np.uint8)
+
+
+def separate_transparent(mesh: Mesh, images: MeshImages) -> Mesh:
+    """Return the mesh with its transparent parts, such as hair and lashes, in the group TRANSLUCENT.
+
+    A connected part is transparent if the alpha of its material or image says so. Groups that are drawn blended
+    by their name stay as they are.
+    """
+    is_candidate = np.ones(len(mesh.triangles), np.bool_)
+    for name, triangles in mesh.groups.items():
+        if material_of(name).blended:
+            is_candidate[triangles] = False
+    numbers = mesh.materials_of_triangles()
+    transparent = np.zeros(len(mesh.triangles), np.bool_)
+    for number in images.numbers:
+        rows = np.flatnonzero(is_candidate & (numbers == number))
+        transparent[rows] = _is_transparent(mesh, rows, images, number)
+    if images.ignores_alpha or not transparent.any():
+        return mesh
+    parts = _connected_parts(mesh, is_candidate, numbers)
+    fraction = np.bincount(parts, transparent) / np.maximum(np.bincount(parts), 1)
+    blended = is_candidate & (fraction[parts] >= _MIN_TRANSPARENT)
+    return regroup(mesh, {TRANSLUCENT: np.flatnonzero(blended)}) if blended.any() else mesh
+
+
+def _is_transparent(mesh: Mesh, rows: NDArray[np.int64], images: MeshImages, number: int) -> NDArray[np.bool_]:
+    """Return (k,) whether each of the triangles (k,) of one material is transparent somewhere."""
+    material = images.material(number)
+    if material.alpha < 1.0:
+        return np.ones(len(rows), np.bool_)
+    pixels = images.pixels(number)
+    if pixels is None or not len(rows) or material.has_alpha is False or pixels[..., 3].min() >= _OPAQUE:
+        return np.zeros(len(rows), np.bool_)
+    alpha = pixels[..., 3]
+    if material.has_alpha is None:
+        is_extreme = (alpha <= 8) | (alpha >= 247)
+        if is_extreme.mean() < _MIN_COVERAGE or alpha.max() <= 8:
+            return np.zeros(len(rows), np.bool_)
+    height, width = alpha.shape
+    at = np.einsum("sc,fcd->fsd", _SAMPLES, mesh.uvs[mesh.render_triangles[rows]]) % 1.0
+    column = np.minimum((at[..., 0] * width).astype(np.int64), width - 1)
+    row = np.minimum((at[..., 1] * height).astype(np.int64), height - 1)
+    return np.asarray((alpha[row, column] < _OPAQUE).any(axis=1))
+
+
+def _connected_parts(mesh: Mesh, rows: NDArray[np.bool_], numbers: NDArray[np.int32]) -> NDArray[np.int64]:
+    """Return (F,) the number of the connected part of one material that each triangle belongs to."""
+    corners = weld_indices(mesh.vertices)[mesh.triangles] * (int(numbers.max()) + 2) + numbers[:, None] + 1
+    corners = np.unique(corners, return_inverse=True)[1].reshape(-1, 3)
+    starts, ends = corners[rows].ravel(), np.roll(corners[rows], 1, axis=1).ravel()
+    count = int(corners.max()) + 1
+    graph = sparse.coo_array((np.ones(len(starts), np.bool_), (starts, ends)), (count, count))
+    labels = np.asarray(connected_components(graph, directed=False)[1], np.int64)
+    return np.asarray(labels[corners[:, 0]])

@@ -1,0 +1,373 @@
+"""Meshes as other programs write them, each with the value that must be read. Every file is made here."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+from conf.errors import FileFormatError
+from conf.face.control_points import CONTROL_POINT_COUNT
+from conf.face.default_head import DEFAULT_HEAD
+from conf.face.formats.dpc import MotionClip, read_dpc, write_dpc
+from conf.face.formats.epc import read_epc
+from conf.face.formats.mtl import MeshMaterial
+from conf.face.formats.ppc import read_ppc
+from conf.face.mesh.mesh import Mesh, load_mesh
+
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+UVS = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+TWO_FACES = "usemtl skin\nf 1/1 2/2 3/3\nusemtl eye\nf 1/1 3/3 4/4\n"
+BOM = b"\xef\xbb\xbf"
+
+
+def png(path: Path, colour: tuple[int, ...] = (200, 100, 50), size: tuple[int, int] = (4, 4)) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    Image.new("RGBA" if len(colour) == 4 else "RGB", size, colour).save(path)
+    return path
+
+
+def read(tmp_path: Path, text: str | bytes, library: str | None = None, name: str = "face.obj") -> Mesh:
+    if library is not None:
+        (tmp_path / "face.mtl").write_text(library)
+        text = "mtllib face.mtl\n" + (text if isinstance(text, str) else text.decode())
+    (tmp_path / name).write_bytes(text.encode() if isinstance(text, str) else text)
+    return load_mesh(tmp_path / name)
+
+
+def material_of(mesh: Mesh, triangle: int) -> MeshMaterial:
+    return mesh.materials[mesh.materials_of_triangles()[triangle]]
+
+
+# 9: materials by face
+
+
+@pytest.mark.parametrize("first", ["skin", "eye"])
+def test_each_face_has_the_texture_of_its_material(tmp_path: Path, first: str) -> None:
+    png(tmp_path / "skin.png"), png(tmp_path / "eye.png")
+    second = "skin" if first == "eye" else "eye"
+    library = "".join(f"newmtl {name}\nmap_Kd {name}.png\n" for name in (first, second))
+    mesh = read(tmp_path, SQUARE + UVS + TWO_FACES, library)
+    assert [material_of(mesh, i).image for i in (0, 1)] == [tmp_path / "skin.png", tmp_path / "eye.png"]
+    assert mesh.texture is None and mesh.notes == ()
+
+
+def test_colour_and_alpha_belong_to_the_material(tmp_path: Path) -> None:
+    png(tmp_path / "mask.png")
+    library = "newmtl skin\nKd 0.4 0.2 0.1\nTr 0.25\nnewmtl eye\nKd 1 1 1\nd 0.5\nmap_d mask.png\n"
+    mesh = read(tmp_path, SQUARE + UVS + TWO_FACES, library)
+    skin, eye = material_of(mesh, 0), material_of(mesh, 1)
+    assert skin.colour == (0.4, 0.2, 0.1) and skin.alpha == 0.75 and skin.image is None
+    assert eye.alpha == 0.5 and eye.alpha_image == tmp_path / "mask.png"
+
+
+def test_a_material_is_found_in_another_case_and_a_missing_one_is_named(tmp_path: Path) -> None:
+    mesh = read(tmp_path, SQUARE + TWO_FACES.replace("/1", "").replace("/2", "").replace("/3", "").replace("/4", ""),
+                "newmtl SKIN\nKd 1 0 0\n")  # fmt: skip
+    assert material_of(mesh, 0).colour == (1.0, 0.0, 0.0)
+    assert mesh.materials_of_triangles().tolist() == [0, -1]
+    assert mesh.notes == ("the material eye is not in the material library",)
+
+
+def test_a_scaled_texture_has_scaled_coordinates(tmp_path: Path) -> None:
+    png(tmp_path / "skin.png")
+    library = "newmtl skin\nmap_Kd -s 2 3 1 -o 0.5 0 0 skin.png\nnewmtl eye\nKd 1 0 0\n"
+    mesh = read(tmp_path, SQUARE + UVS + TWO_FACES, library)
+    assert mesh.uvs[mesh.render_triangles[0]].tolist() == [[0.5, 0], [2.5, 0], [2.5, 3]]
+    assert mesh.uvs[mesh.render_triangles[1]].tolist() == [[0, 0], [1, 1], [0, 1]]
+
+
+def test_one_grey_material_is_no_colour(tmp_path: Path) -> None:
+    mesh = read(tmp_path, SQUARE + "usemtl a\nf 1 2 3 4\n", "newmtl a\nKd 0.8 0.8 0.8\n")
+    assert mesh.materials == () and mesh.texture is None
+
+
+# 10: names of objects
+
+
+def test_an_object_is_a_group_and_a_group_overrides_it(tmp_path: Path) -> None:
+    text = SQUARE + "o Hair_Mesh.001\nf 1 2 3\ng brow\nf 1 3 4\ng\nf 1 2 4\n"
+    mesh = read(tmp_path, text)
+    assert {name: rows.tolist() for name, rows in mesh.groups.items()} == {"Hair_Mesh.001": [0, 2], "brow": [1]}
+
+
+# 11: texture references
+
+
+@pytest.mark.parametrize(
+    ("reference", "file"),
+    [
+        ("map_Kd -s 1 1 1 skin.png", "skin.png"),
+        ("map_Kd -blendu on -o 0 0 -mm 0 1 -clamp off skin.png", "skin.png"),
+        ("map_kd skin.png", "skin.png"),
+        ("MAP_KD\tskin.png", "skin.png"),
+        ("map_Kd SKIN.PNG", "skin.png"),
+        (r"map_Kd C:\Users\me\skin.png", "skin.png"),
+        (r"map_Kd .\maps\skin.png", "maps/skin.png"),
+        ("map_Kd /home/me/work/skin.png", "skin.png"),
+        ("map_Kd skin.png", "textures/skin.png"),
+        ('map_Kd "skin.png"', "skin.png"),
+        ("map_Kd my skin  2.png", "my skin  2.png"),
+        ("map_Kd -s 1 1 1 my skin.png", "my skin.png"),
+        ("map_Kd my%20skin.png", "my skin.png"),
+        ("map_Kd skin.tga", "skin.png"),
+    ],
+)
+def test_a_texture_is_found_as_people_name_it(tmp_path: Path, reference: str, file: str) -> None:
+    png(tmp_path / file)
+    mesh = read(tmp_path, SQUARE + UVS + "usemtl a\nf 1/1 2/2 3/3\n", f"newmtl a\n{reference}\n")
+    assert mesh.texture == tmp_path / file and mesh.notes == ()
+
+
+@pytest.mark.parametrize(
+    ("line", "file"),
+    [
+        (r"mtllib .\mtl\a.mtl", "mtl/a.mtl"),
+        ("mtllib b.mtl a.mtl", "a.mtl"),
+        ("mtllib b.mtl\nmtllib a.mtl", "a.mtl"),
+        ("mtllib my face.mtl", "my face.mtl"),
+        ("mtllib my#face.mtl", "my#face.mtl"),
+        ("mtllib A.MTL", "a.mtl"),
+        ("mtllib gone.mtl", "face.mtl"),
+    ],
+)
+def test_a_library_is_found_as_people_name_it(tmp_path: Path, line: str, file: str) -> None:
+    png(tmp_path / "skin.png")
+    (tmp_path / "b.mtl").write_text("newmtl b\nKd 1 0 0\n")
+    (tmp_path / file).parent.mkdir(exist_ok=True)
+    (tmp_path / file).write_text("newmtl a\nmap_Kd skin.png\n")
+    mesh = read(tmp_path, f"{line}\n{SQUARE}{UVS}usemtl a\nf 1/1 2/2 3/3\n")
+    assert mesh.texture == tmp_path / "skin.png" and mesh.notes == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "library", "note"),
+    [
+        ("", "newmtl a\nmap_Kd gone.png\n", "the image gone.png was not found: put it beside the mesh"),
+        ("", "newmtl a\nmap_Kd skin.dds\n",
+         "the image skin.dds cannot be read: convert it to PNG and name that in face.mtl"),
+        ("mtllib gone.mtl\n", None, "the material library gone.mtl was not found beside the mesh"),
+    ],
+)  # fmt: skip
+def test_a_missing_picture_is_named(tmp_path: Path, text: str, library: str | None, note: str) -> None:
+    (tmp_path / "skin.dds").write_bytes(b"DDS ")
+    mesh = read(tmp_path, text + SQUARE + UVS + "usemtl a\nf 1/1 2/2 3/3\n", library)
+    assert mesh.notes == (note,)
+
+
+# 12: byte-order marks and line breaks
+
+
+def encodings(data: bytes) -> list[bytes]:
+    text = data.decode()
+    return [
+        BOM + data,
+        text.encode("utf-16"),
+        b"\xfe\xff" + text.encode("utf-16-be"),
+        data.replace(b"\n", b"\r\n"),
+        data.replace(b"\r\n", b"\n").replace(b"\n", b"\r"),
+    ]
+
+
+@pytest.mark.parametrize("number", range(5))
+def test_text_files_may_have_a_byte_order_mark_and_any_line_break(tmp_path: Path, number: int) -> None:
+    motion = MotionClip(25.0, "fapu", np.zeros((2, CONTROL_POINT_COUNT, 3), np.float32))
+    write_dpc(tmp_path / "a.dpc", motion)
+    joy = DEFAULT_HEAD.parents[1] / "emotions" / "joy.epc"
+    path = tmp_path / "encoded"
+    path.write_bytes(encodings(DEFAULT_HEAD.with_suffix(".ppc").read_bytes())[number])
+    assert np.array_equal(read_ppc(path), read_ppc(DEFAULT_HEAD.with_suffix(".ppc")))
+    path.write_bytes(encodings((tmp_path / "a.dpc").read_bytes())[number])
+    assert read_dpc(path).displacements.shape == motion.displacements.shape
+    path.write_bytes(encodings(joy.read_bytes())[number])
+    assert np.array_equal(read_epc(path).displacements, read_epc(joy).displacements)
+    assert len(read(tmp_path, encodings((SQUARE + "f 1 2 3 4\n").encode())[number]).triangles) == 2
+
+
+# 13: GLB
+
+
+def glb(**changes: object) -> bytes:
+    """Return a box as GLB with other entries of its JSON."""
+    data = trimesh.creation.box().export(file_type="glb")
+    size = int.from_bytes(data[12:16], "little")
+    text = json.dumps(json.loads(data[20 : 20 + size]) | changes).encode()
+    text += b" " * (-len(text) % 4)
+    rest = data[20 + size :]
+    length = (20 + len(text) + len(rest)).to_bytes(4, "little")
+    return data[:8] + length + len(text).to_bytes(4, "little") + b"JSON" + text + rest
+
+
+@pytest.mark.parametrize(
+    ("name", "advice"),
+    [
+        ("KHR_draco_mesh_compression", "export it without Draco compression"),
+        ("EXT_meshopt_compression", "export it without mesh compression"),
+    ],
+)
+def test_a_required_compression_is_named_with_what_to_do(tmp_path: Path, name: str, advice: str) -> None:
+    with pytest.raises(FileFormatError, match=f"requires {name}, which is not supported: {advice}"):
+        read(tmp_path, glb(extensionsRequired=[name]), name="face.glb")
+
+
+def test_other_required_extensions_and_vrm_are_read(tmp_path: Path) -> None:
+    data = glb(extensionsRequired=["KHR_materials_unlit"], extensionsUsed=["KHR_materials_unlit"])
+    assert len(read(tmp_path, data, name="face.glb").triangles) == 12
+    assert len(read(tmp_path, data, name="face.VRM").triangles) == 12
+
+
+def test_gltf_is_read_with_its_buffers_beside_it(tmp_path: Path) -> None:
+    for name, data in trimesh.exchange.gltf.export_gltf(trimesh.Scene(trimesh.creation.box())).items():
+        (tmp_path / name.replace("model.gltf", "face.gltf")).write_bytes(data)
+    assert len(load_mesh(tmp_path / "face.gltf").triangles) == 12
+    for path in tmp_path.glob("*.bin"):
+        path.unlink()
+    with pytest.raises(FileFormatError, match=r"face\.gltf: names the file \S+\.bin, which was not found beside it"):
+        load_mesh(tmp_path / "face.gltf")
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (glb()[:-100], r"expected a GLB mesh of \d+ bytes, found only \d+ of them: copy or download it again"),
+        (glb()[:10], "expected a GLB mesh, found only 10 bytes"),
+        (glb().replace(b"{", b"[", 1), "expected a GLB mesh, found a damaged one: export it again"),
+        (glb(accessors=[]), "expected a GLB mesh, found a damaged one: export it again"),
+        (b"hello, this is no mesh at all", "expected a GLB or glTF mesh, found something else"),
+        (glb(asset={"version": "1.0"}), "expected a glTF of version 2, found version 1: convert it"),
+    ],
+)
+def test_a_damaged_glb_has_its_own_message(tmp_path: Path, data: bytes, message: str) -> None:
+    with pytest.raises(FileFormatError, match=message):
+        read(tmp_path, data, name="face.glb")
+
+
+# 14: colours
+
+
+def test_an_image_inside_a_glb_is_used(tmp_path: Path) -> None:
+    box = trimesh.creation.box()
+    image = Image.new("RGB", (4, 4), (90, 60, 40))
+    material = trimesh.visual.material.PBRMaterial(baseColorTexture=image, baseColorFactor=[1.0, 0.5, 1.0, 1.0])
+    box.visual = trimesh.visual.TextureVisuals(uv=np.zeros((8, 2)), material=material)
+    box.export(tmp_path / "face.glb")
+    found = material_of(load_mesh(tmp_path / "face.glb"), 0)
+    assert isinstance(found.image, np.ndarray) and found.image[0, 0].tolist() == [90, 60, 40, 255]
+    assert found.colour == pytest.approx((1.0, 0.7354, 1.0), abs=0.01)  # the file's colour is linear
+
+
+@pytest.mark.parametrize(("mode", "alpha"), [("OPAQUE", [255, 255]), ("BLEND", [100, 200]), ("MASK", [0, 255])])
+def test_the_alpha_mode_of_a_glb_counts(tmp_path: Path, mode: str, alpha: list[int]) -> None:
+    image = Image.fromarray(np.array([[[9, 9, 9, 100], [9, 9, 9, 200]]], np.uint8))
+    box = trimesh.creation.box()
+    material = trimesh.visual.material.PBRMaterial(baseColorTexture=image, alphaMode=mode, alphaCutoff=0.5)
+    box.visual = trimesh.visual.TextureVisuals(uv=np.zeros((8, 2)), material=material)
+    box.export(tmp_path / "face.glb")
+    found = material_of(load_mesh(tmp_path / "face.glb"), 0)
+    assert isinstance(found.image, np.ndarray) and found.image[0, :, 3].tolist() == alpha
+    assert found.has_alpha is (mode != "OPAQUE")
+
+
+@pytest.mark.parametrize("kind", ["obj", "ply", "glb"])
+def test_vertex_colours_are_used(tmp_path: Path, kind: str) -> None:
+    box = trimesh.creation.box()
+    colours = np.tile([90, 60, 40, 255], (8, 1)).astype(np.uint8)
+    colours[0] = 10, 20, 30, 255
+    expected = colours[:, :3] / 255
+    if kind == "obj":
+        rows = "".join(
+            f"v {x} {y} {z} {r} {g} {b}\n" for (x, y, z), (r, g, b) in zip(box.vertices, expected, strict=True)
+        )
+        mesh = read(tmp_path, rows + "".join(f"f {a} {b} {c}\n" for a, b, c in box.faces + 1))
+    else:
+        box.visual = trimesh.visual.ColorVisuals(box, vertex_colors=colours)
+        box.export(tmp_path / f"face.{kind}")
+        mesh = load_mesh(tmp_path / f"face.{kind}")
+    if kind == "glb":  # colours in glTF are linear
+        expected = np.where(expected < 0.0031308, expected * 12.92, 1.055 * expected ** (1 / 2.4) - 0.055)
+    assert mesh.vertex_colours == pytest.approx(expected, abs=0.005)
+    assert material_of(mesh, 0).image is None
+
+
+def test_vertex_colours_up_to_255_and_missing_ones(tmp_path: Path) -> None:
+    mesh = read(tmp_path, "v 0 0 0\nv 1 0 0 51 102 255\nv 0 1 0\nf 1 2 3\n")
+    assert mesh.vertex_colours is not None
+    assert mesh.vertex_colours[1] == pytest.approx([0.2, 0.4, 1.0])
+
+
+@pytest.mark.parametrize("kind", ["ply", "glb", "stl"])
+def test_one_vertex_that_is_no_number_costs_its_triangles_only(tmp_path: Path, kind: str) -> None:
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    ball.vertices[7] = np.nan
+    (tmp_path / f"face.{kind}").write_bytes(ball.export(file_type=kind))
+    mesh = load_mesh(tmp_path / f"face.{kind}")
+    assert len(mesh.triangles) == np.count_nonzero((ball.faces != 7).all(axis=1))
+    assert np.isfinite(mesh.vertices).all() and np.abs(mesh.vertices).max() < 1.01
+    assert mesh.notes[0].endswith("triangles whose vertices are missing")
+
+
+# 15: winding
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_mixed_winding_becomes_one(tmp_path: Path, seed: int) -> None:
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    flip = np.random.default_rng(seed).random(len(ball.faces)) < 0.3
+    faces = np.where(flip[:, None], ball.faces[:, ::-1], ball.faces) + 1
+    text = "".join(f"v {x} {y} {z}\n" for x, y, z in ball.vertices) + "".join(f"f {a} {b} {c}\n" for a, b, c in faces)
+    mesh = read(tmp_path, text)
+    corners = mesh.vertices[mesh.triangles]
+    outwards = np.einsum("fi,fi->f", np.cross(*np.diff(corners, axis=1).transpose(1, 0, 2)), corners[:, 0])
+    assert (outwards > 0).all()
+    assert mesh.notes == (f"turned {flip.sum()} triangles that faced the wrong way",)
+
+
+# 16: odd lines
+
+
+@pytest.mark.parametrize(
+    ("text", "note"),
+    [
+        ("f 1 2\n", "skipped 1 faces with fewer than three corners (first in line 13)"),
+        ("vt nan 0\n", "skipped 1 texture coordinates that are no numbers (first in line 13)"),
+        ("hello\nhello\n", "skipped 2 lines with an unknown keyword (first in line 13)"),
+        ("f 1 2 99\n", "skipped 1 triangles whose vertices are missing"),
+        ("f 1/9 2/9 3/9\n", "3 corners name texture coordinates that do not exist"),
+        ("v 1 nan 2\nf 1 2 5\n", "skipped 1 vertices without three finite coordinates (first in line 13)"),
+        ("v 1 2\n", "skipped 1 vertices without three finite coordinates (first in line 13)"),
+        ("f 1 2 x\n", "skipped 1 faces that cannot be read (first in line 13)"),
+        ("f 1 2 99999999999999999999999\n", "skipped 1 faces that cannot be read (first in line 13)"),
+        ("\x1a", None),
+        ("\x1a\x00\x00\n", None),
+        ("v 5 5 5 1 1 1 1 1\n", None),
+        ("f 1,0 2 3\n", "skipped 1 faces that cannot be read (first in line 13)"),
+    ],
+)
+def test_an_odd_line_is_skipped_and_named(tmp_path: Path, text: str, note: str | None) -> None:
+    mesh = read(tmp_path, SQUARE + UVS + "g a\ng b\ng skin\nf 1/1 2/2 3/3 4/4\n" + text)
+    assert mesh.notes[:1] == (() if note is None else (note,))
+    assert mesh.triangles[:2].tolist() == [[0, 1, 2], [0, 2, 3]]
+    assert mesh.vertices[:4].tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    assert np.isfinite(mesh.vertices).all() and np.isfinite(mesh.uvs).all()
+
+
+def test_faces_before_their_vertices_and_decimal_commas_are_read(tmp_path: Path) -> None:
+    mesh = read(tmp_path, "f 1 2 3\nv 0 0 0\nv 0,5 0 0\nv 0 1,5 0\n")
+    assert mesh.vertices.tolist() == [[0, 0, 0], [0.5, 0, 0], [0, 1.5, 0]] and mesh.notes == ()
+
+
+def test_the_default_head_has_no_notes_and_one_texture() -> None:
+    mesh = load_mesh(DEFAULT_HEAD)
+    assert mesh.notes == () and mesh.materials == () and mesh.texture == DEFAULT_HEAD.with_name("skin.webp")
+
+
+def test_the_default_head_with_objects_instead_of_groups_has_the_same_parts(tmp_path: Path) -> None:
+    lines = DEFAULT_HEAD.read_text().splitlines()
+    text = "\n".join(f"o {line[2:]}_Mesh.001" if line.startswith("g ") else line for line in lines)
+    for name in ("head.mtl", "skin.webp"):
+        shutil.copy(DEFAULT_HEAD.with_name(name), tmp_path / name)
+    mesh, head = read(tmp_path, text), load_mesh(DEFAULT_HEAD)
+    assert [name.removesuffix("_Mesh.001") for name in mesh.groups] == list(head.groups)
