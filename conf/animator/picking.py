@@ -10,6 +10,7 @@ from conf.face.mesh.mesh import Mesh
 from conf.face.mesh.raycast import cast_clip_rays
 from conf.render.camera import project
 from conf.render.materials import material_of
+from conf.render.textures import with_transparent_parts
 
 MAX_DEPTH_ERROR_CM = 1.5  # if the ray's hit lies farther than this from a mirrored position, the nearest vertex is used
 
@@ -41,6 +42,7 @@ class Picker:
     """Casts rays at one mesh in its neutral pose. Rays pass through hair and eyelashes."""
 
     def __init__(self, mesh: Mesh) -> None:
+        mesh = with_transparent_parts(mesh)
         solid = np.ones(len(mesh.triangles), np.bool_)
         for name, triangles in mesh.groups.items():
             if material_of(name).blended:

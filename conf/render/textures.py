@@ -164,6 +164,15 @@ def separate_transparent(mesh: Mesh, images: MeshImages) -> Mesh:
     return regroup(mesh, {TRANSLUCENT: np.flatnonzero(blended)}) if blended.any() else mesh
 
 
+def with_transparent_parts(mesh: Mesh) -> Mesh:
+    """Return `separate_transparent` of a mesh without its images at hand; a mesh with blended groups as it is.
+
+    Raises FileFormatError if a file is not an image.
+    """
+    is_named = any(material_of(name).blended for name in mesh.groups)
+    return mesh if is_named else separate_transparent(mesh, MeshImages(mesh))
+
+
 def _is_transparent(mesh: Mesh, rows: NDArray[np.int64], images: MeshImages, number: int) -> NDArray[np.bool_]:
     """Return (k,) whether each of the triangles (k,) of one material is transparent somewhere."""
     material = images.material(number)

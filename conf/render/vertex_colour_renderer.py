@@ -5,9 +5,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.mesh.mesh import Mesh
+from conf.render.materials import TRANSLUCENT
 from conf.render.shader_programs import DrawCall
 
-HIDDEN_GROUPS = ("hair", "brows", "lashes")  # not drawn: they would cover the skin
+HIDDEN_GROUPS = ("hair", "brows", "lashes", TRANSLUCENT)  # not drawn: they would cover the skin
 
 
 class VertexColourRenderer(DrawCall):

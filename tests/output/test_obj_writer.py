@@ -7,8 +7,10 @@ import pytest
 
 from conf.errors import ConfError
 from conf.face.default_head import DEFAULT_HEAD
+from conf.face.formats.mtl import MeshMaterial
 from conf.face.mesh.mesh import Mesh, load_mesh
 from conf.output.obj_writer import write_obj
+from conf.render.textures import read_image
 
 
 @pytest.fixture(scope="module")
@@ -44,3 +46,17 @@ def test_a_portable_texture_is_copied_and_a_mesh_without_texture_gets_no_materia
 def test_a_missing_folder_is_named(tmp_path: Path, head: Mesh) -> None:
     with pytest.raises(ConfError, match=r"a\.obj cannot be written \(No such file or directory\)"):
         write_obj(tmp_path / "none" / "a.obj", head, head.vertices)
+
+
+def test_materials_and_vertex_colours_are_written_and_read_back(tmp_path: Path, head: Mesh) -> None:
+    image = np.random.default_rng(1).integers(0, 255, (4, 4, 4), dtype=np.uint8)
+    materials = (MeshMaterial(colour=(0.1, 0.2, 0.3), alpha=0.5), MeshMaterial(image=image, has_alpha=True))
+    numbers = (np.arange(len(head.triangles)) >= len(head.groups["skin"])).astype(np.int32)
+    colours = np.random.default_rng(2).random(head.vertices.shape, np.float32)
+    mesh = replace(head, texture=None, materials=materials, triangle_materials=numbers, vertex_colours=colours)
+    write_obj(tmp_path / "d.obj", mesh, mesh.vertices)
+    found = load_mesh(tmp_path / "d.obj")
+    assert found.vertex_colours == pytest.approx(colours, abs=1e-4)
+    np.testing.assert_array_equal(found.materials_of_triangles(), numbers)
+    assert found.materials[0].colour == (0.1, 0.2, 0.3) and found.materials[0].alpha == 0.5
+    np.testing.assert_array_equal(read_image(found.materials[1]), image[::-1])

@@ -10,7 +10,7 @@ from conf.face.control_points import PUPILS
 from conf.face.default_head import EYE_MIDPOINT, default_joints, default_points
 from conf.face.deformation.eyelid_helpers import helpers_on_edges
 from conf.face.deformation.rig import Rig
-from conf.face.deformation.rig_builder import JAW_GROUPS, RigJoints, build_rig
+from conf.face.deformation.rig_builder import JAW_GROUPS, RIGID_GROUPS, RigJoints, build_rig
 from conf.face.fapu import Fapu
 from conf.face.fitting.default_texture import apply_default_texture
 from conf.face.fitting.eye_detection import without_eye_covers
@@ -25,6 +25,7 @@ from conf.face.mesh.depth_profiles import LabelledMesh
 from conf.face.mesh.edge_split import drop_triangles
 from conf.face.mesh.editing import regroup, weld_vertices
 from conf.face.mesh.mesh import Mesh
+from conf.face.mesh.orientation import weld_indices
 from conf.face.mesh.raycast import faces_viewer
 from conf.face.mesh.surface_graph import SurfaceGraph
 from conf.face.similarity import SimilarityTransform, fit_similarity
@@ -62,7 +63,7 @@ def prepare_face(mesh: Mesh, points: NDArray[np.float64], /) -> PreparedFace:
     points = file_to_model.apply(points)
     if np.median(KDTree(mesh.vertices).query(points)[0]) > MAX_POINT_DISTANCE_CM:
         raise ValueError("most of them do not lie on it; place them again with `conf fit`")
-    mesh, points, detected, remarks = _complete(mesh, points)
+    mesh, points, detected, remarks = _complete(_without_false_parts(mesh), points)
     is_textured = mesh.texture is not None
     surface = SurfaceGraph(mesh.vertices, mesh.triangles)
     if not is_textured:
@@ -78,7 +79,8 @@ def _complete(mesh: Mesh, points: NDArray[np.float64]) -> tuple[Mesh, NDArray[np
     """Return the mesh with its parts found, and with those put in that are missing; the points; what was missing."""
     remarks: list[str] = []
     is_textured = mesh.texture is not None
-    if not is_textured:  # with a texture, what covers the eyes may be transparent
+    has_images = is_textured or any(material.image is not None or material.alpha < 1 for material in mesh.materials)
+    if not has_images:  # with a texture, what covers the eyes may be transparent
         kept = without_eye_covers(mesh.vertices, mesh.triangles, points[PUPILS])
         if not kept.all():
             remarks.append("tear film or lashes cover the eyes: they are not drawn, as there is no transparent texture")
@@ -107,6 +109,22 @@ def _complete(mesh: Mesh, points: NDArray[np.float64]) -> tuple[Mesh, NDArray[np
         if not is_textured:
             mesh = insert_teeth(mesh, points, outwards=faces_viewer(points[:, :2], mesh.vertices, mesh.triangles))
     return mesh, points, detected, remarks
+
+
+def _without_false_parts(mesh: Mesh) -> Mesh:
+    """Return the mesh with other names for groups that are called like a rigid part but are joined to the rest.
+
+    In files of others "tongue" may be the skin of the mouth, and "eye_l" the eye with its lids.
+    """
+    vertices = weld_indices(mesh.vertices)[mesh.triangles]
+    names = {}
+    for name in RIGID_GROUPS:
+        if name in mesh.groups:
+            is_member = np.zeros(len(mesh.triangles), np.bool_)
+            is_member[mesh.groups[name]] = True
+            if np.isin(vertices[is_member], vertices[~is_member]).any():
+                names[name] = f"{name}_of_file"
+    return replace(mesh, groups={names.get(name, name): members for name, members in mesh.groups.items()})
 
 
 def find_file_to_model(points: NDArray[np.float64], /) -> SimilarityTransform:

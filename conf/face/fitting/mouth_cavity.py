@@ -122,8 +122,11 @@ def _extrude(mesh: Mesh, rim: NDArray[np.int64], *, up: float, reverse: bool) ->
     to_render = np.zeros(len(mesh.vertices) + len(added), dtype=np.int64)
     to_render[grid] = render_grid
     numbers = len(mesh.triangles) + np.arange(len(triangles))
+    materials, colours = mesh.extended_colours(len(triangles), len(added))
     return replace(
         mesh,
+        triangle_materials=materials,
+        vertex_colours=colours,
         vertices=np.concatenate([mesh.vertices, added]),
         triangles=np.concatenate([mesh.triangles, triangles]).astype(np.int32),
         uvs=np.concatenate([mesh.uvs, mesh.uvs[render_of[rim]].repeat(grid.shape[1], axis=0)]),

@@ -40,8 +40,11 @@ def insert_teeth(mesh: Mesh, points: NDArray[np.float64], /, *, outwards: bool) 
     triangles, render_triangles = teeth.triangles, teeth.render_triangles
     if not outwards:
         triangles, render_triangles = triangles[:, ::-1], render_triangles[:, ::-1]
+    materials, colours = mesh.extended_colours(len(triangles), len(vertices))
     return replace(
         mesh,
+        triangle_materials=materials,
+        vertex_colours=colours,
         vertices=np.concatenate([mesh.vertices, vertices]),
         triangles=np.concatenate([mesh.triangles, triangles + len(mesh.vertices)]).astype(np.int32),
         uvs=np.concatenate([mesh.uvs, np.zeros_like(teeth.uvs)]),

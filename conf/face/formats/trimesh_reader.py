@@ -27,6 +27,7 @@ _MAX_IMAGE_PIXELS = 1 << 26  # of an embedded image, 8192 x 8192
 _MAX_PARTS = 10_000
 _GLB_HEADER = struct.Struct("<4sII")
 _GLB_CHUNK = struct.Struct("<I4s")
+_UNSIGNED_BYTE = 5121  # of OpenGL
 # Extensions without which the vertices cannot be read, and how to write the file without them.
 _COMPRESSION = {
     "KHR_draco_mesh_compression": "export it without Draco compression (in Blender: Data, Compression off)",
@@ -44,9 +45,7 @@ def read_with_trimesh(path: Path, /) -> RawMesh:
     check_file(path)
     suffix = path.suffix.lower()
     is_gltf = suffix in _GLTF_SUFFIXES
-    if is_gltf:
-        _check_gltf(path)
-    kind = "glb" if suffix == ".vrm" else suffix[1:]
+    kind, is_linear = _check_gltf(path) if is_gltf else (suffix[1:], False)
     resolver = _Resolver(path.parent)
     try:
         with path.open("rb") as file, warnings.catch_warnings(), np.errstate(all="ignore"):
@@ -57,7 +56,9 @@ def read_with_trimesh(path: Path, /) -> RawMesh:
             _check_size(path, (scene.geometry[scene.graph[node][1]] for node in scene.graph.nodes_geometry))
             parts = scene.dump()
             return _join(
-                path, [part for part in parts if isinstance(part, trimesh.Trimesh) and len(part.faces)], is_gltf=is_gltf
+                path,
+                [part for part in parts if isinstance(part, trimesh.Trimesh) and len(part.faces)],
+                is_linear=is_linear,
             )
     except FileFormatError:
         raise
@@ -99,32 +100,50 @@ class _Resolver(trimesh.resolvers.Resolver):
         return []
 
 
-def _check_gltf(path: Path) -> None:
-    """Raise FileFormatError for a file that is no glTF, damaged, or compressed in a way that cannot be read."""
+def _check_gltf(path: Path) -> tuple[str, bool]:
+    """Return the kind of file, "glb" or "gltf" whatever its suffix, and whether its vertex colours are linear.
+
+    By the standard they are, but programs that write bytes write sRGB there: linear bytes would band in the dark.
+    Raises FileFormatError for a file that is no glTF, damaged, or compressed in a way that cannot be read.
+    """
     data = path.read_bytes()
-    if data[:4] == b"glTF":
-        version, text = _glb_json(path, data)
-    else:
-        version, text = 2, data
+    is_binary = data[:4] == b"glTF"
+    text = _glb_json(path, data) if is_binary else data
     try:
         header = json.loads(text.decode("utf-8-sig"))
         version = int(float(header["asset"]["version"]))
     except (ValueError, KeyError, TypeError, RecursionError, OverflowError) as error:
         message = "expected a GLB mesh, found a damaged one: export it again"
-        if data[:4] != b"glTF":
+        if not is_binary:
             message = "expected a GLB or glTF mesh, found something else"
         raise FileFormatError(path, None, message) from error
     if version != 2:
         raise FileFormatError(path, None, f"expected a glTF of version 2, found version {version}: convert it")
-    listed = header.get("extensionsRequired", [])
-    required = [name for name in listed if isinstance(name, str)] if isinstance(listed, list) else []
-    for name in required:
-        if name in _COMPRESSION:
-            raise FileFormatError(path, None, f"requires {name}, which is not supported: {_COMPRESSION[name]}")
+    try:
+        accessors, primitives = header.get("accessors", []), _primitives(header)
+        for name, advice in _COMPRESSION.items():
+            uses = any(
+                name in primitive.get("extensions", {})
+                and "bufferView" not in accessors[primitive["attributes"]["POSITION"]]
+                for primitive in primitives
+            )
+            if uses or name in header.get("extensionsRequired", []):
+                raise FileFormatError(path, None, f"requires {name}, which is not supported: {advice}")
+        if sum(int(accessor["count"]) for accessor in accessors if "bufferView" not in accessor) > 3 * MAX_TRIANGLES:
+            raise FileFormatError(path, None, f"expected at most {MAX_TRIANGLES} triangles")
+        colours = [primitive["attributes"].get("COLOR_0") for primitive in primitives]
+        types = {accessors[number]["componentType"] for number in colours if number is not None}
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        raise FileFormatError(path, None, "expected a GLB mesh, found a damaged one: export it again") from error
+    return "glb" if is_binary else "gltf", types != {_UNSIGNED_BYTE}
 
 
-def _glb_json(path: Path, data: bytes) -> tuple[int, bytes]:
-    """Return the version and the JSON of a GLB file. Raises FileFormatError if it ends too early."""
+def _primitives(header: Any) -> list[Any]:
+    return [primitive for mesh in header.get("meshes", []) for primitive in mesh["primitives"]]
+
+
+def _glb_json(path: Path, data: bytes) -> bytes:
+    """Return the JSON of a GLB file. Raises FileFormatError if it ends too early."""
     if len(data) < _GLB_HEADER.size + _GLB_CHUNK.size:
         raise FileFormatError(path, None, f"expected a GLB mesh, found only {len(data)} bytes: copy it again")
     _, version, length = _GLB_HEADER.unpack_from(data)
@@ -135,7 +154,7 @@ def _glb_json(path: Path, data: bytes) -> tuple[int, bytes]:
     start = _GLB_HEADER.size + _GLB_CHUNK.size
     if version == 2 and (kind != b"JSON" or start + size > len(data)):
         raise FileFormatError(path, None, "expected a GLB mesh, found a damaged one: export it again")
-    return version, data[start : start + size] if version == 2 else b'{"asset": {"version": "1"}}'
+    return data[start : start + size] if version == 2 else b'{"asset": {"version": "%d"}}' % version
 
 
 def _check_size(path: Path, parts: Iterable[Any]) -> None:
@@ -148,7 +167,7 @@ def _check_size(path: Path, parts: Iterable[Any]) -> None:
             raise FileFormatError(path, None, message)
 
 
-def _join(path: Path, parts: list[trimesh.Trimesh], *, is_gltf: bool) -> RawMesh:
+def _join(path: Path, parts: list[trimesh.Trimesh], *, is_linear: bool) -> RawMesh:
     if not parts:
         raise FileFormatError(path, None, "expected a mesh with triangles, found only points or lines")
     positions = np.concatenate([np.asarray(part.vertices, dtype=np.float64) for part in parts])
@@ -168,6 +187,8 @@ def _join(path: Path, parts: list[trimesh.Trimesh], *, is_gltf: bool) -> RawMesh
     if (corners[..., 1] < 0).all():
         uvs = uvs[:0]
     kept = drop_unusable(path, positions, corners[..., 0], notes)
+    if not np.ptp(positions, axis=0).any():
+        raise FileFormatError(path, None, "expected a mesh, found all vertices at one position: export it again")
     numbering = np.cumsum(kept) - 1
     runs = {_group_name(part, i): slice(ends[i], ends[i + 1]) for i, part in enumerate(parts)}
     raw = RawMesh(
@@ -179,7 +200,7 @@ def _join(path: Path, parts: list[trimesh.Trimesh], *, is_gltf: bool) -> RawMesh
     )
     readings = _Materials(notes)
     numbers = np.repeat([readings.number_of(part) for part in parts], np.diff(ends)).astype(np.int32)[kept]
-    colours = _vertex_colours(parts, starts, is_linear=is_gltf)
+    colours = _vertex_colours(parts, starts, is_linear=is_linear)
     raw = with_materials(raw, tuple(readings.materials), numbers, colours)
     return RawMesh(**{**raw.__dict__, "notes": (*raw.notes, *notes)})
 

@@ -65,6 +65,11 @@ def split_edges(mesh: Mesh, edges: NDArray[np.integer], fractions: NDArray[np.fl
         render_parts.append(render_corners[own][:, pattern].reshape(-1, 3))
         origin.append(own.repeat(len(pattern)))
     origins = np.concatenate(origin)
+    materials, colours = mesh.triangle_materials, mesh.vertex_colours
+    if colours is not None:
+        ends_of_edges = colours.astype(np.float64)[edges]  # (k, 2, 3)
+        added = ends_of_edges[:, 0] + fractions[:, None] * (ends_of_edges[:, 1] - ends_of_edges[:, 0])
+        colours = np.concatenate([colours, added.astype(np.float32)])
     return replace(
         mesh,
         vertices=np.concatenate([mesh.vertices, first + fractions[:, None] * (second - first)]),
@@ -73,6 +78,8 @@ def split_edges(mesh: Mesh, edges: NDArray[np.integer], fractions: NDArray[np.fl
         render_vertices=np.concatenate([mesh.render_vertices, count + pairs[:, 2]]).astype(np.int32),
         render_triangles=np.concatenate(render_parts).astype(np.int32),
         groups={name: np.flatnonzero(np.isin(origins, members)) for name, members in mesh.groups.items()},
+        triangle_materials=None if materials is None else materials[origins],
+        vertex_colours=colours,
     )
 
 
@@ -87,4 +94,5 @@ def drop_triangles(mesh: Mesh, dropped: NDArray[np.bool_], /) -> Mesh:
         triangles=mesh.triangles[~dropped],
         render_triangles=mesh.render_triangles[~dropped],
         groups={name: members for name, members in groups.items() if len(members)},
+        triangle_materials=None if mesh.triangle_materials is None else mesh.triangle_materials[~dropped],
     )

@@ -57,6 +57,17 @@ class Mesh:
         known = self.triangle_materials
         return np.full(len(self.triangles), -1, np.int32) if known is None else known
 
+    def extended_colours(
+        self, triangles: int, vertices: int
+    ) -> tuple[NDArray[np.int32] | None, NDArray[np.float32] | None]:
+        """Return `triangle_materials` and `vertex_colours` with more triangles, without material, and white vertices."""
+        materials, colours = self.triangle_materials, self.vertex_colours
+        if materials is not None:
+            materials = np.concatenate([materials, np.full(triangles, -1, np.int32)])
+        if colours is not None:
+            colours = np.concatenate([colours, np.ones((vertices, 3), np.float32)])
+        return materials, colours
+
     def group_vertices(self, *names: str) -> NDArray[np.int64]:
         """Return the sorted indices of the vertices of the named groups; unknown groups add none."""
         used = [self.triangles[self.groups[name]].ravel() for name in names if name in self.groups]

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -11,6 +13,7 @@ from conf.face.fitting.default_texture import (
     TEXTURE_FILE,
     apply_default_texture,
 )
+from conf.face.formats.mtl import MeshMaterial
 from conf.face.mesh.mesh import Mesh, load_mesh
 
 
@@ -65,3 +68,18 @@ def test_the_texture_has_a_dark_pupil_and_a_light_sclera() -> None:
     assert at(*EYE_UV).mean() < 30
     assert at(*(EYE_UV + EYE_UV_RADII * [0.5, 0])).mean() > 180
     assert at(*COLOUR_UVS["skin"])[0] > at(*COLOUR_UVS["mouth"])[0] + 50
+
+
+def test_materials_with_an_image_or_of_the_skin_are_kept_and_plain_eyes_replaced(head: Mesh) -> None:
+    materials = (MeshMaterial(colour=(0.3, 0.2, 0.1)), MeshMaterial(image=np.zeros((1, 1, 4), np.uint8)))
+    numbers = np.zeros(len(head.triangles), np.int32)
+    numbers[head.groups["teeth_upper"]] = 1
+    mesh = replace(head, texture=None, materials=materials, triangle_materials=numbers)
+    textured = apply_default_texture(mesh, default_points(), default_joints().eyes)
+    numbers = textured.materials_of_triangles()
+    found = {name: np.unique(numbers[rows]).tolist() for name, rows in textured.groups.items()}
+    assert found["skin"] == found["hair"] == [0] and found["teeth_upper"] == [1] and found["eye_l"] == [-1]
+    assert textured.render_vertices[textured.render_triangles].tolist() == head.triangles.tolist()
+    rows = head.groups["teeth_upper"]
+    np.testing.assert_array_equal(textured.uvs[textured.render_triangles[rows]], head.uvs[head.render_triangles[rows]])
+    assert np.ptp(uvs_of(textured, "eye_l"), axis=0).min() > 0.3

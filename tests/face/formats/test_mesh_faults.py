@@ -219,6 +219,23 @@ def test_other_required_extensions_and_vrm_are_read(tmp_path: Path) -> None:
     assert len(read(tmp_path, data, name="face.VRM").triangles) == 12
 
 
+def test_a_compressed_mesh_that_is_not_declared_is_refused_too(tmp_path: Path) -> None:
+    accessor = {"componentType": 5126, "count": 8, "type": "VEC3"}
+    extensions = {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {"POSITION": 0}}}
+    primitive = {"attributes": {"POSITION": 0}, "extensions": extensions}
+    data = glb(accessors=[accessor], meshes=[{"primitives": [primitive]}])
+    with pytest.raises(FileFormatError, match="requires KHR_draco_mesh_compression"):
+        read(tmp_path, data, name="face.glb")
+
+
+@pytest.mark.parametrize("name", ["face.glb", "face.gltf", "face.vrm"])
+def test_glb_and_gltf_are_told_apart_by_their_bytes(tmp_path: Path, name: str) -> None:
+    assert len(read(tmp_path, glb(), name=name).triangles) == 12
+    for file, data in trimesh.exchange.gltf.export_gltf(trimesh.Scene(trimesh.creation.box())).items():
+        (tmp_path / file.replace("model.gltf", name)).write_bytes(data)
+    assert len(load_mesh(tmp_path / name).triangles) == 12
+
+
 def test_gltf_is_read_with_its_buffers_beside_it(tmp_path: Path) -> None:
     for name, data in trimesh.exchange.gltf.export_gltf(trimesh.Scene(trimesh.creation.box())).items():
         (tmp_path / name.replace("model.gltf", "face.gltf")).write_bytes(data)
@@ -286,10 +303,42 @@ def test_vertex_colours_are_used(tmp_path: Path, kind: str) -> None:
         box.visual = trimesh.visual.ColorVisuals(box, vertex_colors=colours)
         box.export(tmp_path / f"face.{kind}")
         mesh = load_mesh(tmp_path / f"face.{kind}")
-    if kind == "glb":  # colours in glTF are linear
-        expected = np.where(expected < 0.0031308, expected * 12.92, 1.055 * expected ** (1 / 2.4) - 0.055)
     assert mesh.vertex_colours == pytest.approx(expected, abs=0.005)
     assert material_of(mesh, 0).image is None
+
+
+def test_vertex_colours_of_glb_that_are_no_bytes_are_linear(tmp_path: Path) -> None:
+    box = trimesh.creation.box()
+    box.vertex_attributes["color"] = np.tile(np.float32([0.2, 0.1, 0.0, 1.0]), (8, 1))
+    box.vertex_attributes["color"][0] = 1.0
+    linear = box.vertex_attributes.pop("color")
+    data = box.export(file_type="glb")
+    size = int.from_bytes(data[12:16], "little")
+    header = json.loads(data[20 : 20 + size])
+    view = {"buffer": 0, "byteOffset": header["buffers"][0]["byteLength"], "byteLength": linear.nbytes}
+    header["buffers"][0]["byteLength"] += linear.nbytes
+    header["bufferViews"].append(view)
+    accessor = {"bufferView": len(header["bufferViews"]) - 1, "componentType": 5126, "count": 8, "type": "VEC4"}
+    header["accessors"].append(accessor)
+    header["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = len(header["accessors"]) - 1
+    binary = data[28 + size :] + linear.tobytes()
+    text = json.dumps(header).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = len(text).to_bytes(4, "little") + b"JSON" + text + len(binary).to_bytes(4, "little") + b"BIN\0" + binary
+    mesh = read(tmp_path, data[:8] + (12 + len(chunks)).to_bytes(4, "little") + chunks, name="face.glb")
+    assert mesh.vertex_colours is not None
+    assert mesh.vertex_colours[3] == pytest.approx([0.4845, 0.3492, 0.0], abs=0.02)
+
+
+def test_a_texture_named_in_a_ply_is_used(tmp_path: Path) -> None:
+    png(tmp_path / "skin.png", (90, 60, 40))
+    header = "ply\nformat ascii 1.0\ncomment TextureFile C:\\scans\\Skin.png\nelement vertex 3\n"
+    header += "".join(f"property float {name}\n" for name in "xyzst")
+    header += "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    mesh = read(tmp_path, header + "0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 1\n3 0 1 2\n", name="face.ply")
+    image = material_of(mesh, 0).image
+    assert isinstance(image, np.ndarray) and image[0, 0].tolist() == [90, 60, 40, 255]
+    assert mesh.uvs[mesh.render_triangles[0]].tolist() == [[0, 0], [1, 0], [0, 1]]
 
 
 def test_vertex_colours_up_to_255_and_missing_ones(tmp_path: Path) -> None:

@@ -28,3 +28,13 @@ def test_orient_outwards_reverses_an_inverted_mesh_only() -> None:
     assert orient_outwards(mesh) is mesh
     np.testing.assert_array_equal(orient_outwards(inverted).triangles, mesh.triangles)
     np.testing.assert_array_equal(orient_outwards(inverted).render_triangles, inverted.render_triangles[:, ::-1])
+
+
+def test_a_closed_part_that_is_inside_out_is_turned() -> None:
+    small = 0.2 * VERTICES + [0.0, 0.0, 5.0]
+    triangles = np.concatenate([TRIANGLES, TRIANGLES[:, ::-1] + len(VERTICES)])
+    corners = np.stack([triangles, np.full_like(triangles, -1)], axis=-1)
+    mesh = build_mesh(RawMesh(np.concatenate([VERTICES, small]), np.empty((0, 2)), corners, {}, None))
+    turned = orient_outwards(mesh).triangles
+    np.testing.assert_array_equal(turned[: len(TRIANGLES)], TRIANGLES)
+    np.testing.assert_array_equal(turned[len(TRIANGLES) :], triangles[len(TRIANGLES) :, ::-1])
