@@ -178,19 +178,21 @@ def _is_transparent(mesh: Mesh, rows: NDArray[np.int64], images: MeshImages, num
     material = images.material(number)
     if material.alpha < 1.0:
         return np.ones(len(rows), np.bool_)
+    none = np.zeros(len(rows), np.bool_)
     pixels = images.pixels(number)
-    if pixels is None or not len(rows) or material.has_alpha is False or pixels[..., 3].min() >= _OPAQUE:
-        return np.zeros(len(rows), np.bool_)
+    if pixels is None or not len(rows) or material.has_alpha is False:
+        return none
     alpha = pixels[..., 3]
-    if material.has_alpha is None:
-        is_extreme = (alpha <= 8) | (alpha >= 247)
-        if is_extreme.mean() < _MIN_COVERAGE or alpha.max() <= 8:
-            return np.zeros(len(rows), np.bool_)
     height, width = alpha.shape
     at = np.einsum("sc,fcd->fsd", _SAMPLES, mesh.uvs[mesh.render_triangles[rows]]) % 1.0
     column = np.minimum((at[..., 0] * width).astype(np.int64), width - 1)
     row = np.minimum((at[..., 1] * height).astype(np.int64), height - 1)
-    return np.asarray((alpha[row, column] < _OPAQUE).any(axis=1))
+    found = np.asarray((alpha[row, column] < _OPAQUE).any(axis=1))
+    if material.has_alpha is None and found.any():
+        is_extreme = (alpha <= 8) | (alpha >= 247)
+        if is_extreme.mean() < _MIN_COVERAGE or alpha.max() <= 8:
+            return none
+    return found
 
 
 def _connected_parts(mesh: Mesh, rows: NDArray[np.bool_], numbers: NDArray[np.int32]) -> NDArray[np.int64]:

@@ -5,11 +5,12 @@ import cv2
 import numpy as np
 import pytest
 
+from conf.face.default_head import DEFAULT_HEAD
 from conf.face.deformation.face_model import FaceModel
 from conf.face.formats.mtl import MeshMaterial
-from conf.face.mesh.mesh import Mesh
+from conf.face.mesh.mesh import Mesh, load_mesh
 from conf.render.materials import TRANSLUCENT
-from conf.render.textures import MeshImages, linear_from_srgb, read_image, separate_transparent
+from conf.render.textures import MeshImages, linear_from_srgb, read_image, separate_transparent, with_transparent_parts
 from conf.render.window.offscreen import OffscreenWindow
 from tests.render.test_face_renderer import pose, rendered
 
@@ -89,3 +90,11 @@ def test_images_of_any_depth_and_a_mask_are_read(tmp_path: Path, dtype: type, ch
 
 def test_srgb_becomes_linear() -> None:
     assert linear_from_srgb(np.array([0.0, 0.02, 0.5, 1.0])) == pytest.approx([0, 0.001548, 0.21404, 1], abs=1e-5)
+
+
+def test_the_hair_of_the_default_head_is_found_without_its_names() -> None:
+    head = load_mesh(DEFAULT_HEAD)
+    mesh = replace(head, groups={f"{name}_Mesh.001": rows for name, rows in head.groups.items()})
+    found = separate_transparent(mesh, MeshImages(mesh)).groups[TRANSLUCENT]
+    np.testing.assert_array_equal(found, np.union1d(head.groups["hair"], head.groups["lashes"]))
+    assert with_transparent_parts(head) is head, "its names say so"

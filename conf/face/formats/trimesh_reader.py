@@ -172,6 +172,8 @@ def _join(path: Path, parts: list[trimesh.Trimesh], *, is_linear: bool) -> RawMe
         raise FileFormatError(path, None, "expected a mesh with triangles, found only points or lines")
     positions = np.concatenate([np.asarray(part.vertices, dtype=np.float64) for part in parts])
     triangles = [np.asarray(part.faces, dtype=np.int64) for part in parts]
+    if positions.shape[1:] != (3,) or any(t.shape[1:] != (3,) for t in triangles):
+        raise FileFormatError(path, None, "expected a mesh of triangles in three dimensions")
     notes: list[str] = []
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     ends = np.cumsum([0, *(len(t) for t in triangles)])

@@ -52,15 +52,17 @@ def closed_inside_out(positions: NDArray[np.float64], triangles: NDArray[np.inte
     count = len(positions)
     graph = sparse.coo_array((np.ones(len(starts), np.bool_), (starts, ends)), (count, count))
     labels = connected_components(graph, directed=False)[1][welded[:, 0]]
-    directed = np.sort(starts * count + ends)
-    backward = ends * count + starts
-    found = directed[np.minimum(np.searchsorted(directed, backward), len(directed) - 1)] == backward
-    is_open = np.bincount(labels, ~found.reshape(-1, 3).all(axis=1), count) > 0
     sums = np.stack([np.bincount(labels, positions[triangles[:, 0], axis], count) for axis in range(3)], axis=1)
     centres = sums / np.maximum(np.bincount(labels, minlength=count), 1)[:, None]
     a, b, c = (positions[triangles[:, corner]] - centres[labels] for corner in range(3))
-    volume = np.bincount(labels, np.einsum("fi,fi->f", a, np.cross(b, c)), count)
-    return np.asarray(((volume < 0) & ~is_open)[labels])
+    negative = (np.bincount(labels, np.einsum("fi,fi->f", a, np.cross(b, c)), count) < 0)[labels]
+    if not negative.any():
+        return np.asarray(negative)
+    edges = np.repeat(negative, 3)
+    directed, backward = (p[edges] * count + q[edges] for p, q in ((starts, ends), (ends, starts)))
+    is_closed = np.isin(backward, directed).reshape(-1, 3).all(axis=1)
+    is_open = np.bincount(labels[negative], ~is_closed, count) > 0
+    return np.asarray(negative & ~is_open[labels])
 
 
 def weld_indices(positions: NDArray[np.float64], /) -> NDArray[np.int64]:

@@ -252,6 +252,8 @@ def test_gltf_is_read_with_its_buffers_beside_it(tmp_path: Path) -> None:
         (glb()[:-100], r"expected a GLB mesh of \d+ bytes, found only \d+ of them: copy or download it again"),
         (glb()[:10], "expected a GLB mesh, found only 10 bytes"),
         (glb().replace(b"{", b"[", 1), "expected a GLB mesh, found a damaged one: export it again"),
+        (glb(accessors=[{"componentType": 5126, "count": 8, "type": "VEC2", "bufferView": 0}] * 9), "expected"),
+        (glb(accessors=[{"componentType": 5126, "count": 10**12, "type": "VEC3"}] * 9), "expected at most"),
         (glb(accessors=[]), "expected a GLB mesh, found a damaged one: export it again"),
         (b"hello, this is no mesh at all", "expected a GLB or glTF mesh, found something else"),
         (glb(asset={"version": "1.0"}), "expected a glTF of version 2, found version 1: convert it"),
