@@ -28,7 +28,8 @@ def write_obj(path: Path, mesh: Mesh, vertices: NDArray[np.floating], /) -> None
     Raises ConfError if a file cannot be written.
     """
     with report_write_errors(path):
-        texture = _write_texture(path, mesh.texture) if _has_uvs(mesh) and mesh.texture else None
+        is_textured = mesh.texture is not None and _has_uvs(mesh) and bool((mesh.materials_of_triangles() < 0).any())
+        texture = _write_texture(path, mesh.texture) if mesh.texture and is_textured else None
         library = "" if texture is None else MATERIALS.format(texture=texture.name)
         library += "".join(_material_text(path, mesh, number) for number in _used_materials(mesh))
         if library:

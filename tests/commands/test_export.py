@@ -62,3 +62,14 @@ def test_a_face_without_points_is_an_error_that_names_conf_fit(tmp_path: Path) -
     face.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", encoding="utf-8")
     with pytest.raises(ConfError, match=r"has no control points: run `conf fit .*face\.obj` or give --ppc FILE"):
         export_file(ExportRequest(tmp_path / "a.obj", emotion="joy", face=face))
+
+
+def test_what_was_wrong_with_the_mesh_is_said_in_one_line(tmp_path: Path) -> None:
+    face = tmp_path / "face.obj"
+    face.write_text("mtllib gone.mtl\n" + DEFAULT_HEAD.read_text().replace("mtllib head.mtl", "hello\nf 1 2"))
+    face.with_suffix(".ppc").write_bytes(DEFAULT_HEAD.with_suffix(".ppc").read_bytes())
+    notes: list[str] = []
+    export_file(ExportRequest(tmp_path / "out.dpc", emotion="joy", face=face), on_note=notes.append)
+    lines = "1 lines with an unknown keyword (first in line 3), 1 faces with fewer than three corners (first in line 4)"
+    missing = "the material library gone.mtl was not found beside the mesh"
+    assert notes == [f"{face}: skipped {lines}; {missing}"]
