@@ -37,7 +37,7 @@ def test_each_part_is_drawn_with_the_colour_of_its_material(window: OffscreenWin
 
 
 def test_vertex_colours_are_drawn(window: OffscreenWindow, face: FaceModel) -> None:
-    colours = np.tile(np.float32([0.0, 1.0, 0.0]), (len(face.mesh.vertices), 1))
+    colours = np.tile(np.array([0.0, 1.0, 0.0], np.float32), (len(face.mesh.vertices), 1))
     mesh = replace(with_materials(face.mesh, MeshMaterial(), of={"skin": 0}), vertex_colours=colours)
     cheek = rendered(window, replace(face, mesh=mesh), pose())[125:135, 130:140].astype(int).mean(axis=(0, 1))
     assert cheek[1] > 3 * max(cheek[0], cheek[2], 1)

@@ -311,7 +311,7 @@ def test_vertex_colours_are_used(tmp_path: Path, kind: str) -> None:
 
 def test_vertex_colours_of_glb_that_are_no_bytes_are_linear(tmp_path: Path) -> None:
     box = trimesh.creation.box()
-    box.vertex_attributes["color"] = np.tile(np.float32([0.2, 0.1, 0.0, 1.0]), (8, 1))
+    box.vertex_attributes["color"] = np.tile(np.array([0.2, 0.1, 0.0, 1.0], np.float32), (8, 1))
     box.vertex_attributes["color"][0] = 1.0
     linear = box.vertex_attributes.pop("color")
     data = box.export(file_type="glb")
