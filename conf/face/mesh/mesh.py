@@ -60,7 +60,7 @@ class Mesh:
     def extended_colours(
         self, triangles: int, vertices: int
     ) -> tuple[NDArray[np.int32] | None, NDArray[np.float32] | None]:
-        """Return `triangle_materials` and `vertex_colours` with more triangles, without material, and white vertices."""
+        """Return `triangle_materials` and `vertex_colours` with more triangles without material, and white vertices."""
         materials, colours = self.triangle_materials, self.vertex_colours
         if materials is not None:
             materials = np.concatenate([materials, np.full(triangles, -1, np.int32)])
