@@ -93,6 +93,13 @@ PURE_EXCEPTIONS = {
 SOCKETS = {"transport/udp.py"}
 MAX_MODULES = 17  # per folder, without __init__.py
 WITHOUT_TEST = {"sender/capture/frame.py"}
+# Tests of several modules together, of documents and of the whole program.
+WITHOUT_MODULE = {
+    "face/formats/test_mesh_faults.py",
+    *("protocol/codec/test_golden.py", "protocol/portrait/test_in_a_call.py", "protocol/session/test_golden.py"),
+    *("protocol/test_capture.py", "protocol/test_golden.py", "protocol/test_wire_document.py", "test_end_to_end.py"),
+    *("test_examples.py", "test_layering.py", "test_readme.py"),
+}
 
 
 def imports(path: Path) -> Iterator[str]:
@@ -171,6 +178,15 @@ def test_every_module_has_a_test() -> None:
     modules = [Path(module) for module, path in MODULES.items() if path.stem not in {"__init__", "__main__"}]
     untested = {str(module) for module in modules if not (tests / module.parent / f"test_{module.name}").is_file()}
     assert untested == WITHOUT_TEST
+
+
+def test_every_test_has_a_module() -> None:
+    tests, repository = Path(__file__).parent, ROOT.parent
+    paths = [path.relative_to(tests) for path in sorted(tests.rglob("test_*.py"))]
+    modules = {path: path.with_name(path.name.removeprefix("test_")) for path in paths}
+    roots = ROOT, repository
+    without = {path for path, module in modules.items() if not any((root / module).is_file() for root in roots)}
+    assert {path.as_posix() for path in without} == WITHOUT_MODULE
 
 
 def test_no_folder_is_too_full() -> None:
