@@ -17,7 +17,6 @@ from conf.face.default_head import DEFAULT_HEAD
 from conf.face.deformation.face_model import DeformerOptions, FaceModel
 from conf.face.deformation.facial_muscles import MuscleDeformer
 from conf.face.deformation.operator_builder import OperatorBuilder
-from conf.face.fapu import Fapu
 from conf.face.formats.ppc import read_ppc
 
 
@@ -83,7 +82,7 @@ def face_without_points(document: FaceDocument) -> FaceModel:
     """Return a model that can be drawn but does not move, for a face without control points."""
     points = read_ppc(DEFAULT_HEAD.with_suffix(".ppc"))
     operator = np.zeros((len(document.mesh.vertices), CONTROL_POINT_COUNT), np.float32)
-    return FaceModel(document.mesh, points, Fapu.measure(points), operator, file_to_model=document.file_to_model)
+    return FaceModel(document.mesh, points, operator, file_to_model=document.file_to_model)
 
 
 def _build(builder: OperatorBuilder, deformer: DeformerOptions) -> tuple[FaceModel, float]:

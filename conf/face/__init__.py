@@ -17,7 +17,7 @@ _SOURCES = {
     "FaceModel": "deformation.face_model",
     "Fapu": "fapu",
     "HeadPose": "head_pose",
-    "KERNELS": "deformation.kernels",
+    "KERNELS": "deformation.rbf",
     "Mesh": "mesh.mesh",
     "MotionClip": "formats.dpc",
     "SurfaceGraph": "mesh.surface_graph",
@@ -39,8 +39,8 @@ if TYPE_CHECKING:
     from conf.face.default_head import DEFAULT_HEAD as DEFAULT_HEAD
     from conf.face.deformation.face_model import DeformerOptions as DeformerOptions
     from conf.face.deformation.face_model import FaceModel as FaceModel
-    from conf.face.deformation.kernels import KERNELS as KERNELS
     from conf.face.deformation.operator_builder import choose_anchors as choose_anchors
+    from conf.face.deformation.rbf import KERNELS as KERNELS
     from conf.face.deformation.rbf import build_operator as build_operator
     from conf.face.deformation.regions import split_regions as split_regions
     from conf.face.fapu import Fapu as Fapu

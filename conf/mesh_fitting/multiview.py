@@ -14,7 +14,6 @@ from scipy.spatial.transform import Rotation
 
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.deformation.face_model import FaceModel
-from conf.face.fapu import Fapu
 from conf.face.fitting.face_prior import OBSERVED_LANDMARKS, OBSERVED_MIRROR_INDICES
 from conf.face.head_pose import HeadPose
 from conf.face.mesh.mesh import Mesh
@@ -50,7 +49,7 @@ class MultiviewTracker(GpuObject):
         self._window, self._tracker = window, tracker
         self._vertices = mesh.vertices.astype(np.float32)
         operator = np.zeros((len(mesh.vertices), CONTROL_POINT_COUNT), np.float32)
-        model = FaceModel(mesh, placeholder_points, Fapu.measure(placeholder_points), operator)
+        model = FaceModel(mesh, placeholder_points, operator)
         self._renderer = FaceRenderer(window.ctx, model)
         self._owned = (self._renderer,)
 

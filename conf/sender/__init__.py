@@ -6,7 +6,6 @@ from conf.lazy import lazy_attributes
 
 _SOURCES = {
     "MotionExtractor": "motion.extractor",
-    "fetch_models": "tracking.model_files",
     "load_canonical_face": "tracking.canonical_face",
     "track_clip": "tracking.offline",
 }
@@ -14,7 +13,6 @@ _SOURCES = {
 if TYPE_CHECKING:
     from conf.sender.motion.extractor import MotionExtractor as MotionExtractor
     from conf.sender.tracking.canonical_face import load_canonical_face as load_canonical_face
-    from conf.sender.tracking.model_files import fetch_models as fetch_models
     from conf.sender.tracking.offline import track_clip as track_clip
 else:
     __getattr__ = lazy_attributes(__name__, _SOURCES)

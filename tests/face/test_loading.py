@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from conf.errors import FileFormatError
 from conf.face.control_points import CONTROL_POINT_INDEX, PUPILS
 from conf.face.deformation.face_model import DeformerOptions
-from conf.face.deformation.kernels import KERNELS
+from conf.face.deformation.rbf import KERNELS
 from conf.face.formats.ppc import write_ppc
 from conf.face.loading import build_face, load_face
 from tests.support.sheet_face import SheetFace

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINTS
 from conf.face.deformation.face_model import FaceModel
-from conf.face.fapu import Fapu
 from conf.face.formats.obj import RawMesh
 from conf.face.mesh.mesh import Mesh, build_mesh
 from conf.render.ui.imgui_overlay import ImGuiOverlay
@@ -96,7 +95,7 @@ def stand_in_mesh() -> Mesh:
 def face() -> FaceModel:
     """Return a face whose operator is zero."""
     mesh, points = stand_in_mesh(), control_points()
-    return FaceModel(mesh, points, Fapu.measure(points), np.zeros((len(mesh.vertices), len(points)), np.float32))
+    return FaceModel(mesh, points, np.zeros((len(mesh.vertices), len(points)), np.float32))
 
 
 @pytest.fixture

@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 from conf.face.deformation.face_model import FaceModel
-from conf.face.fapu import Fapu
 from conf.face.head_pose import HeadPose
 from conf.output.media_writer import save_image
 from conf.receiver.viewer_controls import action_of, apply_view_event, help_lines
@@ -34,7 +33,7 @@ def report(**fields: object) -> None:
 def main() -> None:
     """Draw until Q is pressed; S saves the image."""
     mesh, points = stand_in_mesh(), control_points()
-    face = FaceModel(mesh, points, Fapu.measure(points), np.zeros((len(mesh.vertices), 50), np.float32))
+    face = FaceModel(mesh, points, np.zeros((len(mesh.vertices), 50), np.float32))
     view, save_requested = ViewState(), False
     with (
         GlfwWindow(320, 240, "conf test") as window,

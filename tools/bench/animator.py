@@ -31,7 +31,7 @@ from conf.animator.app import AnimatorApp
 from conf.animator.face_document import FaceDocument, open_face_document
 from conf.errors import GraphicsError
 from conf.face.deformation.face_model import DeformerOptions
-from conf.face.deformation.kernels import KERNELS
+from conf.face.deformation.rbf import KERNELS
 from conf.face.formats.obj import RawMesh
 from conf.face.formats.ppc import write_ppc
 from conf.face.mesh.mesh import build_mesh

@@ -33,9 +33,8 @@ from conf.face.default_head import DEFAULT_HEAD, default_joints
 from conf.face.deformation.blendshapes import Blendshapes, load_blendshapes
 from conf.face.deformation.eyelid_helpers import append_helpers, fold_helpers, helpers_on_parabola
 from conf.face.deformation.face_model import DeformerOptions
-from conf.face.deformation.kernels import KERNELS
 from conf.face.deformation.operator_builder import choose_anchors
-from conf.face.deformation.rbf import build_operator
+from conf.face.deformation.rbf import KERNELS, build_operator
 from conf.face.deformation.regions import Regions, split_regions
 from conf.face.deformation.ridge_refinement import refine_with_blendshapes, subtract_jaw_motion
 from conf.face.deformation.rig import jaw_offsets

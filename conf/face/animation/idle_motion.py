@@ -96,9 +96,8 @@ class _SaccadeProcess:
         """Return (2,) radians: yaw to the subject's left, pitch up."""
         while self._starts[-1] <= now:
             self._starts.append(self._starts[-1] + _pause(self._generator, GLANCE_PAUSE))
-            self._directions.append(
-                np.radians(self._generator.normal(0.0, GLANCE_DEGREES)).clip(-MAX_GLANCE, MAX_GLANCE)
-            )
+            direction = np.radians(self._generator.normal(0.0, GLANCE_DEGREES))
+            self._directions.append(direction.clip(-MAX_GLANCE, MAX_GLANCE))
         i = max(bisect.bisect_right(self._starts, now) - 1, 0)
         before = self._directions[max(i - 1, 0)]
         return np.asarray(before + (self._directions[i] - before) * smooth_rise(now - self._starts[i], SACCADE_SECONDS))

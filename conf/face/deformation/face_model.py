@@ -38,7 +38,6 @@ class FaceModel:
     """A neutral face and its deformation, in model centimetres (6.4 between the pupils).
 
     control_points : (n, 3) float64, neutral
-    fapu : of the neutral face
     operator : (V, n) float32, from displacements of the control points to vertex offsets
     smoothing : the lambda of the operator; larger than requested if the system was singular
     rig : rigid parts, if the face has any
@@ -47,7 +46,6 @@ class FaceModel:
 
     mesh: Mesh
     control_points: NDArray[np.float64]
-    fapu: Fapu
     operator: NDArray[np.float32]
     smoothing: float = 0.0
     rig: Rig | None = None
@@ -57,6 +55,11 @@ class FaceModel:
     def neutral(self) -> NDArray[np.float32]:
         """The (V, 3) neutral vertices."""
         return self.mesh.vertices.astype(np.float32)
+
+    @cached_property
+    def fapu(self) -> Fapu:
+        """The FAPU distances of the neutral face, model centimetres."""
+        return Fapu.measure(self.control_points)
 
     @cached_property
     def _fapu_lengths(self) -> NDArray[np.float32]:

@@ -63,7 +63,6 @@ MUSCLE_COURSES = {
         {"brow_inner": 0.5, "brow_top": 0.5}, 40.0, 0.8, 1.5,
     ),
 }  # fmt: skip
-MUSCLE_NAMES = (*(f"{name}_{side}" for name in MUSCLE_COURSES for side in "lr"), SPHINCTER)
 # The ring's half axes, depth and protrusion, in half mouth widths.
 RING_AXES, RING_DEPTH, RING_PROTRUSION = (1.9, 1.2), 2.0, 1.0
 

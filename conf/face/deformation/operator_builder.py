@@ -14,12 +14,10 @@ from conf.face.control_points import PUPILS
 from conf.face.deformation.blendshapes import Blendshapes
 from conf.face.deformation.eyelid_helpers import append_helpers, fold_helpers, helpers_on_parabola
 from conf.face.deformation.face_model import DeformerOptions, FaceModel
-from conf.face.deformation.kernels import KERNELS
-from conf.face.deformation.rbf import Operator, build_operator
+from conf.face.deformation.rbf import KERNELS, Operator, build_operator
 from conf.face.deformation.regions import Regions, split_regions
 from conf.face.deformation.ridge_refinement import refine_with_blendshapes, subtract_jaw_motion
 from conf.face.deformation.rig import Rig
-from conf.face.fapu import Fapu
 from conf.face.head_pose import ES0_CM
 from conf.face.mesh.mesh import Mesh
 from conf.face.mesh.surface_graph import SurfaceGraph
@@ -80,10 +78,7 @@ class OperatorBuilder:
 
     def face(self, operator: Operator, /) -> FaceModel:
         """Return the face with an operator that this builder, or an equal one, has built."""
-        fapu = Fapu.measure(self._points)
-        return FaceModel(
-            self._mesh, self._points, fapu, operator.matrix, operator.smoothing, self._rig, self._file_to_model
-        )
+        return FaceModel(self._mesh, self._points, operator.matrix, operator.smoothing, self._rig, self._file_to_model)
 
     @cached_property
     def anchors(self) -> NDArray[np.float64]:

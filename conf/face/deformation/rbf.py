@@ -4,21 +4,47 @@ f(x) = P(x) + sum A_i g(|x - x_i|) interpolates the displacements of the control
 coefficients A and the polynomial P are linear in the displacements, so the solve, the evaluation at the vertices, the
 regions of influence and the anchors (points whose displacement is always zero) fold into one matrix B:
 offsets = B @ displacements.
-Source: Noh, Fidaleo, Neumann 2000; Edge, Maddock 2003; the thesis, equations 4.1 to 4.7.
+Signs of the kernels are those of SciPy: a conditionally positive definite kernel is positive on the data it
+interpolates, so multiquadric and linear are negative, and adding lambda to the diagonal always improves the condition.
+Source: Noh, Fidaleo, Neumann 2000; Edge, Maddock 2003; the thesis, equations 4.1 to 4.7; Fasshauer, Meshfree
+Approximation Methods with MATLAB, chapter 8 (minimum degrees of the polynomial); scipy.interpolate.RBFInterpolator.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
-from conf.face.deformation.kernels import Kernel
 from conf.face.deformation.regions import Regions
 
 _MAX_CONDITION = 1e13  # above it a float64 solution is meaningless
 _REGULARISATION = (1e-9, 1e-7, 1e-5, 1e-3)  # lambda, relative to the largest entry of the system
 _CHUNK = 2048  # vertices at a time: their kernel values stay in the cache
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A radial basis function of r = epsilon * distance, with the degree of the polynomial added to it.
+
+    function : from an array of r squared to the function's values
+    degree : -1 none, 0 constant, 1 linear; the table holds the minimum for a well-posed system
+    epsilon : default locality for a face with 6.4 cm between the pupils, 1/cm
+    """
+
+    function: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+    degree: int
+    epsilon: float
+
+
+KERNELS = {
+    "gaussian": Kernel(lambda s: np.exp(-np.minimum(s, 80.0)), -1, 0.4),  # exp(-80) is 0 in float32
+    "multiquadric": Kernel(lambda s: -np.sqrt(s + 1.0), 0, 1.0),
+    "inverse-multiquadric": Kernel(lambda s: 1.0 / np.sqrt(s + 1.0), -1, 0.5),
+    "linear": Kernel(lambda s: -np.sqrt(s), 0, 1.0),
+    "thin-plate": Kernel(lambda s: s * np.log(np.maximum(s, 1e-30)) * 0.5, 1, 1.0),  # r^2 log r goes to 0 with r
+}
 
 
 @dataclass(frozen=True)

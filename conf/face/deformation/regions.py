@@ -91,9 +91,8 @@ def _separate_inner_lips(
     Where lips touch, the vertex nearest to a point may be the other lip's. The outer lips do not touch: distances to
     them along the surface tell the lips apart.
     """
-    upper, lower = (
-        surface.distances(seeds[lip], limit=_MOUTH_REACH * eye_distance) for lip in (_OUTER_UPPER, _OUTER_LOWER)
-    )
+    reach = _MOUTH_REACH * eye_distance
+    upper, lower = (surface.distances(seeds[lip], limit=reach) for lip in (_OUTER_UPPER, _OUTER_LOWER))
     for lip, own, other in ((_INNER_UPPER, upper, lower), (_INNER_LOWER, lower, upper)):
         for point in lip:
             near = surface.vertices_within(points[point], tolerance=_CONTACT_DISTANCE * eye_distance)

@@ -8,7 +8,7 @@ to the root of the sum of their squared lengths.
 Source: Waters 1987; equations 4.16 to 4.19 of the thesis; Parke, Waters 1996 for the sphincter.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -111,6 +111,7 @@ class MuscleSet:
     def contract(self, contractions: Mapping[str, float], /) -> NDArray[np.float32]:
         """Return the (V, 3) float32 offsets of muscles that contract together.
 
+        Offsets of one muscle, and of muscles that pull at right angles, are not reduced; those in one direction are.
         contractions : muscle -> 0 relaxed to 1 fully contracted
         Raises ValueError for an unknown muscle.
         """
@@ -119,17 +120,8 @@ class MuscleSet:
             raise ValueError(f"contractions must be of {', '.join(self.names)}, got {', '.join(unknown)}")
         used = [self.names.index(name) for name in contractions]
         values = np.array(list(contractions.values()), np.float32)
-        return combine_limited(values[:, None, None] * self.offsets[used])
-
-
-def combine_limited(offsets: NDArray[np.float32] | Sequence[NDArray[np.float32]], /) -> NDArray[np.float32]:
-    """Return the (V, 3) sum of (M, V, 3) offsets, limited to the root of the sum of their squared lengths.
-
-    Offsets of one muscle, and of muscles that pull at right angles, are not reduced; those in one direction are.
-    """
-    each = np.asarray(offsets, np.float32)
-    total = each.sum(axis=0)
-    limit = np.sqrt((each**2).sum(axis=(0, 2)))
-    length = np.linalg.norm(total, axis=1)
-    scale = np.minimum(1.0, limit / np.maximum(length, np.finfo(np.float32).tiny))
-    return np.asarray(total * scale[:, None], np.float32)
+        each = values[:, None, None] * self.offsets[used]
+        total = each.sum(axis=0)
+        limit = np.sqrt((each**2).sum(axis=(0, 2)))
+        scale = np.minimum(1.0, limit / np.maximum(np.linalg.norm(total, axis=1), np.finfo(np.float32).tiny))
+        return np.asarray(total * scale[:, None], np.float32)

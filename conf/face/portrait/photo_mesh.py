@@ -56,9 +56,8 @@ def build_mesh(face: PhotographedFace, /) -> PhotoMesh:
     outline = extend_outline(face.outline, face.aspect)
     triangles = triangles[triangles_on_person(positions, triangles, outline, OUTLINE_MARGIN_CM * centimetre)]
     positions, triangles, eyes = split_eye_openings(positions, triangles)
-    return PhotoMesh(
-        positions, triangles, _in_mouth(positions, triangles), _neighbour_mean(len(positions), triangles), eyes
-    )
+    neighbour_mean = _neighbour_mean(len(positions), triangles)
+    return PhotoMesh(positions, triangles, _in_mouth(positions, triangles), neighbour_mean, eyes)
 
 
 def signed_areas(positions: NDArray[np.float64], triangles: NDArray[np.int32], /) -> NDArray[np.float64]:
@@ -158,9 +157,8 @@ def _in_mouth(positions: NDArray[np.float64], triangles: NDArray[np.int32]) -> N
 def extend_outline(outline: NDArray[np.float64], aspect: float) -> NDArray[np.float64]:
     """Return the outline (K, 2) with the parts that touch the border moved beyond it."""
     half = np.array([aspect / 2, 0.5])
-    return np.asarray(
-        np.where(np.abs(outline) > OUTLINE_BORDER * half, np.sign(outline) * (half + BORDER_EXTENSION), outline)
-    )
+    at_border = np.abs(outline) > OUTLINE_BORDER * half
+    return np.asarray(np.where(at_border, np.sign(outline) * (half + BORDER_EXTENSION), outline))
 
 
 def triangles_on_person(

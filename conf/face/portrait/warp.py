@@ -12,16 +12,16 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from conf.face.control_points import CONTROL_POINT_COUNT, EYE_CORNERS, PUPILS, control_point_indices
-from conf.face.deformation.kernels import KERNELS
-from conf.face.deformation.rbf import build_operator
-from conf.face.deformation.regions import Regions
+from conf.face.deformation.rbf import KERNELS, build_operator
+from conf.face.deformation.regions import Regions, blend_fields
 from conf.face.fapu import UNITS_PER_DISTANCE
 from conf.face.head_pose import HeadPose
+from conf.face.interpolation import smoothstep
+from conf.face.portrait import contours
 from conf.face.portrait.contours import OVAL_ROWS, PORTRAIT_LANDMARKS
 from conf.face.portrait.lip_lid_gaps import enforce_min_gap
 from conf.face.portrait.motion_deadband import dampen_points, dampen_vertices, stillness_weight
 from conf.face.portrait.photo_mesh import PhotoMesh, build_mesh
-from conf.face.portrait.photo_regions import split_photo_regions
 from conf.face.portrait.photographed_face import PhotographedFace, project
 from conf.face.portrait.untangle import untangle
 from conf.face.portrait.vertex_weights import border_alpha, head_weights
@@ -34,9 +34,13 @@ DEPTH_ROUNDS = 3  # of smoothing: the steep sides of nose and face would fold at
 MAX_DEPTH_CM = 5.0  # behind the oval
 MIN_FACE_CM = 4.0  # width and height of a face's oval
 ANCHOR_RINGS = (1.45, 1.8)  # of the oval: points that no expression moves
+REGION_SHARPNESS = 0.9  # slope of the transition between the regions, as on the head
+REGION_REACH_CM = {"mouth": 6.0, "eye": 3.0}  # beyond it both regions have equal weights
 _NEAREST = 8  # outline points that a vertex's depth is interpolated from
 
 _UPPER, _LOWER = control_point_indices("eyelid_upper"), control_point_indices("eyelid_lower")
+_MOUTH = (contours.UPPER_OUTER_LIP + contours.UPPER_INNER_LIP, contours.LOWER_OUTER_LIP + contours.LOWER_INNER_LIP)
+_EYES = (contours.UPPER_LID_R + contours.UPPER_LID_L, contours.LOWER_LID_R + contours.LOWER_LID_L)
 # (n, 1) cm: limit of a control point's displacement since the photo
 _LIMITS = np.full((CONTROL_POINT_COUNT, 1), 1.6)
 _LIMITS[control_point_indices("inner_lip_lower", "outer_lip_lower", "chin")] = 5.0
@@ -186,6 +190,27 @@ def _radii(
     centre = oval.mean(axis=0)
     nearest = oval[cKDTree(oval).query(positions_cm)[1]]
     return np.linalg.norm(positions_cm - centre, axis=1), np.linalg.norm(nearest - centre, axis=1)
+
+
+def split_photo_regions(positions_cm: NDArray[np.float64], /) -> Regions:
+    """Return four fields of V vertices without anchors: control points of one lip or lid do not move the other one."""
+    mouth = _lower_weight(positions_cm, _MOUTH, REGION_REACH_CM["mouth"])
+    eyes = _lower_weight(positions_cm, _EYES, REGION_REACH_CM["eye"])
+    return Regions(blend_fields(mouth, eyes), np.empty((0, 3)))
+
+
+def _lower_weight(
+    positions_cm: NDArray[np.float64], sides: tuple[tuple[int, ...], tuple[int, ...]], reach: float
+) -> NDArray[np.float64]:
+    """Return (V,): 0 at the upper lip or lids, 1 at the lower ones, 0.5 at the corners and far away."""
+    common = set(sides[0]) & set(sides[1])
+    rows = [contours.landmark_rows(tuple(i for i in side if i not in common)) for side in sides]
+    upper, lower = (cKDTree(positions_cm[side]).query(positions_cm)[0] for side in rows)
+    balance = (upper - lower) / np.maximum(upper + lower, 1e-9)
+    near = np.clip(2 * (1 - np.minimum(upper, lower) / reach), 0, 1)
+    weight = smoothstep(0.5 + REGION_SHARPNESS * near * balance)
+    weight[rows[0]], weight[rows[1]], weight[contours.landmark_rows(tuple(common))] = 0.0, 1.0, 0.5
+    return np.asarray(weight)
 
 
 def _expression_matrix(positions_cm: NDArray[np.float64], fields: Regions) -> NDArray[np.float32]:

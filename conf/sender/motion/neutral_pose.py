@@ -127,9 +127,8 @@ def close_mouth_open_eyes(points: NDArray[np.float64], /) -> NDArray[np.float64]
     The lower lip is raised until it meets the upper, and the chin follows; an upper lid is raised from the lower one.
     """
     neutral = points.copy()
-    neutral[_LOWER_INNER_LIP, 1] += np.maximum(
-        0.0, points[_UPPER_INNER_LIP, 1] - points[_LOWER_INNER_LIP, 1] - LIP_GAP_CM
-    )
+    gap = points[_UPPER_INNER_LIP, 1] - points[_LOWER_INNER_LIP, 1]
+    neutral[_LOWER_INNER_LIP, 1] += np.maximum(0.0, gap - LIP_GAP_CM)
     middle = CONTROL_POINT_INDEX["inner_lip_lower_mid"]
     raised = neutral[middle, 1] - points[middle, 1]
     neutral[_LOWER_OUTER_LIP, 1] += raised

@@ -85,6 +85,5 @@ def make_patch(
     def quantise(step: int) -> Patch:
         return Patch(*target, descriptor, points, size, step, [plane / step_size(step) for plane in planes])
 
-    return quantise(
-        bisect_left(range(STEP_COUNT - 1), True, key=lambda step: len(encode_patch(quantise(step))) <= max_bytes)
-    )
+    finest = bisect_left(range(STEP_COUNT - 1), True, key=lambda step: len(encode_patch(quantise(step))) <= max_bytes)
+    return quantise(finest)

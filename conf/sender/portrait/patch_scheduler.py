@@ -6,7 +6,6 @@ another one is replaced, as it is the most redundant.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,16 +51,6 @@ def _min_distance(descriptor: NDArray[np.int8] | NDArray[np.float64], others: li
     return float(np.linalg.norm(np.array(others) - descriptor, axis=1).min())
 
 
-@dataclass(frozen=True)
-class PatchRequest:
-    """A patch to be made: of which region of FEATURES, for which slot, with which descriptor, of how many bytes."""
-
-    region: int
-    slot: int
-    descriptor: NDArray[np.int8]
-    max_bytes: int
-
-
 class PatchScheduler:
     """Requests patches for one photo after the other, within a byte rate."""
 
@@ -80,8 +69,8 @@ class PatchScheduler:
         *,
         waiting_bytes: int,
         can_patch: Callable[[int], bool],
-    ) -> PatchRequest | None:
-        """Return the patch to make of a frame, None if it needs none or the budget does not allow one.
+    ) -> tuple[int, int, NDArray[np.int8]] | None:
+        """Return region, slot and descriptor of the patch to make of a frame, None if it needs none or may have none.
 
         displacements : (n, 3) FAPU units
         waiting_bytes : of all objects, not yet acknowledged
@@ -96,4 +85,4 @@ class PatchScheduler:
         if novelties[region] < MIN_NOVELTY or not can_patch(region) or not self._budget.take(max_bytes, now):
             return None
         slot = self._sets[region].assign_slot(descriptors[region])
-        return PatchRequest(region, slot, descriptors[region], max_bytes)
+        return region, slot, descriptors[region]

@@ -48,12 +48,12 @@ class ReferencePhoto:
         """
         photo = decode_object(data)
         assert isinstance(photo, Photo)
-        warp = PortraitWarp(
-            PhotographedFace.from_photo(photo.size, photo.pose, photo.points, photo.neutral, photo.fapu, photo.outline)
+        shape = PhotographedFace.from_photo(
+            photo.size, photo.pose, photo.points, photo.neutral, photo.fapu, photo.outline
         )
-        return cls(
-            photo, decode_vp8(photo.frame), warp, AppearanceMatcher(warp, pixels), SceneChangeDetector(warp, pixels)
-        )
+        warp = PortraitWarp(shape)
+        matcher, scene = AppearanceMatcher(warp, pixels), SceneChangeDetector(warp, pixels)
+        return cls(photo, decode_vp8(photo.frame), warp, matcher, scene)
 
     def can_patch(self, face: CapturedFace, motion: MotionFrame, region: int) -> bool:
         """Whether a feature can be cut from a frame: the head is turned as in the photo, and nothing covers it."""

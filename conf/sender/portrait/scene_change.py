@@ -48,9 +48,8 @@ class SceneChangeDetector:
     def changed(self) -> bool:
         """Whether lighting or head position have persistently changed."""
         max_light = LIGHT_CHANGE * float(np.sqrt(self._photo_light.size))
-        return _has_changed(self._lights, self._photo_light, max_light) or _has_changed(
-            self._poses, self._photo_pose, 1.0
-        )
+        light_changed = _has_changed(self._lights, self._photo_light, max_light)
+        return light_changed or _has_changed(self._poses, self._photo_pose, 1.0)
 
     def sample(self, pixels: NDArray[np.uint8], motion: MotionFrame, now: float, /) -> None:
         """Measure a frame (H, W, 3) uint8 BGR if a sample is due at `now`, seconds."""

@@ -16,7 +16,7 @@ from conf.protocol.portrait.objects import encode_object
 from conf.protocol.portrait.patch import MAX_SLOTS
 from conf.protocol.portrait.photo import MIN_LOG_SCALE, NeutralPoseUpdate, Photo
 from conf.sender.portrait.patch_extraction import make_patch
-from conf.sender.portrait.patch_scheduler import PatchScheduler
+from conf.sender.portrait.patch_scheduler import PATCH_BYTES, PatchScheduler
 from conf.sender.portrait.photo_builder import DRAFT, FULL, CapturedFace, PhotoBuilder
 from conf.sender.portrait.photo_quality import image_penalty
 from conf.sender.portrait.photo_selection import Candidate, PhotoSelector
@@ -104,8 +104,9 @@ class PortraitScheduler:
         )
         if request is None:
             return
-        residual, points = patch_residual(reference, face, motion, FEATURES[request.region])
-        target = (reference.photo.number, request.region, request.slot)
-        patch = make_patch(residual, points, request.descriptor, target=target, max_bytes=request.max_bytes)
-        slot = PATCH_SLOTS + request.region * MAX_SLOTS + request.slot
-        self._objects.send_object(slot, encode_object(patch), priority=PATCH_PRIORITY)
+        region, slot, descriptor = request
+        residual, points = patch_residual(reference, face, motion, FEATURES[region])
+        target, max_bytes = (reference.photo.number, region, slot), PATCH_BYTES[FEATURES[region].name]
+        patch = make_patch(residual, points, descriptor, target=target, max_bytes=max_bytes)
+        object_slot = PATCH_SLOTS + region * MAX_SLOTS + slot
+        self._objects.send_object(object_slot, encode_object(patch), priority=PATCH_PRIORITY)

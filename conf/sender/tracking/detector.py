@@ -35,11 +35,6 @@ class DetectedFace:
     score: float
 
     @property
-    def centre(self) -> NDArray[np.float64]:
-        """Return the middle of the box, (2,)."""
-        return (self.box[:2] + self.box[2:]) / 2
-
-    @property
     def side(self) -> float:
         """Return the long side of the box."""
         return float(np.max(self.box[2:] - self.box[:2]))
@@ -144,5 +139,5 @@ def tiles(width: int, height: int, /) -> Iterator[tuple[tuple[float, float], flo
 
 def caller_score(face: DetectedFace, middle: NDArray[np.float64], /) -> float:
     """Return a face's size, reduced by up to a half with the distance from the image's middle (2,)."""
-    distance = np.linalg.norm(face.centre - middle) / np.linalg.norm(middle)
+    distance = np.linalg.norm(face.box.reshape(2, 2).mean(axis=0) - middle) / np.linalg.norm(middle)
     return float(face.side * (1 - distance / 2))

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import platformdirs
 
+from conf.atomic_write import report_write_errors
 from conf.errors import ModelError
 
 FOLDER_VARIABLE = "CONF_MODELS"
@@ -161,11 +162,7 @@ def _sha256(data: bytes) -> str:
 def _write_atomically(path: Path, data: bytes) -> None:
     """Write a file so that another process sees it complete or not at all. Raises ModelError."""
     unfinished = path.with_name(f"{path.name}.{os.getpid()}")
-    try:
+    with report_write_errors(path, ModelError, advice=f"name a writable folder in {FOLDER_VARIABLE}"):
         path.parent.mkdir(parents=True, exist_ok=True)
         unfinished.write_bytes(data)
         unfinished.replace(path)
-    except OSError as error:
-        raise ModelError(
-            f"{path} cannot be written ({error.strerror}): name a writable folder in {FOLDER_VARIABLE}."
-        ) from error

@@ -2,7 +2,9 @@ from pathlib import Path
 
 from conf.animator.file_export import check_output, parse_fps, parse_size
 from conf.animator.state.editor import CURRENT_VIEW, MUSCLES, PRESETS, EditorState, MuscleState, muscle_names
-from conf.face.deformation.facial_muscles import MUSCLE_NAMES
+from conf.face.deformation.facial_muscles import MUSCLE_COURSES, SPHINCTER
+
+MUSCLE_NAMES = (*(f"{name}_{side}" for name in MUSCLE_COURSES for side in "lr"), SPHINCTER)
 
 
 def test_the_default_fields_can_be_exported() -> None:

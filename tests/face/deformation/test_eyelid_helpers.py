@@ -10,8 +10,7 @@ from conf.face.deformation.eyelid_helpers import (
     helpers_on_edges,
     helpers_on_parabola,
 )
-from conf.face.deformation.kernels import KERNELS
-from conf.face.deformation.rbf import build_operator
+from conf.face.deformation.rbf import KERNELS, build_operator
 from conf.face.deformation.regions import Regions, split_regions
 from conf.face.mesh.depth_profiles import LabelledMesh
 from conf.face.mesh.surface_graph import SurfaceGraph

@@ -4,8 +4,8 @@ import pytest
 from conf.face.default_head import DEFAULT_HEAD, default_joints, default_points
 from conf.face.deformation.blendshapes import load_blendshapes
 from conf.face.deformation.face_model import DeformerOptions
-from conf.face.deformation.kernels import KERNELS
 from conf.face.deformation.operator_builder import OperatorBuilder, choose_anchors
+from conf.face.deformation.rbf import KERNELS
 from conf.face.deformation.rig_builder import build_rig
 from conf.face.mesh.mesh import load_mesh
 from tests.support.sheet_face import SheetFace

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from conf.face.control_points import CONTROL_POINT_INDEX, LOWER_LID, LOWER_LIP, UPPER_LID, UPPER_LIP
-from conf.face.deformation.kernels import KERNELS
-from conf.face.deformation.rbf import build_operator
+from conf.face.deformation.rbf import KERNELS, build_operator
 from conf.face.deformation.regions import Regions, split_regions
 from conf.face.mesh.surface_graph import SurfaceGraph
 from tests.support.sheet_face import SheetFace

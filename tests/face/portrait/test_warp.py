@@ -3,13 +3,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, LOWER_LID, LOWER_LIP, UPPER_LIP
 from conf.face.fapu import UNITS_PER_DISTANCE
 from conf.face.head_pose import HeadPose
+from conf.face.portrait import contours
 from conf.face.portrait.photo_mesh import signed_areas
 from conf.face.portrait.photographed_face import project
-from conf.face.portrait.warp import MAX_ROTATION, PortraitWarp, limit_rotation
-from tests.support.synthetic_portrait import POSE, face_shape
+from conf.face.portrait.warp import MAX_ROTATION, PortraitWarp, limit_rotation, split_photo_regions
+from tests.support.synthetic_portrait import POSE, face_points, face_shape
 
 WARP = PortraitWarp(face_shape())
 STILL = np.zeros((CONTROL_POINT_COUNT, 3))
@@ -69,3 +70,16 @@ def test_no_motion_folds_a_triangle(seed: int, reach: float) -> None:
     displacements = rng.uniform(-reach, reach, (CONTROL_POINT_COUNT, 3))
     pose = HeadPose(rng.uniform(-1, 1, 3), rng.uniform(-0.4, 0.4, 2), POSE.log_scale + rng.uniform(-0.5, 0.5))
     assert signed_areas(WARP.deform(displacements, pose), WARP.mesh.triangles).min() > 0
+
+
+def test_weights_sum_to_1_and_each_lip_follows_its_own_points() -> None:
+    regions = split_photo_regions(face_points()[:, :2])
+    weights = np.array([field.weights for field in regions.fields])
+    np.testing.assert_allclose(weights.sum(axis=0), 1)
+    upper = contours.landmark_rows(contours.UPPER_INNER_LIP[1:-1])
+    has_lower = [not set(LOWER_LIP) <= set(field.excluded) for field in regions.fields]
+    assert weights[np.ix_(has_lower, upper)].max() == 0
+    lower = contours.landmark_rows(contours.LOWER_INNER_LIP[1:-1])
+    has_upper = [not set(UPPER_LIP) <= set(field.excluded) for field in regions.fields]
+    assert weights[np.ix_(has_upper, lower)].max() == 0
+    assert any(set(LOWER_LID) <= set(field.excluded) for field in regions.fields)

@@ -39,8 +39,9 @@ def requests(
             face(mouth, lids), i / 15, waiting_bytes=waiting_bytes, can_patch=lambda _: can_patch
         )
         if request is not None:
-            assert request.max_bytes == PATCH_BYTES[FEATURES[request.region].name]
-            found.append((request.region, request.slot))
+            region, slot, descriptor = request
+            assert (descriptor == FEATURES[region].quantised_descriptor(face(mouth, lids))).all()
+            found.append((region, slot))
     return found
 
 

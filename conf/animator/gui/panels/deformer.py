@@ -18,7 +18,7 @@ from conf.animator.gui.widgets import (
 )
 from conf.animator.state.editor import MAX_CONTRACTION, MAX_JAW, MUSCLES, PRESETS, muscle_names
 from conf.face.deformation.face_model import DeformerOptions
-from conf.face.deformation.kernels import KERNELS
+from conf.face.deformation.rbf import KERNELS
 
 POLYNOMIALS = {"kernel's own": None, "none": -1, "constant": 0, "linear": 1}
 EPSILON_LIMITS = (0.05, 8.0)  # 1/cm
