@@ -40,7 +40,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory, demo_clip: Path) -> Path:
 def receiver(folder: Path) -> Iterator[tuple[str, str]]:
     """The address and the code of a running receiver: README's first command, on a free port, drawing off-screen."""
     (listen,) = [line for line in OTHERS if line.startswith("conf receive --listen")]
-    command = arguments(listen.replace("0.0.0.0:5005", "127.0.0.1:0"))
+    command = arguments(listen.replace("5005", "127.0.0.1:0"))
     command += ["--headless", "call.avi", "--seconds", "120", "--json"]
     with subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, text=True, env=environment()) as process:
         assert process.stderr

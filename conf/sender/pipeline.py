@@ -23,7 +23,7 @@ STATUS_INTERVAL_S = 0.25
 POLL_S = 0.1
 RETRY_S = 0.25  # between two attempts to read a camera that fails
 WRONG_CODE = "the code is wrong: type it as the receiver shows it (conf send ... --code CODE)"
-NO_ANSWER = "nobody answered: start `conf receive` there, with --listen 0.0.0.0:PORT to be reached from other machines"
+NO_ANSWER = "nobody answered: start `conf receive` there, with --listen PORT to be reached from other machines"
 REFUSALS = {
     Refusal.LOCKED: "too many wrong codes: the receiver listens again in {wait:.0f} s",
     Refusal.FULL: "the receiver has no room for one more caller: try later",
