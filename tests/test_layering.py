@@ -27,7 +27,7 @@ MAY_IMPORT = {
     "receiver": {"output", "render", "transport", "face", "protocol"},
     "animator": {"output", "render", "face"},
     "commands": {
-        *("animator", "receiver", "sender", "mesh_fitting", "output", "render", "transport", "face", "protocol"),
+        *("animator", "receiver", "sender", "mesh_fitting", "output", "render", "transport", "face", "protocol")
     },
 }
 MAY_IMPORT["cli"] = MAY_IMPORT["commands"] | {"commands"}

@@ -66,11 +66,7 @@ class Fapu:
 _FIELDS = ("es0", "ens0", "mns0", "mw0", "irisd0")
 
 # The distances that govern x, y and z of each feature point group; a name takes precedence over its group.
-_BY_NAME = {
-    "eyelid": ("es0", "irisd0", "es0"),
-    "nose": ("ens0", "ens0", "ens0"),
-    "nostril": ("ens0", "ens0", "ens0"),
-}
+_BY_NAME = {"eyelid": ("es0", "irisd0", "es0"), "nose": ("ens0", "ens0", "ens0"), "nostril": ("ens0", "ens0", "ens0")}
 _BY_GROUP = {
     "2": ("mw0", "mns0", "mw0"),  # inner lip, chin
     "3": ("es0", "es0", "es0"),  # eyes

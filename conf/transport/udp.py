@@ -25,7 +25,6 @@ _TIMESPEC = struct.Struct("@ll")  # seconds, nanoseconds
 _CONTROL_BYTES = 64  # of a control message that holds a timespec
 MAX_QUEUED_S = 1.0  # a longer time means that the wall clock was set: it counts as 0
 MAX_CANDIDATES = 8  # addresses of one name that are tried
-ANY_HOST = ""  # every address of this machine
 
 
 class ReceivedDatagram(NamedTuple):
@@ -54,7 +53,7 @@ class UdpSocket:
     def bind(cls, host: str, port: int) -> Self:
         """Return a socket that listens on every address that a name has on this machine.
 
-        host : ANY_HOST for every address of this machine; port : 0 for any free one, the same for all addresses
+        host : "" for every address of this machine; port : 0 for any free one, the same for all addresses
         Raises NetworkError if no address can be bound.
         """
         handles: list[socket.socket] = []

@@ -46,10 +46,7 @@ def test_the_same_command_writes_the_same_file(tmp_path: Path) -> None:
         ({}, "nothing to export: give --dpc FILE or --emotion NAME"),
         ({"emotion": "joy", "size": "big"}, "size must be WIDTHxHEIGHT"),
         ({"emotion": "joy", "fps": "0"}, "fps must be 1 to 120"),
-        (
-            {"emotion": "joy", "at": 60.0},
-            r"the motion lasts 3\.\d\d seconds: choose a time --at up to that",
-        ),
+        ({"emotion": "joy", "at": 60.0}, r"the motion lasts 3\.\d\d seconds: choose a time --at up to that"),
     ],
 )
 def test_an_invalid_request_is_an_error(tmp_path: Path, request_fields: dict[str, object], message: str) -> None:

@@ -14,14 +14,7 @@ from conf.face.fitting.custom_face import prepare_face
 from conf.face.formats.ppc import read_ppc, write_ppc
 from conf.face.loading import build_face
 from conf.face.mesh.mesh import load_mesh
-from conf.mesh_fitting.expression_sheet import (
-    CELL,
-    CENTRE,
-    EXPRESSIONS,
-    FACE_CM,
-    draw_expressions,
-    draw_fitted_face,
-)
+from conf.mesh_fitting.expression_sheet import CELL, CENTRE, EXPRESSIONS, FACE_CM, draw_expressions, draw_fitted_face
 from conf.mesh_fitting.fit import fit
 from conf.mesh_fitting.multiview import FRONT, camera_pose
 from conf.render.camera import ViewState, clip_matrix

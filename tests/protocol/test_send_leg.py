@@ -21,12 +21,7 @@ from conf.protocol.motion.outbound import OutgoingBody
 from conf.protocol.portrait.chunks import Ack, encode_ack
 from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.send_budget import RateOptions
-from conf.protocol.send_leg import (
-    MAX_PIGGYBACK_WAIT_S,
-    ROUND_TRIP_INTERVAL_S,
-    STARTUP_PIGGYBACK_WAIT_S,
-    SendLeg,
-)
+from conf.protocol.send_leg import MAX_PIGGYBACK_WAIT_S, ROUND_TRIP_INTERVAL_S, STARTUP_PIGGYBACK_WAIT_S, SendLeg
 from conf.protocol.wire import decode_body, encode_body
 from tests.protocol.motion.test_outbound import PARAMETERS, frame
 

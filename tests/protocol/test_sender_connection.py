@@ -137,12 +137,7 @@ def test_a_session_that_ended_by_silence_is_replaced() -> None:
 
 
 @settings(max_examples=8)
-@given(
-    st.sampled_from(["auto", *PROFILES]),
-    st.floats(0.8, 12),
-    st.floats(0, 0.3),
-    st.sampled_from([None, 4.0, 9.0]),
-)
+@given(st.sampled_from(["auto", *PROFILES]), st.floats(0.8, 12), st.floats(0, 0.3), st.sampled_from([None, 4.0, 9.0]))
 def test_a_limit_holds_over_any_ten_seconds(profile: str, kbps: float, loss: float, restart: float | None) -> None:
     world = World(seed=kbps)
     sender = world.call(line=Line(loss=loss), rate=RateOptions(profile, kbps))

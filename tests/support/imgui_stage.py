@@ -37,11 +37,7 @@ class Stage:
     def frame(self, draw: Callable[[], None]) -> None:
         """Draw one frame with `draw` inside a panel."""
         self.window.begin()
-        with (
-            self.overlay.frame(self.window, scale=1.0),
-            themed(1.0),
-            column("test", self.rect),
-        ):
+        with self.overlay.frame(self.window, scale=1.0), themed(1.0), column("test", self.rect):
             draw()
 
     def click(self, x: float, y: float, draw: Callable[[], None]) -> None:

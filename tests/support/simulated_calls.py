@@ -175,14 +175,7 @@ class World:
         """Add a sender."""
         address: Address = (f"198.51.100.{next(self._calls)}", 40000)
         sender = SimulatedSender(
-            self.now,
-            code=code,
-            address=address,
-            motion=motion,
-            line=line,
-            rate=rate,
-            portrait=portrait,
-            seed=self.seed,
+            self.now, code=code, address=address, motion=motion, line=line, rate=rate, portrait=portrait, seed=self.seed
         )
         self.senders.append(sender)
         return sender

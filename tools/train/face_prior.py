@@ -17,13 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import numpy as np
 
 from conf.face.default_head import DEFAULT_HEAD
-from conf.face.fitting.face_prior import (
-    ARRAYS,
-    DEPTH_POSITIONS,
-    OBSERVED_LANDMARKS,
-    PRIOR_FILE,
-    FacePrior,
-)
+from conf.face.fitting.face_prior import ARRAYS, DEPTH_POSITIONS, OBSERVED_LANDMARKS, PRIOR_FILE, FacePrior
 from conf.face.formats.ppc import read_ppc
 from conf.face.mesh.mesh import load_mesh
 from conf.mesh_fitting.face_search import find_face

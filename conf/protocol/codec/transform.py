@@ -110,8 +110,5 @@ class MotionTransform:
         sine, versine = sin(angle) / angle, (1 - cos(angle)) / angle**2
         along = (x * a + y * b + z * c) * versine
         return np.array(
-            [
-                a * cos(angle) + (y * c - z * b) * sine + x * along,
-                b * cos(angle) + (z * a - x * c) * sine + y * along,
-            ]
+            [a * cos(angle) + (y * c - z * b) * sine + x * along, b * cos(angle) + (z * a - x * c) * sine + y * along]
         )

@@ -4,14 +4,7 @@ from collections import OrderedDict
 from dataclasses import dataclass, field
 
 from conf.errors import ProtocolError
-from conf.protocol.portrait.chunks import (
-    MAX_COMPLETE,
-    MAX_PARTIAL,
-    Ack,
-    chunk_count,
-    decode_chunk,
-    encode_ack,
-)
+from conf.protocol.portrait.chunks import MAX_COMPLETE, MAX_PARTIAL, Ack, chunk_count, decode_chunk, encode_ack
 
 ACK_INTERVAL_S = 0.5
 MAX_REMEMBERED = 256  # numbers of complete objects, whose late chunks are ignored

@@ -63,12 +63,7 @@ class PatchScheduler:
         self._sets = [PatchSet(feature.quantised_descriptor(displacements)) for feature in FEATURES]
 
     def next_request(
-        self,
-        displacements: NDArray[np.floating],
-        now: float,
-        *,
-        waiting_bytes: int,
-        can_patch: Callable[[int], bool],
+        self, displacements: NDArray[np.floating], now: float, *, waiting_bytes: int, can_patch: Callable[[int], bool]
     ) -> tuple[int, int, NDArray[np.int8]] | None:
         """Return region, slot and descriptor of the patch to make of a frame, None if it needs none or may have none.
 

@@ -28,9 +28,7 @@ def call(profile: Profile, frames: int, *, ack_delay: int) -> list[tuple[int, by
 
 @pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES)
 @given(
-    lost=st.sets(st.integers(0, PAYLOADS - 1)),
-    acks_lost=st.sets(st.integers(0, PAYLOADS - 1)),
-    delay=st.integers(1, 8),
+    lost=st.sets(st.integers(0, PAYLOADS - 1)), acks_lost=st.sets(st.integers(0, PAYLOADS - 1)), delay=st.integers(1, 8)
 )
 def test_no_loss_makes_a_frame_wrong(profile: Profile, lost: set[int], acks_lost: set[int], delay: int) -> None:
     """Every payload that arrives is decoded at once, bit for bit as the encoder expects."""

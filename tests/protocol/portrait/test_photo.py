@@ -10,13 +10,7 @@ import numpy as np
 import pytest
 
 from conf.errors import ProtocolError
-from conf.protocol.portrait.photo import (
-    NeutralPoseUpdate,
-    decode_neutral,
-    decode_photo,
-    encode_neutral,
-    encode_photo,
-)
+from conf.protocol.portrait.photo import NeutralPoseUpdate, decode_neutral, decode_photo, encode_neutral, encode_photo
 from tests.support.portrait_objects import example_photo
 
 PHOTO = example_photo()

@@ -42,8 +42,4 @@ def spread_face(uvs: NDArray[np.float64], features: Mapping[str, NDArray[np.int6
     return uvs
 
 
-_ENLARGED = (
-    (("eye_l", "eye_r"), 0.085, 1.3),
-    (("mouth",), 0.095, 0.9),
-    (("ear_l", "ear_r"), 0.05, 1.0),
-)
+_ENLARGED = ((("eye_l", "eye_r"), 0.085, 1.3), (("mouth",), 0.095, 0.9), (("ear_l", "ear_r"), 0.05, 1.0))

@@ -69,10 +69,7 @@ def rasterise(
 
 
 def _fill(
-    triangle: NDArray[np.float64],
-    attributes: NDArray[np.float64],
-    values: NDArray[np.float32],
-    mask: NDArray[np.bool_],
+    triangle: NDArray[np.float64], attributes: NDArray[np.float64], values: NDArray[np.float32], mask: NDArray[np.bool_]
 ) -> None:
     size = len(mask)
     low = np.maximum(np.floor(triangle.min(axis=0)).astype(int), 0)
