@@ -75,7 +75,7 @@ def test_a_call_of_readme_is_made(line: str, folder: Path, receiver: tuple[str, 
         command += ["--file", "clip.avi"]  # in place of a webcam
     if "--dpc" in command and not (folder / "motion.dpc").is_file():
         run(arguments("conf extract clip.avi -o motion.dpc"), folder)
-    run([*command, "--seconds", "2"], folder)
+    run([*command, "--seconds", "6"], folder)  # the receiver may still be loading its head
 
 
 @pytest.mark.parametrize("line", [line for line in OTHERS if "animate" not in line and "--listen" not in line])

@@ -189,7 +189,7 @@ def test_all_addresses_of_a_name_are_tried_until_one_answers(
 
 @pytest.mark.skipif(not socket.has_ipv6, reason="no IPv6 here")
 def test_a_port_alone_listens_on_ipv4_and_ipv6() -> None:
-    with UdpSocket.bind(0) as receiver:
+    with UdpSocket.bind("", 0) as receiver:
         port = receiver.address[1]
         for host in (LOOPBACK, "::1"):
             with UdpSocket.open_to(host, port) as sender:
