@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 
 from conf.errors import ProtocolError
@@ -40,8 +42,8 @@ def test_frame_numbers_are_unwrapped_by_the_clock_after_an_outage(profile: Profi
 def test_the_first_frames_need_no_clock_and_parameters_set_it() -> None:
     assert InboundMotion().receive_motion(payload(100), 5.0) == pytest.approx(100 / 15)
     inbound = InboundMotion()
-    inbound.receive_parameters(PARAMETERS, 5.0)
-    assert inbound.receive_motion(payload(30), 6.0) == 2.0
+    inbound.receive_parameters(replace(PARAMETERS, clock=60.0), 5.0)
+    assert inbound.receive_motion(payload(910), 6.0) == pytest.approx(910 / 15)
     inbound = InboundMotion()
     inbound.receive_keep_alive(KeepAlive(60.0, Presence.NO_FACE), 5.0)
     assert inbound.receive_motion(payload(920), 6.0) == pytest.approx(920 / 15)

@@ -100,7 +100,7 @@ def test_acks_come_at_once_at_the_end_of_an_object_and_else_twice_a_second() -> 
 def test_the_interval_of_acks() -> None:
     receiver = ObjectReceiver()
     receiver.receive_chunk(chunk(1, 0, object_size=400))
-    assert ack(receiver, 10.0) is not None
+    assert ack(receiver, 10.0) == Ack(0, (), ((1, frozenset({0})),))
     receiver.receive_chunk(chunk(1, 1, object_size=400))
     assert ack(receiver, 10.0 + ACK_INTERVAL_S - 0.01) is None
     assert ack(receiver, 10.0 + ACK_INTERVAL_S) is not None

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from conf.protocol.address import Address
 from conf.protocol.session.client import IDLE_S, SILENCE_S
 from conf.protocol.session.drop_reasons import DropReason
-from conf.protocol.session.events import Connected, LossReason, NoAnswer, Refused, SessionEnded, WrongCode
+from conf.protocol.session.events import BodyReceived, Connected, LossReason, NoAnswer, Refused, SessionEnded, WrongCode
 from conf.protocol.session.handshake import Refusal
 from conf.protocol.session.initiator import CONFIRM_TIMEOUT_S
 from conf.protocol.session.packet import Kind, handshake_datagram
@@ -285,3 +285,53 @@ def test_after_any_trouble_bodies_arrive_again(troubles: list[tuple[str, int]]) 
 def half_lost(seed: int) -> Callable[[bytes], list[float]]:
     numbers = random.Random(seed)
     return lambda _: [0.0] if numbers.random() < 0.5 else []
+
+
+@pytest.mark.parametrize(("silence_s", "number", "is_tried"), [(0.9, 0, False), (1.0, 0, True), (1.0, 1, False)])
+def test_an_unknown_session_reply_starts_a_handshake_after_a_second_of_silence(
+    silence_s: float, number: int, is_tried: bool
+) -> None:
+    world = connected()
+    exchange_bodies(world, 1.0)
+    sender, last = world.senders[SENDER], world.now
+    assert sender.session is not None
+    reply = handshake_datagram(Kind.UNKNOWN, (sender.session + number) % 128)
+    sender.receive_datagram(reply, RECEIVER, last + silence_s)
+    datagrams = sender.datagrams_to_send(last + silence_s)
+    assert [data[2] for data, _ in datagrams] == ([Kind.HELLO] if is_tried else [])
+    assert sender.dropped.total() == number
+
+
+def test_an_unknown_session_reply_without_a_session_is_dropped() -> None:
+    world = World(lose_all)
+    sender = world.add_sender()
+    sender.receive_datagram(handshake_datagram(Kind.UNKNOWN, 5), RECEIVER, world.now)
+    assert sender.dropped == {DropReason.UNKNOWN_SESSION: 1}
+
+
+def test_a_received_body_is_an_event() -> None:
+    world = connected()
+    exchange_bodies(world, 1.0)
+    assert world.bodies(SENDER) == [b"report", b"report"]
+    events = [event for event in world.received[SENDER] if isinstance(event, BodyReceived)]
+    assert [(event.session, event.address, event.counter) for event in events] == [
+        (world.senders[SENDER].session, RECEIVER, counter) for counter in range(2)
+    ]
+
+
+def test_silence_of_a_session_starts_a_handshake_after_four_seconds() -> None:
+    world = connected()
+    exchange_bodies(world, 1.0)
+    sender, last = world.senders[SENDER], world.now
+    assert sender.datagrams_to_send(last + SILENCE_S - 0.01) == []
+    assert len(sender.datagrams_to_send(last + SILENCE_S)) == 1
+
+
+def test_a_session_ends_after_half_a_minute_of_silence() -> None:
+    world = connected()
+    exchange_bodies(world, 1.0)
+    sender, last = world.senders[SENDER], world.now
+    sender.datagrams_to_send(last + IDLE_S - 0.01)
+    assert sender.session is not None
+    sender.datagrams_to_send(last + IDLE_S)
+    assert sender.session is None

@@ -5,7 +5,14 @@ from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.flood_protection import MAX_WRONG_CODES
 from conf.protocol.session.handshake import Refusal, proof, sender_secrets, sender_share
 from conf.protocol.session.packet import FIELDS, HandshakePacket, Kind, parse_datagram
-from conf.protocol.session.responder import ANSWER_BURST, ATTEMPT_LIFE_S, MAX_ATTEMPTS_PER_HOST, Responder
+from conf.protocol.session.responder import (
+    ANSWER_BURST,
+    ATTEMPT_LIFE_S,
+    MAX_ATTEMPTS_PER_HOST,
+    RETRIES_PER_SECOND,
+    Responder,
+    _refused,
+)
 from tests.support.simulated_sessions import CODE, SENDER, WRONG, seeded
 
 
@@ -128,3 +135,27 @@ def test_another_share_or_address_with_a_known_attempt_changes_nothing() -> None
     except DatagramError as error:
         assert error.reason is DropReason.UNKNOWN_ATTEMPT
     assert caller.hello(0.0) == answer
+
+
+def test_cookies_are_rate_limited() -> None:
+    side, answered = responder(), 0
+    for name in range(2 * int(RETRIES_PER_SECOND)):
+        try:
+            answered += Caller(side, name % 7).hello(0.0).kind is Kind.RETRY
+        except DatagramError as error:
+            assert error.reason is DropReason.RATE
+    assert answered == RETRIES_PER_SECOND
+
+
+def test_an_attempt_expires_after_its_life_and_no_room_at_the_end_is_a_refusal() -> None:
+    side = Responder(CODE, seeded("responder"), has_room=lambda _: True, accept=lambda *_: None)
+    caller = Caller(side, 1)
+    answer = caller.hello_twice(0.0)
+    side.expire(ATTEMPT_LIFE_S - 0.1)
+    assert caller.confirm(answer, 1.0)[0].fields[1:] == (Refusal.FULL, 0)
+    side.expire(ATTEMPT_LIFE_S)
+    assert not side.attempts
+
+
+def test_the_number_of_a_refusal_is_rounded_up_to_at_most_a_byte() -> None:
+    assert [read(_refused(bytes(8), Refusal.LOCKED, n)).fields[2] for n in (0.1, 254.5, 999.0)] == [1, 255, 255]

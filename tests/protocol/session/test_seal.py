@@ -1,13 +1,15 @@
 """Sealed bodies open once, in any order; nothing else opens; keys change by themselves."""
 
 import pytest
+from cryptography.hazmat.primitives.ciphers.aead import AESCCM
 from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.protocol.session import seal
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.packet import DataPacket, parse_datagram
-from conf.protocol.session.seal import CounterExhausted, KeyChain, Opener, Sealer
+from conf.protocol.session.seal import ActiveSession, CounterExhausted, KeyChain, Opener, Sealer
+from tests.protocol.session.test_golden import hkdf_expand
 from tests.support.simulated_sessions import state
 
 SECRET = bytes(range(32))
@@ -114,3 +116,27 @@ def test_acknowledging_what_was_not_sent_is_ignored() -> None:
 def test_nonces_are_thirteen_bytes() -> None:
     assert len(KeyChain(SECRET).next_key().nonce(5)) == 13
     assert seal.EPOCH_LENGTH == 1 << 20
+
+
+def test_keys_are_derived_as_wire_md_describes() -> None:
+    """HKDF-Expand with SHA-256, in 53 bytes: key, salt, and the secret of the next epoch."""
+    chain, secret = KeyChain(SECRET), SECRET
+    for _ in range(3):
+        material = hkdf_expand(secret, b"conf epoch", 53)
+        key, secret = chain.next_key(), material[21:]
+        assert key.salt == material[16:21]
+        sealed = key.cipher.encrypt(key.nonce(7), b"body", b"header")
+        assert sealed == AESCCM(material[:16], tag_length=8).encrypt(
+            material[16:21] + bytes(7) + b"\7", b"body", b"header"
+        )
+
+
+def test_a_session_seals_with_one_secret_and_opens_with_the_other() -> None:
+    ours = ActiveSession(7, (SECRET, bytes(32)), ("a", 1), 5.0, epoch_length=100)
+    theirs = ActiveSession(7, (bytes(32), SECRET), ("b", 2), 5.0, epoch_length=100)
+    for counter in range(2):
+        sealed = ours.seal(b"body")
+        assert (sealed.address, sealed.counter) == (("a", 1), counter)
+        assert open_datagram(theirs.opener, sealed.datagram) == (counter, b"body")
+    assert open_datagram(ours.opener, theirs.seal(b"reply").datagram) == (0, b"reply")
+    assert ours.last_received == 5.0

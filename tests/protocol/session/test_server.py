@@ -166,7 +166,7 @@ def test_replies_to_an_unknown_session_are_smaller_and_rate_limited(world: World
     for _ in range(1000):
         world.receiver.receive_datagram(data, ELSEWHERE, world.now)
     answers = world.receiver.datagrams_to_send(world.now)
-    assert 0 < len(answers) <= UNKNOWN_REPLIES_PER_SECOND
+    assert len(answers) == UNKNOWN_REPLIES_PER_SECOND
     assert all(len(answer) < len(data) for answer, _ in answers)
     assert world.receiver.dropped == {DropReason.UNKNOWN_SESSION: 1000}
 
@@ -297,6 +297,19 @@ def test_a_flood_of_spoofed_hellos_does_not_delay_a_hello_with_a_cookie(world: W
 def test_max_sessions_is_limited_by_the_session_numbers() -> None:
     with pytest.raises(ValueError, match="max_sessions must be from 1 to 127"):
         SessionServer(CODE, seeded("r"), max_sessions=128)
+
+
+def test_session_numbers_wrap_and_skip_those_in_use(world: World) -> None:
+    taken = session_of(world)
+    world.receiver._next_session = taken
+    numbers = []
+    for port in range(3):
+        numbers.append(world.add_sender(("198.51.100.8", port)))
+        world.run(0.1)
+        if port == 0:
+            world.receiver._next_session = 127
+    sessions = [sender.session for sender in numbers]
+    assert sessions == [(taken + 1) % 128, 127, 0]
 
 
 COPIES = st.lists(st.sampled_from([0.0, 0.0, 0.2, 1.0]), max_size=3)
