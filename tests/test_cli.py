@@ -18,6 +18,7 @@ def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd, env=environment, timeout=120, check=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -67,6 +68,7 @@ def test_help_and_version_import_no_heavy_module(option: str, tmp_path: Path) ->
     assert not {"numpy", "cv2", "scipy", "moderngl", "rich"} & set(result.stdout.split())
 
 
+@pytest.mark.slow
 def test_doctor_reports_checks_and_remedies(tmp_path: Path) -> None:
     result = run("doctor", "--camera", "99", "--listen", "127.0.0.1:0", "--json", cwd=tmp_path)
     findings = {finding["name"]: finding for finding in json.loads(result.stdout)["findings"]}
@@ -76,6 +78,7 @@ def test_doctor_reports_checks_and_remedies(tmp_path: Path) -> None:
     assert findings["port"]["works"]
 
 
+@pytest.mark.slow
 def test_measure_reports_every_stage(demo_clip: Path, tmp_path: Path) -> None:
     result = run("measure", str(demo_clip), "--json", "--plot", "plot.png", cwd=tmp_path)
     stages = {stage["name"]: stage for stage in json.loads(result.stdout)["stages"]}
@@ -89,6 +92,7 @@ def test_measure_reports_every_stage(demo_clip: Path, tmp_path: Path) -> None:
     assert (tmp_path / "plot.png").stat().st_size > 3000
 
 
+@pytest.mark.slow
 def test_extract_writes_a_valid_dpc_file(demo_clip: Path, tmp_path: Path) -> None:
     from conf.face.formats.dpc import read_dpc
 
@@ -100,6 +104,7 @@ def test_extract_writes_a_valid_dpc_file(demo_clip: Path, tmp_path: Path) -> Non
     assert motion.poses is not None and motion.displacements[:, 2, 1].min() < -200  # the mouth opens
 
 
+@pytest.mark.slow
 def test_demo_without_a_display_writes_clip_image_and_figures(demo_clip: Path, tmp_path: Path) -> None:
     result = run("demo", "--seconds", "6", "--json", cwd=tmp_path)
     figures = json.loads(result.stdout)

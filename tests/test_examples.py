@@ -33,12 +33,14 @@ def test_an_example_is_short_and_imports_public_names_only(path: Path) -> None:
     }
 
 
+@pytest.mark.slow
 def test_a_mesh_is_deformed(tmp_path: Path) -> None:
     output = tmp_path / "open.obj"
     assert "the largest offset is 1." in run("deform_mesh", output)
     assert len(load_mesh(output).vertices) > 10_000
 
 
+@pytest.mark.slow
 def test_a_clip_becomes_a_dpc_file(tmp_path: Path, demo_clip: Path) -> None:
     output = tmp_path / "motion.dpc"
     assert "frames with a face" in run("clip_to_dpc", demo_clip, output)
@@ -54,6 +56,7 @@ def test_motion_survives_a_list_of_losses() -> None:
     assert float(text.split("mean error of a received frame: ")[1].split("%")[0]) < 6.0
 
 
+@pytest.mark.slow
 def test_a_call_in_memory_connects_and_shows_frames() -> None:
     text = run("call_in_memory")
     shown = int(text.split("; ")[1].split(" frames shown")[0])

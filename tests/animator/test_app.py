@@ -21,6 +21,8 @@ from conf.face.formats.dpc import MotionClip, write_dpc
 from conf.face.formats.ppc import read_ppc, write_ppc
 from tests.animator.conftest import FILE_OFFSET, FILE_SCALE
 
+pytestmark = pytest.mark.slow
+
 REPOSITORY = Path(__file__).resolve().parents[2]
 LIMIT_S = 120.0
 State = dict[str, Any]

@@ -36,6 +36,7 @@ def test_a_mesh_without_points_is_centred_and_scaled_to_a_head(unplaced_mesh: Pa
         document.operator_builder()
 
 
+@pytest.mark.slow
 def test_points_align_the_eyes_and_are_saved_in_file_coordinates(
     unplaced_mesh: Path, file_points: np.ndarray, tmp_path: Path
 ) -> None:
@@ -61,6 +62,7 @@ def test_points_can_come_from_another_folder(unplaced_mesh: Path, file_points: n
     assert open_face_document(unplaced_mesh, tmp_path / "points.ppc").points is not None
 
 
+@pytest.mark.slow
 def test_axes_rotate_a_mesh_upright_and_back(document: FaceDocument, points: np.ndarray, tmp_path: Path) -> None:
     """Z up and the nose towards -y, as modelling programs have it, without and with points."""
     path = tmp_path / "z-up.obj"

@@ -1,6 +1,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from conf.animator.face_document import FaceDocument
 from conf.animator.face_instance import FaceInstance, face_without_points
@@ -9,6 +10,7 @@ from conf.face.deformation.face_model import DeformerOptions
 from tests.support.imgui_stage import Stage
 
 
+@pytest.mark.slow
 def test_operator_and_muscles_are_built_in_the_background(stage: Stage, document: FaceDocument) -> None:
     face = FaceInstance(stage.window.ctx, document, DeformerOptions())
     before = face.model

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from conf.animator.face_view import FaceView
 from conf.animator.motion_player import REST_POSE
@@ -7,6 +8,8 @@ from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.face_model import FaceModel
 from conf.render.camera import ViewState, clip_matrix
 from tests.support.imgui_stage import Stage
+
+pytestmark = pytest.mark.slow
 
 
 def test_styles_differ_and_leave_no_trace(stage: Stage, head: FaceModel) -> None:

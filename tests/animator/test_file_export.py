@@ -43,6 +43,7 @@ def write(
     return progress
 
 
+@pytest.mark.slow
 def test_motion_files_are_read_back(tmp_path: Path, head: FaceModel, clip: MotionClip) -> None:
     write(head, clip, ExportOptions(tmp_path / "a.dpc", fps=30.0))
     assert read_dpc(tmp_path / "a.dpc").fps == 30.0
@@ -54,6 +55,7 @@ def test_motion_files_are_read_back(tmp_path: Path, head: FaceModel, clip: Motio
     assert len(lines) == len(clip.displacements) + 1 and lines[0].startswith("Timecode,BlendShapeCount,EyeBlinkLeft")
 
 
+@pytest.mark.slow
 def test_a_deformed_mesh_and_its_points_are_read_back(
     tmp_path: Path, head: FaceModel, document: FaceDocument, clip: MotionClip
 ) -> None:
@@ -67,6 +69,7 @@ def test_a_deformed_mesh_and_its_points_are_read_back(
     np.testing.assert_allclose(read_ppc(tmp_path / "a.ppc"), head.control_points, atol=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "size"), [("a.avi", (96, 64)), ("a.mp4", (97, 65))])
 def test_a_clip_has_its_size_rate_and_length(
     tmp_path: Path, head: FaceModel, clip: MotionClip, ctx: moderngl.Context, name: str, size: tuple[int, int]
@@ -81,6 +84,7 @@ def test_a_clip_has_its_size_rate_and_length(
     assert frames == 13 and len(progress) == frames + 1
 
 
+@pytest.mark.slow
 def test_images_show_style_lights_and_background(
     tmp_path: Path, head: FaceModel, clip: MotionClip, ctx: moderngl.Context
 ) -> None:

@@ -5,6 +5,8 @@ import pytest
 from conf.commands.demo import demo
 from conf.errors import ConfError
 
+pytestmark = pytest.mark.slow
+
 
 def test_the_message_of_a_failed_sender_is_reported(gl: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)

@@ -26,6 +26,7 @@ def test_a_recording_is_resampled(tmp_path: Path, recording: Path) -> None:
     assert fractions[-1] == 1.0
 
 
+@pytest.mark.slow
 def test_a_mesh_shows_the_peak_of_an_emotion(tmp_path: Path) -> None:
     export_file(ExportRequest(tmp_path / "out.obj", emotion="surprise"))
     moved, still = load_mesh(tmp_path / "out.obj"), load_mesh(DEFAULT_HEAD)
@@ -33,12 +34,14 @@ def test_a_mesh_shows_the_peak_of_an_emotion(tmp_path: Path) -> None:
     assert 1.0 < np.abs(moved.vertices - still.vertices).max() < 6.0
 
 
+@pytest.mark.slow
 def test_the_same_command_writes_the_same_file(tmp_path: Path) -> None:
     for name in ("a.dpc", "b.dpc"):
         export_file(ExportRequest(tmp_path / name, emotion="joy"))
     assert (tmp_path / "a.dpc").read_bytes() == (tmp_path / "b.dpc").read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("request_fields", "message"),
     [

@@ -9,6 +9,7 @@ from conf.face.formats.dpc import read_dpc
 from tests.support.short_clips import SHORT
 
 
+@pytest.mark.slow
 def test_the_motion_of_a_clip_is_written(short_clip: Path, tmp_path: Path) -> None:
     result = extract(short_clip, tmp_path / "motion.dpc")
     motion = read_dpc(tmp_path / "motion.dpc")

@@ -10,6 +10,7 @@ from conf.transport.udp import UdpSocket
 CODE = "amber-canoe-tiger-7"
 
 
+@pytest.mark.slow
 def test_headless_drawing_writes_a_clip_and_an_image(gl: None, tmp_path: Path) -> None:
     options = ReceiveOptions(tmp_path / "call.avi", tmp_path / "call.jpg", seconds=0.5)
     with UdpSocket.bind("127.0.0.1", 0) as link:

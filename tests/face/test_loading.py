@@ -44,6 +44,7 @@ def write_face(folder: Path, face: SheetFace, scale: float) -> Path:
     return folder / "own.obj"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [0.1, 1.0, 10.0])
 def test_a_mesh_in_any_unit_is_scaled_to_model_units(tmp_path: Path, face: SheetFace, scale: float) -> None:
     model = load_face(write_face(tmp_path, face, scale))
@@ -68,6 +69,7 @@ def test_missing_or_wrong_control_points_are_reported(tmp_path: Path, face: Shee
         load_face(path)
 
 
+@pytest.mark.slow
 def test_the_operator_is_read_from_the_cache_the_second_time(
     face: SheetFace, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -79,6 +81,7 @@ def test_the_operator_is_read_from_the_cache_the_second_time(
         build_face(face.mesh, face.points, DeformerOptions(epsilon=2.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rotation_vector", [[np.pi / 2, 0, 0], [0, 0, np.pi], [0, -np.pi / 2, 0]])
 def test_a_rotated_face_is_brought_upright(rotation_vector: list[float], tmp_path: Path) -> None:
     upright = load_face()
@@ -91,6 +94,7 @@ def test_a_rotated_face_is_brought_upright(rotation_vector: list[float], tmp_pat
     np.testing.assert_allclose(face.control_points, upright.control_points, atol=0.02)
 
 
+@pytest.mark.slow
 def test_vertices_can_be_returned_in_the_files_unit(tmp_path: Path, face: SheetFace) -> None:
     model = load_face(write_face(tmp_path, face, 10.0))
     own = model.to_file_coordinates(model.neutral)[: len(face.mesh.vertices)]  # eyes and teeth that are put in follow

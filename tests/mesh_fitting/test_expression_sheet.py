@@ -21,7 +21,7 @@ from conf.render.camera import ViewState, clip_matrix
 from tests.support.modified_heads import EYEBALLS, MOUTH, face_without, head_without
 from tests.support.visible_parts import between_lips, max_lid_gap
 
-pytestmark = pytest.mark.usefixtures("gl")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("gl")]
 
 
 def pixel(row: int, column: int, position: NDArray[np.floating]) -> tuple[int, int]:

@@ -28,6 +28,7 @@ def errors_mm(found: NDArray[np.float64], truth: NDArray[np.float64]) -> NDArray
     return np.asarray(np.linalg.norm(found - truth, axis=1) * 64 / np.linalg.norm(np.subtract(*truth[PUPILS])))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("suffix", "unit", "axes", "up"), [(".ply", 0.01, ("-y", "z"), "-y"), (".stl", 10.0, ("z", "x"), None)]
 )
@@ -75,6 +76,7 @@ def test_a_mesh_with_other_triangles_is_no_mesh_of_landmarks(canonical: Canonica
     assert points_of_landmark_mesh(shuffled, canonical) is None
 
 
+@pytest.mark.slow
 def test_a_mesh_without_a_face_is_an_error(tmp_path: Path) -> None:
     path = tmp_path / "ball.stl"
     trimesh.creation.icosphere(subdivisions=2).export(path)
@@ -87,6 +89,7 @@ def test_a_mesh_without_a_face_is_an_error(tmp_path: Path) -> None:
     assert not (tmp_path / "ball.ppc").exists()
 
 
+@pytest.mark.slow
 def test_a_flat_mesh_is_an_error(tmp_path: Path) -> None:
     path = tmp_path / "flat.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")

@@ -18,6 +18,7 @@ def head() -> Mesh:
     return load_mesh(DEFAULT_HEAD)
 
 
+@pytest.mark.slow
 def test_a_written_mesh_is_read_back_unchanged(tmp_path: Path, head: Mesh) -> None:
     write_obj(tmp_path / "a.obj", head, head.vertices)
     mesh = load_mesh(tmp_path / "a.obj")
@@ -32,6 +33,7 @@ def test_a_written_mesh_is_read_back_unchanged(tmp_path: Path, head: Mesh) -> No
     assert text.index("usemtl face") < text.index("g hair\nusemtl hair") and "map_d a-texture.png" in library
 
 
+@pytest.mark.slow
 def test_a_portable_texture_is_copied_and_a_mesh_without_texture_gets_no_material(tmp_path: Path, head: Mesh) -> None:
     cv2.imwrite(str(tmp_path / "skin.jpg"), np.zeros((4, 4, 3), np.uint8))
     textured = replace(head, texture=tmp_path / "skin.jpg")

@@ -98,6 +98,7 @@ def test_rates_before_the_parameters_have_arrived_are_zero_but_bytes_count() -> 
     assert snapshot.wire_bytes_per_frame == 2 * (5 + OVERHEAD) and snapshot.rejected == 2
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(st.lists(st.booleans(), min_size=5, max_size=40), st.sampled_from([LIVE, NARROWBAND, RICH]))
 def test_no_wrong_frame_is_drawn_whatever_is_lost(losses: list[bool], profile: Profile) -> None:

@@ -22,6 +22,7 @@ def pitched(angle: float) -> Motion:
     return motion
 
 
+@pytest.mark.slow
 def test_several_senders_each_with_its_own_motion() -> None:
     world = World()
     angles = [0.0, 0.3, -0.3, 0.6]
@@ -46,6 +47,7 @@ def test_all_bytes_are_counted_with_their_headers() -> None:
     assert world.receiver.snapshot(world.now).datagrams == pytest.approx(len(data), abs=1)
 
 
+@pytest.mark.slow
 def test_the_tenth_sender_is_refused_and_a_bye_makes_room() -> None:
     world = World()
     senders = [world.call() for _ in range(MAX_SESSIONS)]

@@ -81,6 +81,7 @@ def test_the_sender_reconnects_to_a_restarted_receiver() -> None:
     assert world.stream(sender).rejected == 0
 
 
+@pytest.mark.slow
 def test_the_stream_clock_starts_again_in_each_session() -> None:
     """A new session counts frames from 0 again, so that a receiver that knows nothing needs no clock to number them."""
     world = World()
@@ -136,6 +137,7 @@ def test_a_session_that_ended_by_silence_is_replaced() -> None:
     assert not world.stream(sender).is_silent(world.now)
 
 
+@pytest.mark.slow
 @settings(max_examples=8)
 @given(st.sampled_from(["auto", *PROFILES]), st.floats(0.8, 12), st.floats(0, 0.3), st.sampled_from([None, 4.0, 9.0]))
 def test_a_limit_holds_over_any_ten_seconds(profile: str, kbps: float, loss: float, restart: float | None) -> None:
@@ -157,6 +159,7 @@ def test_a_limit_also_drops_handshake_datagrams() -> None:
     assert SimulatedSender(0.0, rate=RateOptions(kbps=0.069)).datagrams_to_send(0.0) != []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_ten_per_cent_loss_costs_only_what_was_lost(seed: int) -> None:
     clean, lossy = World(seed=seed), World(seed=seed)
@@ -171,6 +174,7 @@ def test_ten_per_cent_loss_costs_only_what_was_lost(seed: int) -> None:
     assert np.mean(with_loss) <= 1.5 * np.mean(without)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_thirty_per_cent_loss_keeps_moving(seed: int) -> None:
     world = World(seed=seed)
@@ -183,6 +187,7 @@ def test_thirty_per_cent_loss_keeps_moving(seed: int) -> None:
     assert world.stream(sender).rejected == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", PROFILES)
 def test_after_an_outage_the_first_datagram_is_soon_drawn(profile: str) -> None:
     world = World()
@@ -201,6 +206,7 @@ def test_after_an_outage_the_first_datagram_is_soon_drawn(profile: str) -> None:
     assert world.stream(sender).rejected == 0
 
 
+@pytest.mark.slow
 def test_the_rate_level_falls_under_loss_and_recovers() -> None:
     world = World()
     sender = world.call()

@@ -101,6 +101,7 @@ def without_repetitions(words: list[str]) -> list[str]:
     return [word for i, word in enumerate(words) if i == 0 or words[i - 1] != word]
 
 
+@pytest.mark.slow
 def test_a_call_from_its_start_to_its_end(runner: LoopRunner) -> None:
     caller = SimulatedSender(0.0, address=ADDRESS)
     caller.is_on = False

@@ -46,6 +46,7 @@ def test_a_socket_opened_to_a_peer_sends_and_receives(peer: socket.socket) -> No
         assert sender.receive() == []
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems do not tell when a datagram arrived")
 def test_a_datagram_carries_its_time_in_the_queue(peer: socket.socket, monkeypatch: pytest.MonkeyPatch) -> None:
     with UdpSocket.bind(LOOPBACK, 0) as receiver:

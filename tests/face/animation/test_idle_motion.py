@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -28,6 +29,7 @@ def lid_track(seconds: float, fps: float = 200.0) -> np.ndarray:
     return np.array([motion.at(i / fps)[0][UPPER, 1] for i in range(int(seconds * fps))])
 
 
+@pytest.mark.slow
 def test_blink_rate_and_closed_time() -> None:
     closed = lid_track(120.0)[:, 0] < -1000
     blinks = np.count_nonzero(np.diff(closed.astype(int)) == 1)
@@ -35,6 +37,7 @@ def test_blink_rate_and_closed_time() -> None:
     assert closed.mean() < 0.1
 
 
+@pytest.mark.slow
 def test_one_eye_blinks_a_few_milliseconds_later() -> None:
     left, right = lid_track(60.0, fps=1000.0).T
     starts = [np.flatnonzero(np.diff((track < -500).astype(int)) == 1) for track in (left, right)]
@@ -55,6 +58,7 @@ def test_amplitudes_of_gaze_and_head() -> None:
     assert np.abs(gazes).max() < 0.2
 
 
+@pytest.mark.slow
 def test_motion_is_continuous() -> None:
     motion = idle()
     track = np.array([motion.at(t)[0] for t in np.arange(0, 20, 0.001)])

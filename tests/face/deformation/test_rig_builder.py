@@ -107,6 +107,7 @@ def test_malformed_rig_files_raise_file_format_error(tmp_path: Path, text: str) 
         read_joints(path)
 
 
+@pytest.mark.slow
 @given(
     st.recursive(
         st.none() | st.floats() | st.text(max_size=3),

@@ -56,6 +56,7 @@ def test_the_default_texture_replaces_a_missing_one_only(unprepared: Mesh, prepa
     assert {"eye_l", "mouth", "tongue"} <= set(kept.groups)
 
 
+@pytest.mark.slow
 def test_what_is_missing_is_put_in_and_stated(prepared: PreparedFace) -> None:
     assert [remark.split(":")[0] for remark in prepared.remarks] == ["tear film or lashes cover the eyes"]
     assert prepare_face(head_without(), default_points()).remarks == ()

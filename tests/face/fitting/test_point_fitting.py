@@ -40,6 +40,7 @@ def fitted(noise: float = 0.0, groups: tuple[str, ...] = GROUPS) -> tuple[Fitted
     return fit_control_points(observed, mesh.vertices, triangles, prior), truth
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 0.05])
 def test_points_are_fitted_close_to_the_true_ones(noise: float) -> None:
     result, truth = fitted(noise)

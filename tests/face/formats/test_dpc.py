@@ -67,6 +67,7 @@ def test_the_golden_file_is_written_and_read(tmp_path: Path) -> None:
     assert motion.poses == pytest.approx(MOTION.poses)
 
 
+@pytest.mark.slow
 @given(arrays(np.float32, (3, 50, 3), elements=st.floats(-4000, 4000, width=32)), st.floats(1, 120))
 def test_motions_are_read_back(tmp_path_factory: pytest.TempPathFactory, displacements: np.ndarray, fps: float) -> None:
     path = tmp_path_factory.getbasetemp() / "round.dpc"

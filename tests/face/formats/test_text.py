@@ -21,6 +21,7 @@ GARBAGE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("garbage", GARBAGE.values(), ids=GARBAGE)
 @pytest.mark.parametrize(("reader", "suffix"), [(load_mesh, "obj"), (read_ppc, "ppc"), (read_dpc, "dpc")])
 def test_a_hundred_megabytes_are_rejected_quickly(tmp_path: Path, reader: object, suffix: str, garbage: bytes) -> None:

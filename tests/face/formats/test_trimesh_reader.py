@@ -53,6 +53,7 @@ def test_files_that_are_no_mesh_raise_file_format_error(tmp_path: Path, kind: st
         load_mesh(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 @given(data=st.data())
 def test_damaged_files_give_a_mesh_or_file_format_error(

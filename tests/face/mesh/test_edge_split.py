@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from conf.face.mesh.edge_split import drop_triangles, split_edges
@@ -11,6 +12,7 @@ def area(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> float:
     return float(np.linalg.norm(triangle_normals(vertices, triangles), axis=1).sum() / 2)
 
 
+@pytest.mark.slow
 def test_splitting_keeps_the_surface_and_leaves_no_gaps(face: SheetFace) -> None:
     mesh, rng = face.mesh, np.random.default_rng(1)
     edges = np.unique(np.sort(triangle_edges(mesh.triangles), axis=1), axis=0)

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -9,6 +10,7 @@ from tests.support.synthetic_portrait import face_shape
 MESH = build_mesh(face_shape())
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.floats(0, 1))
 def test_no_triangle_is_folded_for_any_target(seed: int, amplitude: float) -> None:
     rng = np.random.default_rng(seed)

@@ -64,6 +64,7 @@ def test_a_small_rotation_is_unchanged(rotation: list[float]) -> None:
     np.testing.assert_allclose(limit_rotation(pose, POSE).matrix(), pose.matrix(), atol=1e-9)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.floats(0, 1500))
 def test_no_motion_folds_a_triangle(seed: int, reach: float) -> None:
     rng = np.random.default_rng(seed)

@@ -56,6 +56,7 @@ def test_weights_are_between_0_and_1_for_any_motion(factor: float, shape: int) -
     assert (weights >= 0).all() and (weights <= 1).all()
 
 
+@pytest.mark.slow
 @given(basis=matrices, target_rows=targets)
 def test_the_solution_is_as_good_as_scipys(basis: np.ndarray, target_rows: np.ndarray) -> None:
     solved = bounded_least_squares(basis, target_rows, regularisation=0.01)

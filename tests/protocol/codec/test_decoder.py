@@ -26,6 +26,7 @@ def call(profile: Profile, frames: int, *, ack_delay: int) -> list[tuple[int, by
     return payloads
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES)
 @given(
     lost=st.sets(st.integers(0, PAYLOADS - 1)), acks_lost=st.sets(st.integers(0, PAYLOADS - 1)), delay=st.integers(1, 8)

@@ -78,6 +78,7 @@ def test_a_payload_above_all_symbols_is_rejected() -> None:
             decoder.read((0, 1, TOTAL))
 
 
+@pytest.mark.slow
 @given(messages())
 def test_at_most_a_byte_more_than_the_information(message: Message) -> None:
     assert len(encoded(message)) <= information(message) + 1.001

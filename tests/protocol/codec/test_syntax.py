@@ -72,6 +72,7 @@ def test_both_decoders_read_the_frame_that_was_written(seed: int, has_second: bo
     assert string.end() == payload
 
 
+@pytest.mark.slow
 @given(RESIDUALS, RESIDUALS)
 def test_changed_residuals_replace_those_of_the_reference(
     reference: dict[int, PointResidual], changes: dict[int, PointResidual]

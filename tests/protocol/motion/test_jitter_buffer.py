@@ -39,6 +39,7 @@ def played(buffer: JitterBuffer, now: float) -> float:
     return float(playout(buffer, now).frame.pose[0])
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.floats(0, 0.2), min_size=20, max_size=60),
     st.sets(st.integers(1, 60), max_size=15),

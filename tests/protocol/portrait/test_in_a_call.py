@@ -3,6 +3,7 @@
 import random
 
 import numpy as np
+import pytest
 
 from conf.protocol.loopback import LoopbackCall
 from conf.protocol.messages import MotionFrame
@@ -47,6 +48,7 @@ def test_on_a_modem_no_portrait_is_sent() -> None:
     assert not run(6.0, RateOptions("narrow"), portrait()).stream.received_objects
 
 
+@pytest.mark.slow
 def test_after_startup_the_budget_holds() -> None:
     objects = portrait()
     for slot in range(1, 20):
@@ -68,6 +70,7 @@ def test_the_portrait_of_a_still_face_arrives_as_soon() -> None:
     assert call.wire_bytes * 8 / (90 * FRAME_S) < 16_000
 
 
+@pytest.mark.slow
 def test_under_a_limit_the_portrait_gets_what_the_motion_leaves() -> None:
     received = []
     for objects in (None, portrait()):

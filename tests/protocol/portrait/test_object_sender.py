@@ -313,5 +313,5 @@ class Transfer(RuleBasedStateMachine):
         assert set(self.current.values()) <= set(self.arrived)
 
 
-TestTransfer = Transfer.TestCase
+TestTransfer = pytest.mark.slow(Transfer.TestCase)
 TestTransfer.settings = settings(max_examples=40, stateful_step_count=40)

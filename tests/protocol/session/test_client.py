@@ -47,6 +47,7 @@ def exchange_bodies(world: World, seconds: float) -> None:
         world.settle()
 
 
+@pytest.mark.slow
 @given(DELAYS)
 def test_it_connects_despite_loss_duplication_and_reordering(delays: list[list[float]]) -> None:
     world = World(listed(delays))
@@ -59,6 +60,7 @@ def test_it_connects_despite_loss_duplication_and_reordering(delays: list[list[f
     assert not any(isinstance(event, WrongCode) for event in world.events())
 
 
+@pytest.mark.slow
 @given(DELAYS)
 def test_a_wrong_code_never_connects_and_is_reported_on_both_sides(delays: list[list[float]]) -> None:
     world = World(listed(delays))
@@ -253,6 +255,7 @@ TROUBLES = st.lists(
 )
 
 
+@pytest.mark.slow
 @given(TROUBLES)
 def test_after_any_trouble_bodies_arrive_again(troubles: list[tuple[str, int]]) -> None:
     world = connected()

@@ -1,5 +1,7 @@
 """The receiver against strangers: bounded work, small answers, five wrong codes a minute, nothing counted twice."""
 
+import pytest
+
 from conf.protocol.address import Address
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.flood_protection import MAX_WRONG_CODES
@@ -110,6 +112,7 @@ def test_one_host_cannot_use_all_attempts() -> None:
     assert Caller(side, 99).hello_twice(10.0).kind is Kind.ANSWER
 
 
+@pytest.mark.slow
 def test_the_number_of_attempts_is_limited_and_they_expire() -> None:
     side = responder()
     answered = 0

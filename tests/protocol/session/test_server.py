@@ -185,6 +185,7 @@ def test_a_flood_of_hellos_gets_few_answers_and_leaves_no_state(world: World) ->
     assert world.receiver.dropped[DropReason.RATE] == 5000 - answered
 
 
+@pytest.mark.slow
 @given(st.data())
 def test_corrupted_mutated_and_random_datagrams_change_nothing(data: st.DataObject) -> None:
     """Variations of intercepted datagrams cause no exception, no event, no larger answer and no change."""
@@ -226,6 +227,7 @@ def mutations(datagrams: list[bytes]) -> st.SearchStrategy[bytes]:
     return mutated()
 
 
+@pytest.mark.slow
 def test_every_single_bit_of_every_datagram_of_a_handshake_may_flip() -> None:
     """A damaged copy arrives before each good datagram: it connects all the same, and no try is used up."""
     clean = World()
@@ -427,5 +429,5 @@ class Sessions(RuleBasedStateMachine):
         assert self.sender.session in self.world.receiver.sessions
 
 
-TestSessions = Sessions.TestCase
+TestSessions = pytest.mark.slow(Sessions.TestCase)
 TestSessions.settings = settings(max_examples=10, stateful_step_count=15)

@@ -43,6 +43,7 @@ def test_a_new_photo_removes_the_patches_of_the_old_one() -> None:
     assert not store.patches
 
 
+@pytest.mark.slow
 def test_the_number_of_patches_is_bounded() -> None:
     store = PortraitStore()
     store.receive(encode_object(make_photo()))
@@ -60,6 +61,7 @@ def test_a_photo_without_a_face_is_rejected_and_the_old_one_stays() -> None:
     assert store.rejected == 1 and store.photo is before
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(st.integers(0, 2**32 - 1), st.floats(0, 40))
 def test_any_face_is_deformed_to_finite_positions_or_rejected(seed: int, spread: float) -> None:

@@ -89,6 +89,7 @@ def session(display: str, tmp_path: Path) -> Iterator[Session]:
     session.kill()
 
 
+@pytest.mark.slow
 def test_keys_and_mouse_change_the_image(session: Session) -> None:
     before = session.save_and_read_image()
     assert before.shape == (240, 320, 3)
@@ -120,6 +121,7 @@ def test_keys_and_mouse_change_the_image(session: Session) -> None:
     assert session.close() == 0
 
 
+@pytest.mark.slow
 def test_the_image_follows_the_window_size_and_full_screen(session: Session) -> None:
     session.xdotool("search", "--name", "conf test", "windowsize", "400", "300")
     session.wait_for_width(400)

@@ -267,6 +267,7 @@ def gap(landmarks: NDArray[np.float32], a: int, b: int) -> float:
     return float(np.linalg.norm(landmarks[a, :2] - landmarks[b, :2]) / np.linalg.norm(landmarks[33] - landmarks[263]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("clip", ["cap12", "grid_bbaf2n", "talk_4", "woman_hand_over_face"])
 def test_motion_of_real_people_follows_the_landmarks(
     models: Path, canonical: CanonicalFace, shared: Path, clip: str

@@ -27,6 +27,7 @@ def test_a_photo_has_the_pose_and_the_points_of_the_face() -> None:
     assert decode_object(encode_object(photo))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("quality", "plain_wall", "slices", "size"),
     [

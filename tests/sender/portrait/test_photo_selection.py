@@ -36,6 +36,7 @@ def photo_times(
 GOOD, SHUT = (0.0, 0.0, False), (0.0, 0.0, True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("steps", "scene_change", "expected"),
     [

@@ -48,6 +48,7 @@ def test_flickering_light_does_not_count() -> None:
     assert not any(camera.sample(2, DARK) or camera.sample(2) for _ in range(10))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "pose",
     [
@@ -64,6 +65,7 @@ def test_another_head_position_counts_if_it_stays(pose: HeadPose) -> None:
     assert camera.sample(POSE_SAMPLES, pose=pose)
 
 
+@pytest.mark.slow
 def test_samples_are_taken_twice_a_second_at_any_frame_rate() -> None:
     camera = Camera()
     for _ in range(200):

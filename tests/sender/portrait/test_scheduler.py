@@ -61,6 +61,7 @@ class Call:
         return sum(isinstance(received, kind) for received in self.received)
 
 
+@pytest.mark.slow
 def test_a_draft_is_followed_by_one_photo_in_full_quality() -> None:
     call = Call()
     call.run(FIRST_SEARCH_S + 0.9)
@@ -83,6 +84,7 @@ def test_each_photo_is_encoded_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert encoded.count(Photo) == call.count(Photo) == 2
 
 
+@pytest.mark.slow
 def test_a_draft_with_shut_eyes_is_replaced_after_some_time() -> None:
     call = Call()
     call.run(MAX_DRAFT_S - 1, SHUT)
@@ -91,6 +93,7 @@ def test_a_draft_with_shut_eyes_is_replaced_after_some_time() -> None:
     assert call.count(Photo) == 2
 
 
+@pytest.mark.slow
 def test_a_persistent_change_of_light_gives_one_new_photo() -> None:
     call = Call()
     call.run(SCENE_INTERVAL_S)
@@ -100,6 +103,7 @@ def test_a_persistent_change_of_light_gives_one_new_photo() -> None:
     assert call.count(Photo) == 3
 
 
+@pytest.mark.slow
 def test_flickering_light_gives_no_new_photo() -> None:
     call = Call()
     call.run(SCENE_INTERVAL_S)
@@ -126,6 +130,7 @@ def test_a_neutral_pose_that_drifts_is_sent_again() -> None:
     assert call.count(NeutralPoseUpdate) == 1
 
 
+@pytest.mark.slow
 def test_a_poor_photo_is_replaced_by_a_good_one() -> None:
     call = Call()
     call.run(MAX_DRAFT_S + 2, SHUT)

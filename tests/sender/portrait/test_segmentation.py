@@ -47,6 +47,7 @@ def test_a_person_in_a_room_is_segmented_from_the_landmarks() -> None:
     assert 3 <= len(outline) <= MAX_CORNERS and outline.min() >= 0 and outline.max() <= 1
 
 
+@pytest.mark.slow
 def test_the_same_image_gives_the_same_outline() -> None:
     noise = np.random.default_rng(1).integers(0, 255, (240, 320, 3), dtype=np.uint8)
     pixels, _ = person_before(noise)

@@ -15,6 +15,7 @@ def frames(path: Path, count: int) -> list[NDArray[np.uint8]]:
         return [frame.pixels for _ in range(count) if (frame := clip.read()) is not None]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("clip", ["cap12.mp4", "grid_lbax4n.mpg", "man_smiles.mp4", "woman_hand_over_face.mp4"])
 def test_landmarks_agree_with_mediapipe(models: Path, shared: Path, clip: str, backend: Backend) -> None:
@@ -37,6 +38,7 @@ def test_a_face_that_leaves_and_returns_is_tracked(models: Path, carphone: list[
     assert [tracker.track(pixels) is not None for pixels in shown] == [True, True, False, False, True, True]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("clip", "expected"), [("no_face.mp4", "." * 99), ("face_then_none.mov", "1" * 72 + "." * 97)], ids=lambda v: v[:12]
 )

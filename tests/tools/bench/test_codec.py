@@ -11,6 +11,8 @@ from conf.protocol.codec.profiles import LIVE, NARROWBAND, RICH, Profile
 from tools.bench.codec_link import HELD_OUT, Link, Result, measure, total
 from tools.bench.tracks import Track, TrackReader
 
+pytestmark = pytest.mark.slow
+
 TOOL = Path(__file__).resolve().parents[3] / "tools" / "bench" / "codec.py"
 
 

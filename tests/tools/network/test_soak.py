@@ -8,6 +8,7 @@ from tools.network.impair import Faults
 from tools.network.soak import ROWS, call, figures, latency
 
 
+@pytest.mark.slow
 def test_a_call_over_a_lossy_link_neither_grows_nor_stalls(demo_clip: Path) -> None:
     result = figures(*call(demo_clip, 12.0, Faults(loss=0.05, delay_ms=20, jitter_ms=10)))
     assert len(result["rows"]) == ROWS

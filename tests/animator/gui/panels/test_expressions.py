@@ -5,6 +5,8 @@ import pytest
 from conf.animator.gui.panels.expressions import draw_expressions
 from tests.animator.conftest import NOW, PanelDriver
 
+pytestmark = pytest.mark.slow
+
 
 def test_buttons_play_and_release_and_sliders_set_action_units(open_panel: Callable[..., PanelDriver]) -> None:
     panel = open_panel(draw_expressions)

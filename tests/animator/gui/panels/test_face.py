@@ -11,6 +11,8 @@ from conf.animator.gui.panels.face import draw_face
 from conf.animator.state.point_placement import LEFT_POINTS, PointPlacement
 from tests.animator.conftest import NOW, PanelDriver
 
+pytestmark = pytest.mark.slow
+
 
 def set_placement(panel: PanelDriver, placement: PointPlacement) -> None:
     panel.controller.state = replace(panel.state, placement=placement)

@@ -7,6 +7,8 @@ from conf.animator.gui.panels.timeline import draw_timeline
 from conf.face.formats.dpc import MotionClip
 from tests.animator.conftest import NOW, PanelDriver
 
+pytestmark = pytest.mark.slow
+
 
 def test_buttons_and_seek_bar_work_the_player(open_panel: Callable[..., PanelDriver]) -> None:
     panel = open_panel(lambda controller, now: draw_timeline(controller, now, 0.3))  # all buttons fit into the window

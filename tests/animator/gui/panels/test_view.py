@@ -1,7 +1,11 @@
 from collections.abc import Callable
 
+import pytest
+
 from conf.animator.gui.panels.view import draw_view
 from tests.animator.conftest import PanelDriver
+
+pytestmark = pytest.mark.slow
 
 
 def test_style_points_and_direction(open_panel: Callable[..., PanelDriver]) -> None:
