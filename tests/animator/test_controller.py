@@ -17,6 +17,8 @@ from conf.face.mesh.mesh import load_mesh
 from tests.animator.conftest import FILE_OFFSET, FILE_SCALE, NOW
 from tests.support.imgui_stage import Stage
 
+pytestmark = pytest.mark.slow
+
 JOY = load_emotions()["joy"]
 
 
@@ -49,7 +51,6 @@ def test_errors_become_notices(controller: Controller, tmp_path: Path) -> None:
     assert "cannot be written" in controller.notice
 
 
-@pytest.mark.slow
 def test_a_mesh_without_points_is_placed_from_nothing(controller: Controller, unplaced_mesh: Path) -> None:
     controller.open_file(unplaced_mesh, NOW)
     assert controller.face.document.points is None
@@ -59,7 +60,6 @@ def test_a_mesh_without_points_is_placed_from_nothing(controller: Controller, un
     assert vertices is controller.face.model.neutral
 
 
-@pytest.mark.slow
 def test_placed_points_rebuild_the_face(controller: Controller, points: np.ndarray, tmp_path: Path) -> None:
     controller.place_points()
     placement = controller.state.placement
@@ -72,7 +72,6 @@ def test_placed_points_rebuild_the_face(controller: Controller, points: np.ndarr
     np.testing.assert_allclose(read_ppc(tmp_path / "a.ppc")[0], points[0] + 0.1, atol=1e-5)
 
 
-@pytest.mark.slow
 def test_missing_points_are_found_unless_points_are_being_placed(
     stage: Stage, unplaced_mesh: Path, points: np.ndarray
 ) -> None:
@@ -107,7 +106,6 @@ def test_recorded_motion_becomes_the_recording(controller: Controller) -> None:
     assert controller.player.duration == pytest.approx(0.45, abs=0.04)
 
 
-@pytest.mark.slow
 def test_muscles_and_expressions_deform_the_face(controller: Controller) -> None:
     expression = replace(controller.state.expression, idle=False)  # no random blink at the compared moment
     muscles = controller.state.muscles.with_preset("smile")
@@ -120,7 +118,6 @@ def test_muscles_and_expressions_deform_the_face(controller: Controller) -> None
     assert np.abs(sample.displacements - JOY).max() < np.abs(JOY).max() / 2
 
 
-@pytest.mark.slow
 def test_the_current_view_is_exported_and_saved_as_screenshot(controller: Controller, tmp_path: Path) -> None:
     controller.play_expression("joy", 0.0)
     vertices, _ = controller.deform(1.0)

@@ -19,6 +19,8 @@ from conf.render.window.input_events import (
 from tests.animator.conftest import NOW
 from tests.support.imgui_stage import Stage
 
+pytestmark = pytest.mark.slow
+
 LAYOUT = Layout.of((1280, 800), 1.0)
 
 

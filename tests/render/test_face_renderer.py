@@ -15,6 +15,8 @@ from conf.render.window.offscreen import OffscreenWindow
 from tests.support.image_measures import Pixels, box, drawn
 from tests.support.stand_in_head import SIZE
 
+pytestmark = pytest.mark.slow
+
 ASPECT = SIZE[0] / SIZE[1]
 
 
@@ -31,7 +33,6 @@ def rendered(window: OffscreenWindow, face: FaceModel, at: HeadPose, view: ViewS
     return window.read()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("at", [pose(), pose(0.3, 0.1, 0.02), pose(-0.4, -0.2, 0.015, yaw=0.7)])
 def test_the_head_covers_the_pixels_its_vertices_project_to(
     window: OffscreenWindow, face: FaceModel, at: HeadPose

@@ -17,6 +17,8 @@ from conf.render.window.offscreen import OffscreenWindow
 from tests.support.drawn_person import SIZE, draw_person, make_patch, make_photo, to_pixels
 from tests.support.synthetic_portrait import POSE
 
+pytestmark = pytest.mark.slow
+
 STILL = np.zeros((CONTROL_POINT_COUNT, 3))
 AHEAD = ViewState()
 

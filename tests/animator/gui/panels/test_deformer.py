@@ -6,6 +6,8 @@ from conf.animator.gui.panels.deformer import draw_deformer, draw_muscles
 from conf.face.deformation.face_model import DeformerOptions
 from tests.animator.conftest import PanelDriver
 
+pytestmark = pytest.mark.slow
+
 
 def test_widgets_change_the_deformer_options(open_panel: Callable[..., PanelDriver]) -> None:
     panel = open_panel(draw_deformer)

@@ -13,6 +13,8 @@ from conf.animator.state.editor import RECORDING
 from conf.face.formats.dpc import MotionClip, read_dpc
 from tests.animator.conftest import NOW, PanelDriver
 
+pytestmark = pytest.mark.slow
+
 
 def set_output(panel: PanelDriver, path: Path, **fields: str) -> None:
     state = panel.state
