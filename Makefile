@@ -1,6 +1,6 @@
 # make demo    everything that is needed, then a call on this machine
 # make test    the same, then the tests
-# make quick   the tests without the slow ones: two minutes on two cores
+# make quick   the tests without the slow ones: half a minute on two cores
 # make check   the tests with their coverage, and everything else that CI runs
 # make mutate  mutation testing of modules, each with its own test: make mutate ARGS="protocol/sequence face/deformation/rbf"
 # make api     pages from the docstrings, in build/api

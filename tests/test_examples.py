@@ -49,6 +49,7 @@ def test_a_clip_becomes_a_dpc_file(tmp_path: Path, demo_clip: Path) -> None:
     assert motion.fps == pytest.approx(30.0, rel=0.02)
 
 
+@pytest.mark.slow
 def test_motion_survives_a_list_of_losses() -> None:
     text = run("codec_over_losses")
     assert "30 of 80 payloads lost" in text

@@ -57,6 +57,7 @@ def test_coinciding_points_are_refused(unplaced_mesh: Path) -> None:
         with_points(open_face_document(unplaced_mesh), np.ones((50, 3)))
 
 
+@pytest.mark.slow
 def test_points_can_come_from_another_folder(unplaced_mesh: Path, file_points: np.ndarray, tmp_path: Path) -> None:
     write_ppc(tmp_path / "points.ppc", file_points)
     assert open_face_document(unplaced_mesh, tmp_path / "points.ppc").points is not None

@@ -118,6 +118,7 @@ def test_unknown_formats_and_folders_are_refused(tmp_path: Path) -> None:
         check_output(tmp_path / "nowhere" / "a.avi")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".obj", ".ppc", ".dpc", ".fap", ".csv"])
 def test_a_file_that_cannot_be_written_is_reported(
     tmp_path: Path, head: FaceModel, clip: MotionClip, suffix: str

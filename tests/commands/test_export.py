@@ -18,6 +18,7 @@ def recording(tmp_path: Path) -> Path:
     return tmp_path / "in.dpc"
 
 
+@pytest.mark.slow
 def test_a_recording_is_resampled(tmp_path: Path, recording: Path) -> None:
     fractions: list[float] = []
     result = export_file(ExportRequest(tmp_path / "out.dpc", dpc=recording, fps="5"), fractions.append)
@@ -64,6 +65,7 @@ def test_a_face_without_points_is_an_error_that_names_conf_fit(tmp_path: Path) -
         export_file(ExportRequest(tmp_path / "a.obj", emotion="joy", face=face))
 
 
+@pytest.mark.slow
 def test_what_was_wrong_with_the_mesh_is_said_in_one_line(tmp_path: Path) -> None:
     face = tmp_path / "face.obj"
     face.write_text("mtllib gone.mtl\n" + DEFAULT_HEAD.read_text().replace("mtllib head.mtl", "hello\nf 1 2"))

@@ -7,6 +7,7 @@ from conf.commands.measure import StageCost, measure, plot
 from conf.errors import CameraError
 
 
+@pytest.mark.slow
 def test_later_stages_are_smaller_and_ratios_are_consistent(short_clip: Path) -> None:
     stages = measure(short_clip)
     raw, *_, coded, sealed, wire = stages

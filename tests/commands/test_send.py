@@ -11,6 +11,7 @@ from conf.transport.udp import UdpSocket
 CODE = "amber-canoe-tiger-7"
 
 
+@pytest.mark.slow
 def test_no_reply_is_an_error(short_clip: Path) -> None:
     with (
         UdpSocket.bind("127.0.0.1", 0) as silent,

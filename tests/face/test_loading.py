@@ -14,6 +14,7 @@ from conf.face.loading import build_face, load_face
 from tests.support.sheet_face import SheetFace
 
 
+@pytest.mark.slow
 def test_the_default_head_is_in_model_units() -> None:
     head = load_face()
     assert head.fapu.es0 == pytest.approx(6.4, abs=0.05)
@@ -21,6 +22,7 @@ def test_the_default_head_is_in_model_units() -> None:
     assert head.operator.shape == (len(head.neutral), 50)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_every_kernel_moves_the_face_to_its_control_point(kernel: str, face: SheetFace) -> None:
     model = build_face(face.mesh, face.points, DeformerOptions(kernel))
@@ -55,6 +57,7 @@ def test_a_mesh_in_any_unit_is_scaled_to_model_units(tmp_path: Path, face: Sheet
     )
 
 
+@pytest.mark.slow
 def test_missing_or_wrong_control_points_are_reported(tmp_path: Path, face: SheetFace) -> None:
     path = write_face(tmp_path, face, 1.0)
     os.remove(path.with_suffix(".ppc"))

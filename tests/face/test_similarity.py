@@ -21,6 +21,7 @@ def test_a_known_similarity_is_recovered(rotvec: np.ndarray, scale: float, trans
     assert np.allclose(fit.translation, translation, atol=1e-7 * max(scale, 1))
 
 
+@pytest.mark.slow
 @given(st.integers(0, 1000))
 def test_no_nearby_similarity_fits_noisy_points_better(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -51,6 +51,7 @@ def test_the_default_head_without_its_points_is_fitted(
     assert messages[0].startswith("looking for the face")
 
 
+@pytest.mark.slow
 def test_a_mesh_of_landmarks_needs_no_tracking(tmp_path: Path, canonical: CanonicalFace) -> None:
     path, output = tmp_path / "mask.obj", tmp_path / "mask.ppc"
     lines = [f"v {x} {y} {z}" for x, y, z in canonical.vertices]
@@ -97,6 +98,7 @@ def test_a_flat_mesh_is_an_error(tmp_path: Path) -> None:
         fit(path, tmp_path / "flat.ppc")
 
 
+@pytest.mark.slow
 def test_errors_name_the_file_that_cannot_be_read_or_written(tmp_path: Path, canonical: CanonicalFace) -> None:
     with pytest.raises(FileFormatError, match=r"nobody\.obj"):
         fit(tmp_path / "nobody.obj", tmp_path / "nobody.ppc")

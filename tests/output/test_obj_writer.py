@@ -45,11 +45,13 @@ def test_a_portable_texture_is_copied_and_a_mesh_without_texture_gets_no_materia
     assert not (tmp_path / "c.mtl").exists() and "usemtl" not in (tmp_path / "c.obj").read_text()
 
 
+@pytest.mark.slow
 def test_a_missing_folder_is_named(tmp_path: Path, head: Mesh) -> None:
     with pytest.raises(ConfError, match=r"a\.obj cannot be written \(No such file or directory\)"):
         write_obj(tmp_path / "none" / "a.obj", head, head.vertices)
 
 
+@pytest.mark.slow
 def test_materials_and_vertex_colours_are_written_and_read_back(tmp_path: Path, head: Mesh) -> None:
     image = np.random.default_rng(1).integers(0, 255, (4, 4, 4), dtype=np.uint8)
     materials = (MeshMaterial(colour=(0.1, 0.2, 0.3), alpha=0.5), MeshMaterial(image=image, has_alpha=True))

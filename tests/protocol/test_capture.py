@@ -118,6 +118,7 @@ def test_every_body_is_as_wire_md_describes(capture: Capture) -> None:
     assert kinds.count(0x80) > 100 and kinds.count(3) >= 1
 
 
+@pytest.mark.slow
 def test_every_payload_is_the_motion_that_was_captured(call: tuple[World, SimulatedSender], capture: Capture) -> None:
     sender = call[1]
     session, from_sender, _ = secrets(handshakes(capture), random.Random(f"{sender.address} capture").randbytes)

@@ -133,6 +133,7 @@ def test_a_receiver_that_joins_late_draws_the_face_within_a_second() -> None:
     assert call.leg.motion.frame_at(110) is not None
 
 
+@pytest.mark.slow
 def test_frame_numbers_survive_an_outage_of_any_length() -> None:
     call = Call()
     call.run(30, [])
@@ -200,6 +201,7 @@ def test_reports_come_twice_a_second_and_only_after_something_new() -> None:
     assert times == pytest.approx([100.0, 100.5, 101.0, 101.5, 102.0])
 
 
+@pytest.mark.slow
 @given(st.lists(st.binary(max_size=40), max_size=20))
 def test_bad_bodies_are_counted_and_never_raise(bodies: list[bytes]) -> None:
     call = Call()

@@ -98,6 +98,7 @@ def test_junk_is_counted_and_the_call_goes_on() -> None:
     assert not world.stream(sender).is_silent(world.now)
 
 
+@pytest.mark.slow
 def test_a_silent_sender_is_dropped_after_half_a_minute() -> None:
     world = World()
     sender = world.call()

@@ -38,6 +38,7 @@ def decoded_errors(world: World, sender: SimulatedSender, seconds: float) -> lis
     return errors
 
 
+@pytest.mark.slow
 def test_a_call_connects_and_its_motion_arrives() -> None:
     world = World()
     sender = world.call()
@@ -68,6 +69,7 @@ def test_no_answer_is_reported_once() -> None:
     assert [type(event) for event in sender.events] == [NoAnswer]
 
 
+@pytest.mark.slow
 def test_the_sender_reconnects_to_a_restarted_receiver() -> None:
     world = World()
     sender = world.call()
@@ -105,6 +107,7 @@ def test_a_sender_whose_address_changes_keeps_its_session() -> None:
     assert sender.connection.status(world.now).round_trip_ms is not None
 
 
+@pytest.mark.slow
 def test_sending_stops_without_reports_and_resumes_with_the_first() -> None:
     world = World()
     sender = world.call()
@@ -122,6 +125,7 @@ def test_sending_stops_without_reports_and_resumes_with_the_first() -> None:
     assert sender.shown[-1][1].timestamp == pytest.approx(sender.captured - sender.origin, abs=0.5)
 
 
+@pytest.mark.slow
 def test_a_session_that_ended_by_silence_is_replaced() -> None:
     world = World()
     sender = world.call()
@@ -244,6 +248,7 @@ def test_closing_sends_two_short_datagrams_that_end_the_call() -> None:
     assert not world.receiver.streams
 
 
+@pytest.mark.slow
 def test_counters_are_sent_short_once_the_receiver_has_acknowledged_them() -> None:
     world = World()
     sender = world.call()

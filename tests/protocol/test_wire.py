@@ -154,6 +154,7 @@ VALUES = (
 )
 
 
+@pytest.mark.slow
 @given(st.integers(0, 127), st.lists(VALUES, max_size=12))
 def test_any_msgpack_array_gives_a_body_or_protocol_error(kind: int, values: list[object]) -> None:
     try:

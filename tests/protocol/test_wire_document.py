@@ -68,6 +68,7 @@ def test_the_example_payload_decodes_to_the_stated_values() -> None:
     assert pose == pytest.approx(reader.motion("live", 0)[1], abs=1e-6)
 
 
+@pytest.mark.slow
 def test_the_independent_decoder_reads_the_shape_of_a_photo() -> None:
     photo = decode_photo(encode_photo(example_photo()))
     _, shape, _ = msgpack.unpackb(encode_photo(photo))

@@ -35,6 +35,7 @@ def test_keys_switch_the_panels_over_the_image(
     assert (images["m"][:, :100] != first[:, :100]).any() and (images["h"][100:140] != first[100:140]).any()
 
 
+@pytest.mark.slow
 def test_a_paused_image_does_not_change(window: OffscreenWindow, face: FaceModel) -> None:
     endpoint, caller = make_receiver(), SimulatedSender(0.0)
     with FrameComposer(window, face, endpoint) as composer:

@@ -66,6 +66,7 @@ def test_without_participants_the_neutral_face_is_drawn(window: OffscreenWindow,
     np.testing.assert_array_equal(window.read(), empty)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("participants", [1, 3])
 def test_the_stats_overlay_covers_no_face(window: OffscreenWindow, face: FaceModel, participants: int) -> None:
     grid = ParticipantGrid(window, face)
@@ -76,6 +77,7 @@ def test_the_stats_overlay_covers_no_face(window: OffscreenWindow, face: FaceMod
     assert COVERED < left < right < SIZE[0]
 
 
+@pytest.mark.slow
 def test_without_centring_a_face_is_where_the_camera_saw_it(window: OffscreenWindow, face: FaceModel) -> None:
     centres = []
     for view in (ViewState(centred=False), ViewState(stats=False)):
@@ -90,6 +92,7 @@ def test_without_centring_a_face_is_where_the_camera_saw_it(window: OffscreenWin
     assert centred == pytest.approx(SIZE[0] / 2, abs=12)
 
 
+@pytest.mark.slow
 def test_the_framing_of_a_participant_who_left_is_dropped(window: OffscreenWindow, face: FaceModel) -> None:
     grid, view = ParticipantGrid(window, face), ViewState(stats=False)
     images = []

@@ -116,6 +116,7 @@ def test_a_call_from_its_start_to_its_end(runner: LoopRunner) -> None:
     assert all((a != b).any() for a, b in pairwise(moving))
 
 
+@pytest.mark.slow
 def test_frames_are_drawn_at_their_rate(runner: LoopRunner) -> None:
     shown = runner.run(FakeSocket(SimulatedSender(0.0)), 2.0, {})
     assert len(shown.images) == pytest.approx(2.0 * FPS, abs=1)
@@ -128,6 +129,7 @@ def test_a_wrong_code_is_reported_and_shows_no_caller(runner: LoopRunner) -> Non
     assert all((image == shown.images[0]).all() for image in shown.images)
 
 
+@pytest.mark.slow
 def test_several_callers_are_labelled_with_their_addresses(runner: LoopRunner) -> None:
     callers = SimulatedSender(0.0, address=ADDRESS), SimulatedSender(0.0, address=("10.0.0.9", 4321))
     shown = runner.run(FakeSocket(*callers), 1.5, {})

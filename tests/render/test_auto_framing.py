@@ -26,6 +26,7 @@ def pose(x: float, y: float, log_scale: float, rotation: tuple[float, float, flo
     return HeadPose(np.array(rotation), np.array([x, y]), log_scale)
 
 
+@pytest.mark.slow
 @given(number, number, st.floats(-6.0, -2.0), st.lists(st.floats(0.0, 5.0), min_size=1, max_size=9))
 def test_a_still_head_is_centred_from_any_position(x: float, y: float, scale: float, waits: list[float]) -> None:
     framing, now = AutoFraming(), 0.0
@@ -47,6 +48,7 @@ def test_a_sway_keeps_its_size_relative_to_the_head() -> None:
     np.testing.assert_allclose(sway_near, sway_far)
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.tuples(number, number, st.floats(-5.0, -2.0), number, number, number), min_size=1, max_size=30), sizes
 )

@@ -17,6 +17,7 @@ views = st.builds(ViewState, yaw=number, pitch=number, zoom=st.floats(0.5, 2.0),
 sizes = st.tuples(st.integers(16, 2000), st.integers(16, 2000))
 
 
+@pytest.mark.slow
 @given(poses, views, sizes)
 def test_the_face_plane_is_projected_as_by_the_orthographic_pose(
     pose: HeadPose, view: ViewState, size: tuple[int, int]

@@ -26,6 +26,7 @@ def plain(rgba: tuple[int, int, int, int]) -> np.ndarray:
     return np.full((2, 2, 4), rgba, np.uint8)
 
 
+@pytest.mark.slow
 def test_each_part_is_drawn_with_the_colour_of_its_material(window: OffscreenWindow, face: FaceModel) -> None:
     red = MeshMaterial(colour=(1.0, 0.0, 0.0))
     blue = MeshMaterial(image=plain((0, 0, 255, 255)))
@@ -43,6 +44,7 @@ def test_vertex_colours_are_drawn(window: OffscreenWindow, face: FaceModel) -> N
     assert cheek[1] > 3 * max(cheek[0], cheek[2], 1)
 
 
+@pytest.mark.slow
 def test_a_part_is_transparent_by_its_alpha_and_not_by_its_name(window: OffscreenWindow, face: FaceModel) -> None:
     """The hair, renamed, is drawn as before if its image is transparent; the skin is drawn opaque."""
     clear = MeshMaterial(image=plain((0, 0, 0, 0)))
@@ -92,6 +94,7 @@ def test_srgb_becomes_linear() -> None:
     assert linear_from_srgb(np.array([0.0, 0.02, 0.5, 1.0])) == pytest.approx([0, 0.001548, 0.21404, 1], abs=1e-5)
 
 
+@pytest.mark.slow
 def test_the_hair_of_the_default_head_is_found_without_its_names() -> None:
     head = load_mesh(DEFAULT_HEAD)
     mesh = replace(head, groups={f"{name}_Mesh.001": rows for name, rows in head.groups.items()})

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from conf.face.loading import load_face
 from conf.face.mesh.mesh import Mesh
@@ -33,6 +34,7 @@ def corners_of(mesh: Mesh, triangles: np.ndarray) -> list[bytes]:
     return [face.tobytes() for face in faces]
 
 
+@pytest.mark.slow
 def test_the_mesh_is_the_same_and_each_vertex_is_transformed_about_once() -> None:
     mesh = shuffled(load_face().mesh)
     ordered = optimise_vertex_cache(mesh)

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from conf.face.deformation.face_model import FaceModel
 from conf.render.auto_framing import FrameArea, rest_pose
@@ -7,6 +8,7 @@ from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow
 
 
+@pytest.mark.slow
 def test_the_face_is_drawn_in_the_vertex_colours(window: OffscreenWindow, face: FaceModel) -> None:
     images = []
     with FaceRenderer(window.ctx, face) as renderer:

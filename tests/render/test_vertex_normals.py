@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -16,6 +17,7 @@ def test_the_normals_of_a_ball_are_along_its_radii() -> None:
     np.testing.assert_allclose(unit, VERTICES[inner] / 2.0, atol=0.02)
 
 
+@pytest.mark.slow
 @given(
     hnp.arrays(np.float32, (7, 3), elements=st.floats(-10, 10, width=32)),
     hnp.arrays(np.int32, st.tuples(st.integers(1, 12), st.just(3)), elements=st.integers(0, 6)),

@@ -2,6 +2,7 @@ import itertools
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from conf.animator.controller import Controller
 from conf.animator.gui.layout import Layout
@@ -12,6 +13,7 @@ from conf.animator.viewport_controller import ViewportController
 from tests.support.imgui_stage import Stage
 
 
+@pytest.mark.slow
 def test_notice_help_and_reference_face_are_drawn(stage: Stage, controller: Controller) -> None:
     gui, viewport, size = AnimatorGui(stage.overlay), ViewportController(controller), stage.window.size
     layout = Layout.of(size, 0.5)

@@ -14,6 +14,7 @@ def idle(seed: int = 7, intensity: float = 1.0) -> IdleMotion:
     return IdleMotion(np.random.default_rng(seed), intensity=intensity)
 
 
+@pytest.mark.slow
 @given(times=st.lists(st.floats(0, 60), min_size=1, max_size=6))
 def test_motion_depends_on_seed_and_time_only(times: list[float]) -> None:
     motion = idle()

@@ -29,6 +29,7 @@ def test_interpolation_does_not_overshoot(frames: np.ndarray, position: float) -
     assert (value <= pair.max(axis=0) + slack).all()
 
 
+@pytest.mark.slow
 @given(frames=tracks)
 def test_interpolation_passes_through_every_frame(frames: np.ndarray) -> None:
     for i, frame in enumerate(frames):
@@ -42,6 +43,7 @@ def test_interpolation_equals_scipy_inside(frames: np.ndarray, position: float) 
     np.testing.assert_allclose(interpolate_frames(frames, position), expected, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_interpolation_is_smooth_at_frames() -> None:
     frames = np.random.default_rng(3).normal(size=(9, 50, 3))
     positions = np.linspace(0, 8, 8001)

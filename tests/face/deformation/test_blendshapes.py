@@ -37,6 +37,7 @@ def test_other_arrays_raise_file_format_error(tmp_path: Path, arrays: dict[str, 
         load_blendshapes(tmp_path / "shapes.npz", 4)
 
 
+@pytest.mark.slow
 @given(st.data())
 def test_damaged_files_give_blendshapes_or_file_format_error(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject

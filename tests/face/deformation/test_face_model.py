@@ -57,6 +57,7 @@ def test_one_lip_does_not_move_the_other(head: FaceModel) -> None:
         assert np.abs(head.operator[on_lip][:, other]).max() < 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("closure", [0.5, 0.9, 1.0, 1.3])
 @pytest.mark.parametrize("refined", [True, False])
 def test_lids_stay_outside_the_eyeball(head: FaceModel, closure: float, refined: bool) -> None:

@@ -32,6 +32,7 @@ def vertex(name: str) -> int:
     return int(np.linalg.norm(face.mesh.vertices - face.control_points[CONTROL_POINT_INDEX[name]], axis=1).argmin())
 
 
+@pytest.mark.slow
 def test_there_are_nine_pairs_and_the_sphincter() -> None:
     muscles = build_muscles(head()[0].control_points)
     assert set(muscles) == {SPHINCTER, *(f"{name}_{side}" for name in MUSCLE_COURSES for side in "lr")}

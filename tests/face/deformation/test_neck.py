@@ -44,6 +44,7 @@ def test_shoulders_follow_a_part_of_the_rotation(torso: Mesh, rotation: tuple[fl
     np.testing.assert_allclose(posed, (vertices[shoulders] - PIVOT) @ reduced.T, atol=1e-4)
 
 
+@pytest.mark.slow
 @given(rotations)
 def test_bending_is_smooth_and_keeps_distances(torso: Mesh, rotation: tuple[float, float, float]) -> None:
     """Every vertex keeps its distance from the pivot, and weights change little between neighbours."""

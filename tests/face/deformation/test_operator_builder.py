@@ -20,6 +20,7 @@ def builder() -> OperatorBuilder:
     return OperatorBuilder(mesh, points, rig, blendshapes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_every_kernel_keeps_the_neutral_face_still(builder: OperatorBuilder, kernel: str) -> None:
     face = builder.build_face(DeformerOptions(kernel))
@@ -27,6 +28,7 @@ def test_every_kernel_keeps_the_neutral_face_still(builder: OperatorBuilder, ker
     np.testing.assert_allclose(face.deform(np.zeros((50, 3))), face.neutral, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_each_option_changes_the_operator(builder: OperatorBuilder) -> None:
     default = builder.build(DeformerOptions()).matrix
     for options in (

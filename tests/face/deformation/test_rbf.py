@@ -15,6 +15,7 @@ kernels = pytest.mark.parametrize("kernel", KERNELS.values(), ids=KERNELS)
 MULTIQUADRIC = KERNELS["multiquadric"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KERNELS)
 @pytest.mark.parametrize("degree", [None, 1])
 @pytest.mark.parametrize("smoothing", [0.0, 0.05])
@@ -46,6 +47,7 @@ def test_without_smoothing_control_points_are_interpolated_exactly(face: SheetFa
     assert operator.matrix == pytest.approx(np.eye(len(face.points)), abs=1e-5)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1))
 def test_the_operator_is_linear_in_float32(face: SheetFace, seed: int) -> None:
     rng = np.random.default_rng(seed)

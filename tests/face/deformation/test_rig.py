@@ -10,6 +10,7 @@ small = st.floats(-5, 5)
 AXIS = np.array([1.0, 0.0, 0.0])
 
 
+@pytest.mark.slow
 @given(small, small)
 def test_gaze_rotations_are_proper_and_limited(x: float, y: float) -> None:
     pupil = np.array([0.1, -0.2, 1.7])

@@ -1,6 +1,7 @@
 """Eyes are cut into a sheet that has none."""
 
 import numpy as np
+import pytest
 
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.default_head import default_points
@@ -11,6 +12,7 @@ from tests.support.modified_heads import EYEBALLS, head_without
 from tests.support.sheet_face import SheetFace
 
 
+@pytest.mark.slow
 def test_an_opening_is_cut_between_the_lids(shut_face: SheetFace) -> None:
     mesh, points = shut_face.mesh, shut_face.points
     opened = open_eyes(mesh, points)
@@ -27,6 +29,7 @@ def test_an_opening_is_cut_between_the_lids(shut_face: SheetFace) -> None:
     assert counts.max() == 2
 
 
+@pytest.mark.slow
 def test_eyes_with_eyeballs_or_sockets_and_closed_lids_are_left_unchanged(shut_face: SheetFace) -> None:
     for mesh in (head_without(), head_without(*EYEBALLS)):
         assert open_eyes(mesh, default_points()) is mesh

@@ -18,6 +18,7 @@ def open_edges(mesh: Mesh) -> int:
     return int((counts == 1).sum())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("inside_out", [False, True])
 def test_the_cavity_joins_the_rim_with_the_same_winding(inside_out: bool) -> None:
     mesh = head_without(*MOUTH, *EYEBALLS)

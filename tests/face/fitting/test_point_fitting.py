@@ -51,6 +51,7 @@ def test_points_are_fitted_close_to_the_true_ones(noise: float) -> None:
     assert result.lid_edges >= 3
 
 
+@pytest.mark.slow
 def test_each_inner_lip_point_is_on_its_own_lip() -> None:
     mesh, points = head()[0], fitted(0.05)[0].points
     surface = SurfaceGraph(mesh.vertices, mesh.triangles)
@@ -64,12 +65,14 @@ def test_each_inner_lip_point_is_on_its_own_lip() -> None:
         assert to_lower[1] < to_upper[1]
 
 
+@pytest.mark.slow
 def test_pupils_are_predicted_without_eyeballs() -> None:
     result, truth = fitted(groups=("skin", "mouth"))
     assert result.eyeballs == 0
     assert np.linalg.norm(result.points - truth, axis=1)[PUPILS].max() < 0.4
 
 
+@pytest.mark.slow
 def test_an_inside_out_mesh_gives_the_same_points() -> None:
     mesh, truth, prior = head()
     observed = prior.mean_observed.copy()
@@ -79,6 +82,7 @@ def test_an_inside_out_mesh_gives_the_same_points() -> None:
     np.testing.assert_allclose(points, fitted()[0].points, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_pupils_lie_between_the_lids_on_their_eyeballs() -> None:
     mesh, truth, _ = head()
     points = fitted()[0].points

@@ -1,6 +1,7 @@
 """The default head's teeth, put into the head they come from, lie where they were; elsewhere the lips hide them."""
 
 import numpy as np
+import pytest
 
 from conf.face.control_points import control_point_indices
 from conf.face.default_head import DEFAULT_HEAD, default_points
@@ -12,6 +13,7 @@ from tests.support.modified_heads import MOUTH, head_without
 from tests.support.sheet_face import SheetFace
 
 
+@pytest.mark.slow
 def test_the_teeth_lie_where_the_originals_were() -> None:
     head, mesh = load_mesh(DEFAULT_HEAD), head_without(*MOUTH)
     for outwards in (True, False):

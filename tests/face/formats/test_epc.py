@@ -21,6 +21,7 @@ def expressions(names: tuple[str, ...], seed: int = 0) -> ExpressionSet:
     return ExpressionSet(names, displacements.round(1).astype(np.float32))
 
 
+@pytest.mark.slow
 @same_folder
 @given(names=st.lists(st.text(max_size=MAX_NAME).filter(is_name), min_size=1, max_size=4, unique=True))
 def test_expressions_are_read_back(tmp_path: Path, names: list[str]) -> None:

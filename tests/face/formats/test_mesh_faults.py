@@ -415,6 +415,7 @@ def test_the_default_head_has_no_notes_and_one_texture() -> None:
     assert mesh.notes == () and mesh.materials == () and mesh.texture == DEFAULT_HEAD.with_name("skin.webp")
 
 
+@pytest.mark.slow
 def test_the_default_head_with_objects_instead_of_groups_has_the_same_parts(tmp_path: Path) -> None:
     lines = DEFAULT_HEAD.read_text().splitlines()
     text = "\n".join(f"o {line[2:]}_Mesh.001" if line.startswith("g ") else line for line in lines)

@@ -39,6 +39,7 @@ def test_coinciding_vertices_of_different_triangles_are_joined() -> None:
     )
 
 
+@pytest.mark.slow
 def test_repeated_vertices_do_not_change_distances(face: SheetFace) -> None:
     whole = SurfaceGraph(face.mesh.vertices, face.mesh.triangles).distances(np.array([500]), limit=9.0)
     loose = SurfaceGraph(*split_corners(face.mesh.vertices, face.mesh.triangles))

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from conf.face.head_pose import HeadPose
 from conf.face.portrait import contours
@@ -34,6 +35,7 @@ def test_the_background_has_no_triangles() -> None:
     assert np.abs(used[:, 0]).max() < 0.62
 
 
+@pytest.mark.slow
 def test_no_triangle_has_corners_on_both_lips_and_elsewhere() -> None:
     for tilt in np.linspace(-0.4, 0.4, 9):
         pose = HeadPose(np.array([0.0, 0.0, tilt]), POSE.position, POSE.log_scale)

@@ -31,6 +31,7 @@ def all_shapes() -> np.ndarray:
     return np.stack([load_arkit_shapes()[name] for name in SHAPES])
 
 
+@pytest.mark.slow
 def test_every_sculpted_shape_has_weight_1_of_itself() -> None:
     shapes = all_shapes()
     weights = solve_arkit_weights(shapes)
@@ -49,6 +50,7 @@ def test_a_mixture_has_its_weights() -> None:
     np.testing.assert_allclose(weights, mixed, atol=0.04)
 
 
+@pytest.mark.slow
 @given(factor=st.floats(-3, 3), shape=st.integers(0, 51))
 def test_weights_are_between_0_and_1_for_any_motion(factor: float, shape: int) -> None:
     weights = solve_arkit_weights(factor * all_shapes()[shape][None])

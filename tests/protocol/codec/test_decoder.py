@@ -53,6 +53,7 @@ def test_no_loss_makes_a_frame_wrong(profile: Profile, lost: set[int], acks_lost
             acknowledged += [(number + delay, frame.frame_number) for frame in decoded]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES)
 @pytest.mark.parametrize("stride", [1, 3])
 def test_frames_are_those_of_the_independent_decoder(profile: Profile, stride: int) -> None:
@@ -118,6 +119,7 @@ CALLS = {
 }
 
 
+@pytest.mark.slow
 @given(st.sampled_from(sorted(CALLS)), st.integers(0, 9), st.data())
 def test_mutations_and_truncations_give_frames_or_protocol_error(
     profile: str, position: int, data: st.DataObject

@@ -59,6 +59,7 @@ def test_payloads_do_not_change(
     assert hashlib.sha256(b"|".join(payloads)).hexdigest()[:16] == digest
 
 
+@pytest.mark.slow
 def test_acknowledged_frames_make_later_ones_smaller() -> None:
     sizes = {}
     for delay in (2, 8, 0):

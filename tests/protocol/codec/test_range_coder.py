@@ -37,6 +37,7 @@ def information(message: Message) -> float:
     return -sum(log2((table[symbol + 1] - table[symbol]) / TOTAL) for table, symbol in message) / 8
 
 
+@pytest.mark.slow
 @given(messages())
 def test_symbols_are_read_as_they_were_written(message: Message) -> None:
     decoder = RangeDecoder(encoded(message))
@@ -44,6 +45,7 @@ def test_symbols_are_read_as_they_were_written(message: Message) -> None:
     decoder.finish()
 
 
+@pytest.mark.slow
 @given(messages())
 def test_the_independent_decoder_reads_the_symbols(message: Message) -> None:
     payload = encoded(message)
@@ -84,6 +86,7 @@ def test_at_most_a_byte_more_than_the_information(message: Message) -> None:
     assert len(encoded(message)) <= information(message) + 1.001
 
 
+@pytest.mark.slow
 @given(messages(), st.binary(min_size=1, max_size=3))
 def test_a_padded_payload_is_rejected(message: Message, more: bytes) -> None:
     decoder = RangeDecoder(encoded(message) + more)
@@ -93,6 +96,7 @@ def test_a_padded_payload_is_rejected(message: Message, more: bytes) -> None:
         decoder.finish()
 
 
+@pytest.mark.slow
 @given(st.binary(max_size=12), messages())
 def test_any_bytes_give_symbols_or_protocol_error(data: bytes, message: Message) -> None:
     decoder = RangeDecoder(data)

@@ -33,6 +33,7 @@ def independent_inverse(
     return READER.motion("live", 1)
 
 
+@pytest.mark.slow
 @given(VALUES, CHANGES, st.booleans(), RESIDUALS)
 @example(SMALL_ROTATION, [0] * COUNT, False, {3: (1, 2, 3)})
 @example(ZERO, [1] * COUNT, False, {})

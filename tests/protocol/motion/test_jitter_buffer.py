@@ -280,5 +280,5 @@ class Playout(RuleBasedStateMachine):
         assert self.buffer.playout_delay_s <= MAX_DELAY_S
 
 
-TestPlayout = Playout.TestCase
+TestPlayout = pytest.mark.slow(Playout.TestCase)
 TestPlayout.settings = settings(max_examples=30, stateful_step_count=40)

@@ -210,6 +210,7 @@ def test_a_new_session_starts_from_nothing() -> None:
     assert [o.body for o in sent] == [o.body for o in run(OutboundMotion(PARAMETERS, profile=RICH), stamps)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fps", [7, 10, 12.5, 25, 30])
 def test_frame_numbers_rise_whatever_the_source_gives(fps: float) -> None:
     sent = run(OutboundMotion(PARAMETERS), [i / fps for i in range(100)])

@@ -29,6 +29,7 @@ def exhaust_startup(budget: ChunkBudget) -> float:
     return now + 100.0
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.booleans())
 def test_motion_never_waits_longer_than_a_frame_for_chunks(seed: int, piggyback: bool) -> None:
     """A link of 16 kbit/s whose queue is simulated with the chunks and without."""

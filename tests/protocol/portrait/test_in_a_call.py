@@ -35,6 +35,7 @@ def run(seconds: float, rate: RateOptions, objects: ObjectSender | None) -> Loop
     return call
 
 
+@pytest.mark.slow
 def test_the_portrait_arrives_complete_within_seconds_and_costs_no_frame() -> None:
     objects = portrait()
     call = run(6.0, RateOptions("live"), objects)

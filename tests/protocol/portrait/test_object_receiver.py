@@ -1,3 +1,4 @@
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -46,6 +47,7 @@ def test_contradictions_and_junk_are_rejected_and_counted() -> None:
     assert receiver.receive_chunk(chunk(3, 1)) is not None
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(st.integers(0, 65535), st.integers(0, 150)), max_size=300))
 def test_memory_is_bounded(chunks: list[tuple[int, int]]) -> None:
     receiver = ObjectReceiver()

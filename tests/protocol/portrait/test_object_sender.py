@@ -66,6 +66,7 @@ def indices(sender: ObjectSender, now: float, budget: ChunkBudget) -> list[int]:
     return found
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.floats(0, 0.5), st.lists(st.integers(1, 900), min_size=1, max_size=5))
 def test_everything_arrives_once_and_complete_whatever_is_lost(seed: int, loss: float, sizes: list[int]) -> None:
     generator = random.Random(seed)

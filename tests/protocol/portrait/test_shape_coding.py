@@ -27,6 +27,7 @@ def face(noise: int) -> tuple[Steps, Steps, Steps]:
     return points, neutral, rng.integers(0, 256, (40, 2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0, 3, 30, 2000])
 def test_both_decoders_read_the_shape_that_was_written(noise: int) -> None:
     sent = face(noise)

@@ -183,6 +183,7 @@ def test_an_outage_shorter_than_the_idle_time_keeps_a_session() -> None:
     assert not any(isinstance(e, SessionEnded) and e.reason is LossReason.IDLE for e in world.events())
 
 
+@pytest.mark.slow
 def test_a_false_receiver_gets_at_most_three_proofs_a_minute() -> None:
     """It refuses or ignores each proof in order to get another guess."""
     for refusal in (None, Refusal.BUSY, Refusal.LOCKED):

@@ -30,6 +30,7 @@ def test_another_code_or_attempt_gives_other_secrets(code: str, attempt: bytes) 
     assert not {*astuple(ours)} & {*astuple(theirs)}
 
 
+@pytest.mark.slow
 @given(st.binary(min_size=32, max_size=32))
 def test_any_32_bytes_are_a_share_or_a_counted_error(share: bytes) -> None:
     try:

@@ -56,6 +56,7 @@ def test_no_answer_is_larger_than_its_request() -> None:
     assert 5 + size[Kind.UNKNOWN] + 4 <= 14
 
 
+@pytest.mark.slow
 def test_a_hello_without_a_cookie_leaves_no_state() -> None:
     side = responder()
     for name in range(100):
@@ -85,6 +86,7 @@ def test_a_wrong_code_is_counted_once_and_reported() -> None:
     assert side.limit.tries_left(1.0) == 4
 
 
+@pytest.mark.slow
 def test_after_five_wrong_codes_no_proof_is_checked_for_the_rest_of_the_minute() -> None:
     side = responder()
     callers = [Caller(side, name, WRONG if name < 6 else CODE) for name in range(7)]
@@ -98,6 +100,7 @@ def test_after_five_wrong_codes_no_proof_is_checked_for_the_rest_of_the_minute()
     assert right.confirm(right.hello_twice(60.0), 60.0)[0].kind is Kind.DONE
 
 
+@pytest.mark.slow
 def test_curve_work_is_rate_limited() -> None:
     side = responder()
     kinds = [Caller(side, n, address=(f"host{n}", 1)).hello_twice(0.0).kind for n in range(20)]
@@ -140,6 +143,7 @@ def test_another_share_or_address_with_a_known_attempt_changes_nothing() -> None
     assert caller.hello(0.0) == answer
 
 
+@pytest.mark.slow
 def test_cookies_are_rate_limited() -> None:
     side, answered = responder(), 0
     for name in range(2 * int(RETRIES_PER_SECOND)):

@@ -102,6 +102,7 @@ def test_a_copy_of_a_datagram_does_not_move_the_session_again(world: World) -> N
     assert world.receiver.sessions[session_of(world)].address == SENDER
 
 
+@pytest.mark.slow
 def test_several_senders_each_have_their_own_session() -> None:
     world = World()
     addresses = [("198.51.100.7", 40000 + n) for n in range(9)]

@@ -36,6 +36,7 @@ def test_updates_that_arrive_before_their_photo_are_applied_to_it() -> None:
     np.testing.assert_allclose(points[0], neutral[0], atol=0.011)
 
 
+@pytest.mark.slow
 def test_a_new_photo_removes_the_patches_of_the_old_one() -> None:
     store = PortraitStore()
     for received in (make_photo(1), make_patch(photo_number=1), make_photo(2)):

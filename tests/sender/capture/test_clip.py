@@ -68,6 +68,7 @@ def test_interlaced_clips_are_deinterlaced(tmp_path: Path) -> None:
     assert np.ptp(lefts) <= 1
 
 
+@pytest.mark.slow
 def test_pixels_are_made_square(tmp_path: Path) -> None:
     frames = read_all(write_clip(tmp_path / "wide.mp4", TIMES, aspect=Fraction(2, 1)))
     assert frames[0].pixels.shape == (SIZE[1], 2 * SIZE[0], 3)
@@ -76,6 +77,7 @@ def test_pixels_are_made_square(tmp_path: Path) -> None:
     assert frames[0].pixels.shape == (2 * SIZE[1], SIZE[0], 3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("codec", "pix_fmt"),
     [
@@ -196,6 +198,7 @@ def test_the_sound_track_is_read_beside_the_picture(tmp_path: Path) -> None:
     assert list(read_sound(write_clip(tmp_path / "silent.mp4", TIMES[:3]))) == []
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(data=st.data())
 def test_damaged_clips_give_frames_or_one_error(plain: Path, data: st.DataObject) -> None:

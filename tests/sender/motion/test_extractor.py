@@ -103,6 +103,7 @@ def test_a_blink_of_two_frames_shuts_the_eye_of_any_face(canonical: CanonicalFac
     assert abs(motion.displacements[control_point_indices("eyelid"), 1]).max() < 60  # open again at once
 
 
+@pytest.mark.slow
 def test_blinks_teach_the_gap_of_shut_lids(canonical: CanonicalFace) -> None:
     extractor = MotionExtractor(canonical, SIZE)
     now = calibrate(extractor, canonical)

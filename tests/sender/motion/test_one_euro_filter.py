@@ -29,6 +29,7 @@ class ReferenceFilter:
         return self.value
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.tuples(st.floats(-10, 10), st.floats(0.005, 0.45)), min_size=2, max_size=30),
     st.floats(0.1, 10),

@@ -70,6 +70,7 @@ def test_the_background_is_blurred_and_the_face_is_not() -> None:
     np.testing.assert_allclose(softened[nose], pixels[nose], atol=1)
 
 
+@pytest.mark.slow
 def test_a_frame_keeps_to_its_bytes_and_more_bytes_give_a_better_image() -> None:
     noisy = draw_person().astype(float) + np.random.default_rng(0).normal(0, 12, (240, 320, 3))
     pixels = np.clip(noisy, 0, 255).astype(np.uint8)

@@ -31,6 +31,7 @@ class Camera:
         return self.detector.changed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tint", [(0.7, 0.7, 0.7), (0.65, 0.9, 1.1)])
 def test_other_light_counts_once_most_samples_show_it(tint: tuple[float, float, float]) -> None:
     camera = Camera()
@@ -39,10 +40,12 @@ def test_other_light_counts_once_most_samples_show_it(tint: tuple[float, float, 
     assert camera.sample(LIGHT_SAMPLES // 2 + 1, tint)
 
 
+@pytest.mark.slow
 def test_slightly_less_light_does_not_count() -> None:
     assert not Camera().sample(4 * LIGHT_SAMPLES, (0.93, 0.93, 0.93))
 
 
+@pytest.mark.slow
 def test_flickering_light_does_not_count() -> None:
     camera = Camera()
     assert not any(camera.sample(2, DARK) or camera.sample(2) for _ in range(10))

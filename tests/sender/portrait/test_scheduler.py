@@ -71,6 +71,7 @@ def test_a_draft_is_followed_by_one_photo_in_full_quality() -> None:
     assert [type(received) for received in call.received] == [Photo, Photo]
 
 
+@pytest.mark.slow
 def test_each_photo_is_encoded_once(monkeypatch: pytest.MonkeyPatch) -> None:
     encoded = []
 
@@ -113,6 +114,7 @@ def test_flickering_light_gives_no_new_photo() -> None:
     assert call.count(Photo) == 2
 
 
+@pytest.mark.slow
 def test_a_new_mouth_shape_gets_one_patch() -> None:
     call = Call()
     call.run(3.0)
@@ -123,6 +125,7 @@ def test_a_new_mouth_shape_gets_one_patch() -> None:
     assert [(patch.region, patch.slot) for patch in patches] == [(0, 0)]
 
 
+@pytest.mark.slow
 def test_a_neutral_pose_that_drifts_is_sent_again() -> None:
     call = Call()
     call.run(3.0)

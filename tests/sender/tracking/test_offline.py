@@ -8,6 +8,7 @@ from conf.sender.tracking.offline import EVEN_S, MAX_FPS, to_even_rate, track_cl
 from tests.support.short_clips import SHORT
 
 
+@pytest.mark.slow
 def test_every_frame_is_tracked_and_progress_is_reported(short_clip: Path) -> None:
     done: list[tuple[int, int]] = []
     tracked = list(track_clip(short_clip, lambda *counts: done.append(counts)))

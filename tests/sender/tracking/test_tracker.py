@@ -68,6 +68,7 @@ def test_the_tracked_face_is_followed_although_a_larger_one_appears(
     assert fresh.landmarks[:, 0].min() > width  # a new tracker follows the larger face
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_blendshapes_have_an_age(models: Path, carphone: list[NDArray[np.uint8]], backend: Backend) -> None:
     tracker = FaceTracker(models, backend=backend)

@@ -2,9 +2,12 @@
 
 import random
 
+import pytest
+
 from tools.network.fuzz_wire import LiveCall, datagrams, fuzz
 
 
+@pytest.mark.slow
 def test_unsealed_datagrams_do_not_change_a_call() -> None:
     result = fuzz(2000, seed=7)
     assert result["datagrams"] > 2000

@@ -1,3 +1,5 @@
+import pytest
+
 from conf.animator.gui.layout import REFERENCE_ASPECT
 from conf.animator.gui.panels.reference_face import IMAGE_WIDTH, ReferenceFace, reference_clip_matrix
 from conf.animator.picking import Rect
@@ -7,6 +9,7 @@ from conf.face.deformation.face_model import FaceModel
 from tests.support.imgui_stage import Stage
 
 
+@pytest.mark.slow
 def test_every_point_is_inside_the_image_and_a_click_selects_it(stage: Stage, head: FaceModel) -> None:
     reference = ReferenceFace(stage.window.ctx, head, REFERENCE_ASPECT)
     rect = Rect(20, 100, 300, 300 * REFERENCE_ASPECT)
