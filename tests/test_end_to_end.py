@@ -4,6 +4,7 @@ import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -20,7 +21,8 @@ from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.tracker import FaceTracker
 
 CODE = "amber-canoe-tiger-7"
-CALL_S = 6.0
+CALL_LENGTHS_S = 6.0, 20.0, 60.0
+ENOUGH_FRAMES = 20  # tracked; a loaded machine drops frames before tracking and needs a longer call
 ENVIRONMENT = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
 
 pytestmark = pytest.mark.slow
@@ -33,26 +35,49 @@ def conf(*arguments: object) -> list[str]:
 def call(
     clip: Path, film: Path, *, listen: str, prefixes: tuple[list[str], list[str]] = ([], [])
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Make a call and return the --json figures of receiver and sender; prefixes precede their commands."""
-    options = ("--headless", film, "--seconds", CALL_S + 4, "--json")
-    command = prefixes[0] + conf("receive", "--listen", listen, "--code", CODE, *options)
+    """Make a call long enough for this machine's load and return the --json figures of receiver and sender."""
+    for seconds in CALL_LENGTHS_S:
+        received, sent = call_for(seconds, clip, film, listen=listen, prefixes=prefixes)
+        if sent["frames_tracked"] >= ENOUGH_FRAMES:
+            break
+    return received, sent
+
+
+def call_for(
+    seconds: float, clip: Path, film: Path, *, listen: str, prefixes: tuple[list[str], list[str]]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Make one call of a given length and return both sides' figures; prefixes precede their commands."""
+    command = prefixes[0] + conf("receive", "--listen", listen, "--code", CODE, "--headless", film, "--json")
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT
     ) as receiver:
-        assert receiver.stderr is not None and receiver.stdout is not None
-        address = re.search(r"listening on (\S+),", receiver.stderr.readline())
-        assert address, "the receiver prints the address it listens on"
-        source = ("--file", clip, "--loop", "--seconds", CALL_S, "--json")
-        command = prefixes[1] + conf("send", address[1], "--code", CODE, *source)
-        sender = subprocess.run(command, capture_output=True, text=True, env=ENVIRONMENT, timeout=60, check=False)
-        assert sender.returncode == 0, sender.stderr
-        output, errors = receiver.communicate(timeout=60)
-        assert receiver.returncode == 0, errors
-    return json.loads(output), json.loads(sender.stdout)
+        try:
+            assert receiver.stderr is not None and receiver.stdout is not None
+            address = re.search(r"listening on (\S+),", receiver.stderr.readline())
+            assert address, "the receiver prints the address it listens on"
+            source = ("--file", clip, "--loop", "--seconds", seconds, "--json")
+            sent = send(prefixes[1] + conf("send", address[1], "--code", CODE, *source))
+            receiver.send_signal(signal.SIGINT)  # a user's Ctrl-C; the figures are printed and the recording kept
+            output, errors = receiver.communicate(timeout=60)
+            assert receiver.returncode == 0, errors
+        finally:
+            receiver.kill()
+    return json.loads(output), sent
+
+
+def send(command: list[str]) -> dict[str, Any]:
+    """Run a sender and return its figures; try again while the receiver is still loading on a loaded machine."""
+    for _ in range(4):
+        sender = subprocess.run(command, capture_output=True, text=True, env=ENVIRONMENT, timeout=180, check=False)
+        if "nobody answered" not in sender.stderr:
+            break
+    assert sender.returncode == 0, sender.stderr
+    figures: dict[str, Any] = json.loads(sender.stdout)
+    return figures
 
 
 def check(received: dict[str, Any], sent: dict[str, Any], film: Path) -> None:
-    assert sent["frames_tracked"] > CALL_S * 15 * 0.2  # a busy machine drops frames before tracking
+    assert sent["frames_tracked"] >= ENOUGH_FRAMES
     assert sent["frames_sent"] > sent["frames_tracked"] * 0.6
     assert received["frames_received"] >= sent["frames_sent"] - 2
     assert received["frames_lost"] == 0

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from conf.commands import Terminal
 from conf.commands.arguments import add_json, add_listen, add_seconds, pairing_code
+from conf.commands.interruption import until_interrupted
 
 if TYPE_CHECKING:
     from conf.protocol.statistics import TrafficSnapshot
@@ -54,7 +55,8 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
     with UdpSocket.bind(*options.listen) as socket:
         terminal.write(f"listening on {format_address(socket.address)}, code {code}")
         receive_options = ReceiveOptions(options.headless, None, options.seconds, on_event=terminal.write)
-        traffic = receive(socket, code, receive_options, face=options.face)
+        with until_interrupted() as should_continue:
+            traffic = receive(socket, code, receive_options, face=options.face, should_continue=should_continue)
     terminal.print_figures("the call", traffic)
 
 

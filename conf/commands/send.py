@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from conf.commands import Terminal
 from conf.commands.arguments import add_json, add_seconds, address, pairing_code, positive_number
+from conf.commands.interruption import until_interrupted
 from conf.errors import ConfError
 
 if TYPE_CHECKING:
@@ -129,7 +130,9 @@ def send(
         session = SenderSession(code, socket.remote, os.urandom, now)
         rate = RateOptions(options.profile, options.kbps, options.portrait_kbps)
         connection = SenderConnection(session, parameters, now, rate=rate, portrait=object_sender)
-        return SenderLoop(source, connection, socket).run(seconds=options.seconds, on_status=on_status)
+        loop = SenderLoop(source, connection, socket)
+        with until_interrupted() as should_continue:
+            return loop.run(seconds=options.seconds, on_status=on_status, should_continue=should_continue)
 
 
 @contextmanager

@@ -71,9 +71,10 @@ class SenderLoop:
         *,
         seconds: float | None = None,
         on_status: Callable[[SenderStatus], None] | None = None,
+        should_continue: Callable[[], bool] = lambda: True,
         clock: Callable[[], float] = time.monotonic,
     ) -> SenderStatus:
-        """Send until the source ends, or for `seconds`.
+        """Send until the source ends, for `seconds`, or until `should_continue` returns False.
 
         Failures of the network are survived for 10 s, of the camera for 5 s, once each has worked.
         Raises CameraError when the camera stops for good, NetworkError when nothing can be sent, nobody answers or the
@@ -83,7 +84,7 @@ class SenderLoop:
         if seconds is not None:
             self._end = clock() + seconds
         try:
-            while (wait := self.step(clock())) is not None:
+            while should_continue() and (wait := self.step(clock())) is not None:
                 if wait:
                     self._socket.wait(wait)
         finally:

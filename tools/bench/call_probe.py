@@ -111,6 +111,7 @@ class WatchedSendingLoop(SenderLoop):
         *,
         seconds: float | None = None,
         on_status: Callable[[SenderStatus], None] | None = None,
+        should_continue: Callable[[], bool] = lambda: True,
         clock: Callable[[], float] = time.monotonic,
     ) -> SenderStatus:
         """Send, logging from now on."""
@@ -134,7 +135,7 @@ class WatchedSendingLoop(SenderLoop):
 
         self._socket.send = send  # type: ignore[method-assign]
         self._source.motion = motion  # type: ignore[method-assign]
-        return super().run(seconds=seconds, on_status=on_status, clock=clock)
+        return super().run(seconds=seconds, on_status=on_status, should_continue=should_continue, clock=clock)
 
     def _send(self, timestamp: float, motion: MotionFrame | None) -> None:
         self.frames = [*getattr(self, "frames", []), (self.captured_at, timestamp)]
