@@ -2,7 +2,8 @@
 
 Strategy. A report names the highest counter received and how long ago that was. The counter is the echo: the sender
 knows when it sent it, so that no datagram carries a time. Losses are counted since the start, so that a lost report
-loses nothing. The report lists missing counters instead of received ones, as they are fewer.
+loses nothing; `reception_statistics` counts them. The report lists missing counters instead of received ones, as they
+are fewer.
 Source: RFC 3550, 6.4 (reports, round trip); RFC 6298 (smoothing).
 """
 
@@ -12,10 +13,8 @@ from dataclasses import astuple, dataclass
 import msgpack
 
 from conf.errors import ProtocolError
-from conf.protocol.session.replay_window import WINDOW, ReplayWindow
-from conf.protocol.statistics import InterarrivalJitter
+from conf.protocol.session.replay_window import WINDOW
 
-REPORT_INTERVAL_S = 0.5
 MILLISECOND = 1e-3
 MAX_MILLISECONDS = 0xFFFF
 # The largest value of each field on the wire.
@@ -70,54 +69,6 @@ def decode_report(data: bytes) -> Report:
     return report
 
 
-class ReceptionStats:
-    """Record the datagrams of one session and make reports of them."""
-
-    def __init__(self) -> None:
-        self.jitter = InterarrivalJitter()
-        self._window = ReplayWindow()
-        self._count = 0
-        self._newest = -1
-        self._highest_received_at = 0.0
-        self._due = float("-inf")
-
-    def add(self, counter: int, now: float, *, timestamp: float | None = None, decodable: bool = True) -> None:
-        """Record an authenticated datagram.
-
-        timestamp : of its newest frame, seconds on the sender's clock
-        decodable : whether its body could be used; one that could not is neither lost nor acknowledged
-        """
-        self._count += 1
-        self._newest = max(self._newest, counter)
-        if not decodable:
-            return
-        if counter > self._window.highest:
-            self._highest_received_at = now
-        self._window.accept(counter)
-        if timestamp is not None:
-            self.jitter.add(timestamp, now)
-
-    @property
-    def lost(self) -> int:
-        """Datagrams lost since the start."""
-        return self._newest + 1 - self._count
-
-    def report(self, now: float) -> Report | None:
-        """Return a report if one is due: every half second after the first datagram."""
-        highest = self._window.highest
-        if now < self._due or highest < 0:
-            return None
-        self._due = now + REPORT_INTERVAL_S
-        covered = min(highest, WINDOW - 1)
-        return Report(
-            highest=highest,
-            missing=~(self._window.received >> 1) & ((1 << covered) - 1),
-            lost=min(self.lost, highest),
-            jitter_ms=_milliseconds(self.jitter.seconds),
-            ack_delay_ms=_milliseconds(now - self._highest_received_at),
-        )
-
-
 class RoundTripEstimator:
     """The round trip time, from reports.
 
@@ -160,7 +111,3 @@ class RoundTripEstimator:
         """The median of the last five round trips minus the shortest: the delay in queues."""
         recent = sorted(sample for _, sample in list(self._samples)[-self.QUEUEING_SAMPLES :])
         return recent[len(recent) // 2] - (self.min_rtt_s or 0.0) if recent else 0.0
-
-
-def _milliseconds(seconds: float) -> int:
-    return min(MAX_MILLISECONDS, max(0, round(seconds / MILLISECOND)))

@@ -5,9 +5,9 @@ from collections import deque
 from conf.errors import ProtocolError
 from conf.protocol import messages
 from conf.protocol.codec.reference_frames import MissingReferenceError
-from conf.protocol.feedback import ReceptionStats
 from conf.protocol.motion.inbound import InboundMotion
 from conf.protocol.portrait.object_receiver import ObjectReceiver
+from conf.protocol.reception_statistics import ReceptionStatistics
 from conf.protocol.statistics import RateWindow, TrafficSnapshot, raw_frame_bytes
 from conf.protocol.wire import decode_body, encode_body
 
@@ -35,7 +35,7 @@ class ReceiveLeg:
         self.round_trip_ms: float | None = None
         self.ended = False
         self._object_receiver = ObjectReceiver(receiver_id)
-        self._reception = ReceptionStats()
+        self._reception = ReceptionStatistics()
         self._last_received: float | None = None
         self._refresh_needed = False
         self._reported_at = float("-inf")
