@@ -254,5 +254,5 @@ def test_counters_are_sent_short_once_the_receiver_has_acknowledged_them() -> No
     sender = world.call()
     world.run(15)
     newest = [data for _, source, _, data in world.traffic if source == sender.address][-1]
-    assert sender.session._active is not None and sender.session._active.sealer.counter > 150
+    assert sender.session._active is not None and sender.session._active.sealing_key.counter > 150
     assert newest[3] < 0x80

@@ -132,7 +132,7 @@ def fuzz(count: int) -> dict[str, float]:
         receiver.receive_datagram(sealed.datagram, SENDER, 0.0)
     drain(receiver)
     originals, rng = set(datagrams), random.Random(2)
-    sessions = {number: vars(peer.opener.window).copy() for number, peer in receiver.sessions.items()}
+    sessions = {number: vars(peer.opening_key.window).copy() for number, peer in receiver.sessions.items()}
     tracemalloc.start()
     before, done, start = tracemalloc.get_traced_memory()[0], 0, time.perf_counter()
     while done < count:
@@ -147,7 +147,7 @@ def fuzz(count: int) -> dict[str, float]:
         if drain(receiver) or drain(sender):
             sys.exit(f"the datagram caused an event: {data.hex()}")
     seconds, growth = time.perf_counter() - start, tracemalloc.get_traced_memory()[0] - before
-    if sessions != {number: vars(peer.opener.window) for number, peer in receiver.sessions.items()}:
+    if sessions != {number: vars(peer.opening_key.window) for number, peer in receiver.sessions.items()}:
         sys.exit("the state of a session has changed")
     dropped = {str(reason): number for reason, number in sorted(receiver.dropped.items())}
     return {"datagrams": done, "seconds": round(seconds, 1), "memory_growth_bytes": growth, **dropped}

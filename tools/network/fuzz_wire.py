@@ -82,7 +82,7 @@ class LiveCall:
             for number, leg in self.host.streams.items()
         ]
         peers = [
-            (number, peer.address, peer.last_received, peer.opener.window.highest, peer.sealer.counter)
+            (number, peer.address, peer.last_received, peer.opening_key.window.highest, peer.sealing_key.counter)
             for number, peer in self.host._sessions.sessions.items()
         ]
         return (*legs, *peers, self.caller._session.session, self.caller.status(self.now))

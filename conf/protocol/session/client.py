@@ -51,7 +51,7 @@ class SenderSession:
     @property
     def session(self) -> int | None:
         """The number of the session, None while there is none."""
-        return self._active.sealer.session if self._active else None
+        return self._active.sealing_key.session if self._active else None
 
     def receive_datagram(self, data: bytes, address: Address, now: float) -> None:
         """Process a datagram, whatever its bytes: at worst it is counted in `dropped`."""
@@ -77,7 +77,7 @@ class SenderSession:
     def acknowledge(self, counter: int) -> None:
         """Note that the receiver has received our `counter`: counters need only one byte then."""
         if self._active:
-            self._active.sealer.acknowledge(counter)
+            self._active.sealing_key.acknowledge(counter)
 
     def datagrams_to_send(self, now: float) -> list[tuple[bytes, Address]]:
         """Return the datagrams of the handshake that are due."""
@@ -106,7 +106,7 @@ class SenderSession:
         active = self._active
         if active is None or packet.session != self.session:
             raise DatagramError(DropReason.UNKNOWN_SESSION)
-        counter, body = active.opener.open(packet)
+        counter, body = active.opening_key.open(packet)
         active.last_received = now
         if self._initiator and self._initiator.secrets is None:
             self._initiator = None
@@ -160,5 +160,5 @@ class SenderSession:
 
     def _end(self, reason: LossReason) -> None:
         assert self._active
-        self._events.append(events.SessionEnded(self._active.sealer.session, reason))
+        self._events.append(events.SessionEnded(self._active.sealing_key.session, reason))
         self._active = None

@@ -2,8 +2,9 @@
 
 Strategy. A counter identifies a datagram of a session and is never used twice. It also selects the key: the epoch is
 counter // EPOCH_LENGTH. Each epoch's key is derived from the one before by a one-way step, so that a key change needs
-no message and an old key cannot be computed from a newer one. The opener has the keys of three epochs: the previous,
-the current and the next. It advances only by an authentic datagram, so that junk never causes a key derivation.
+no message and an old key cannot be computed from a newer one. An OpeningKey holds the keys of three epochs: the
+previous, the current and the next. It advances only by an authentic datagram, so that junk never causes a key
+derivation.
 
 nonce (13 B) = the epoch's salt (5 B) and the counter (8 B, big-endian); associated data = the header as sent.
 """
@@ -56,8 +57,8 @@ class KeyChain:
         return EpochKey(AESCCM(material[:KEY_BYTES], tag_length=TAG_BYTES), material[KEY_BYTES:-SECRET_BYTES])
 
 
-class Sealer:
-    """Seal bodies with rising counters.
+class SealingKey:
+    """Seal bodies with rising counters: an AEAD key bound to its nonces, as in the library ring.
 
     counter : of the next datagram
     acknowledged : the newest counter the peer is known to have received, -1 if none; shortens the counters on the wire
@@ -91,8 +92,8 @@ class Sealer:
             self.acknowledged = counter
 
 
-class Opener:
-    """Open each sealed datagram once."""
+class OpeningKey:
+    """Open each sealed datagram once: the peer's half of a SealingKey, with the window against replays."""
 
     def __init__(self, secret: bytes, *, epoch_length: int = EPOCH_LENGTH) -> None:
         self.window = ReplayWindow()
@@ -140,12 +141,12 @@ class ActiveSession:
     def __init__(
         self, number: int, secrets: tuple[bytes, bytes], address: Address, now: float, *, epoch_length: int
     ) -> None:
-        self.sealer = Sealer(number, secrets[0], epoch_length=epoch_length)
-        self.opener = Opener(secrets[1], epoch_length=epoch_length)
+        self.sealing_key = SealingKey(number, secrets[0], epoch_length=epoch_length)
+        self.opening_key = OpeningKey(secrets[1], epoch_length=epoch_length)
         self.address = address
         self.last_received = now
 
     def seal(self, body: bytes) -> SealedDatagram:
-        """Return the datagram that carries `body` to the peer. Raises as Sealer.seal."""
-        counter = self.sealer.counter
-        return SealedDatagram(self.sealer.seal(body), self.address, counter)
+        """Return the datagram that carries `body` to the peer. Raises as SealingKey.seal."""
+        counter = self.sealing_key.counter
+        return SealedDatagram(self.sealing_key.seal(body), self.address, counter)

@@ -92,8 +92,8 @@ class SessionServer:
             if self._unknown_replies.take(1, now):
                 self._pending.append((handshake_datagram(Kind.UNKNOWN, packet.session), address))
             raise DatagramError(DropReason.UNKNOWN_SESSION)
-        newest = peer.opener.window.highest
-        counter, body = peer.opener.open(packet)
+        newest = peer.opening_key.window.highest
+        counter, body = peer.opening_key.open(packet)
         peer.last_received = now
         if address != peer.address and counter > newest:  # a datagram that arrives late does not move the session back
             peer.address = address

@@ -231,7 +231,7 @@ def test_an_exhausted_session_is_followed_by_a_new_one() -> None:
     world = connected()
     sender = world.senders[SENDER]
     assert sender._active is not None
-    sender._active.sealer.counter = 1 << 32
+    sender._active.sealing_key.counter = 1 << 32
     assert sender.seal_body(b"motion") is None
     world.run(0.2)
     assert [type(event) for event in world.events(SENDER)] == [Connected, SessionEnded, Connected]

@@ -8,47 +8,47 @@ from hypothesis import strategies as st
 from conf.protocol.session import seal
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.packet import DataPacket, parse_datagram
-from conf.protocol.session.seal import ActiveSession, CounterExhausted, KeyChain, Opener, Sealer
+from conf.protocol.session.seal import ActiveSession, CounterExhausted, KeyChain, OpeningKey, SealingKey
 from tests.protocol.session.test_golden import hkdf_expand
 from tests.support.simulated_sessions import state
 
 SECRET = bytes(range(32))
 
 
-def open_datagram(opener: Opener, data: bytes) -> tuple[int, bytes]:
+def open_datagram(opening_key: OpeningKey, data: bytes) -> tuple[int, bytes]:
     packet = parse_datagram(data)
     assert isinstance(packet, DataPacket)
-    return opener.open(packet)
+    return opening_key.open(packet)
 
 
-def reason_of(opener: Opener, data: bytes) -> DropReason:
-    before = state(opener)
+def reason_of(opening_key: OpeningKey, data: bytes) -> DropReason:
+    before = state(opening_key)
     with pytest.raises(DatagramError) as caught:
-        open_datagram(opener, data)
-    assert state(opener) == before
+        open_datagram(opening_key, data)
+    assert state(opening_key) == before
     return caught.value.reason
 
 
 @given(st.lists(st.binary(max_size=300), max_size=20), st.integers(4, 40))
 def test_bodies_open_in_any_order_once_across_key_changes(bodies: list[bytes], epoch: int) -> None:
-    sealer, opener = Sealer(7, SECRET, epoch_length=epoch), Opener(SECRET, epoch_length=epoch)
-    datagrams = [(index, body, sealer.seal(body)) for index, body in enumerate(bodies)]
+    sealing_key, opening_key = SealingKey(7, SECRET, epoch_length=epoch), OpeningKey(SECRET, epoch_length=epoch)
+    datagrams = [(index, body, sealing_key.seal(body)) for index, body in enumerate(bodies)]
     for index, body, data in sorted(datagrams, key=lambda d: (d[0] // 4, -d[0])):  # fours, each back to front
-        assert open_datagram(opener, data) == (index, body)
+        assert open_datagram(opening_key, data) == (index, body)
     for *_, data in datagrams:
-        assert reason_of(opener, data) is DropReason.REPLAYED
+        assert reason_of(opening_key, data) is DropReason.REPLAYED
 
 
 def test_a_key_change_costs_no_byte_and_old_keys_are_dropped() -> None:
-    sealer, opener = Sealer(7, SECRET, epoch_length=4), Opener(SECRET, epoch_length=4)
+    sealing_key, opening_key = SealingKey(7, SECRET, epoch_length=4), OpeningKey(SECRET, epoch_length=4)
     datagrams = []
     for counter in range(16):
-        data = sealer.seal(b"body")
+        data = sealing_key.seal(b"body")
         datagrams.append(data)
-        sealer.acknowledge(counter)
-        assert open_datagram(opener, data) == (counter, b"body")
+        sealing_key.acknowledge(counter)
+        assert open_datagram(opening_key, data) == (counter, b"body")
     assert {len(data) for data in datagrams} == {18}
-    assert sorted(opener._keys) == [2, 3, 4]
+    assert sorted(opening_key._keys) == [2, 3, 4]
 
 
 def test_each_epoch_and_direction_has_its_own_key_and_salt() -> None:
@@ -59,58 +59,58 @@ def test_each_epoch_and_direction_has_its_own_key_and_salt() -> None:
 
 
 def test_a_counter_beyond_the_next_epoch_is_refused_before_any_work() -> None:
-    sealer, opener = Sealer(7, SECRET, epoch_length=100), Opener(SECRET, epoch_length=100)
-    datagrams = [sealer.seal(b"") for _ in range(201)]
-    assert reason_of(opener, datagrams[200]) is DropReason.COUNTER
-    assert open_datagram(opener, datagrams[150]) == (150, b"")
-    assert open_datagram(opener, datagrams[200]) == (200, b"")
+    sealing_key, opening_key = SealingKey(7, SECRET, epoch_length=100), OpeningKey(SECRET, epoch_length=100)
+    datagrams = [sealing_key.seal(b"") for _ in range(201)]
+    assert reason_of(opening_key, datagrams[200]) is DropReason.COUNTER
+    assert open_datagram(opening_key, datagrams[150]) == (150, b"")
+    assert open_datagram(opening_key, datagrams[200]) == (200, b"")
 
 
 def test_a_datagram_with_a_flipped_bit_is_dropped_and_changes_nothing() -> None:
-    opener = Opener(SECRET)
-    sealer = Sealer(7, SECRET)
-    data = [sealer.seal(b"body") for _ in range(3)][2]
+    opening_key = OpeningKey(SECRET)
+    sealing_key = SealingKey(7, SECRET)
+    data = [sealing_key.seal(b"body") for _ in range(3)][2]
     for bit in range(8 * len(data)):
         damaged = bytearray(data)
         damaged[bit // 8] ^= 1 << bit % 8
-        before = state(opener)
+        before = state(opening_key)
         with pytest.raises(DatagramError):
-            open_datagram(opener, bytes(damaged))
-        assert state(opener) == before
-    assert open_datagram(opener, data) == (2, b"body")
+            open_datagram(opening_key, bytes(damaged))
+        assert state(opening_key) == before
+    assert open_datagram(opening_key, data) == (2, b"body")
 
 
 def test_a_datagram_behind_the_window_is_too_old() -> None:
-    sealer, opener = Sealer(7, SECRET), Opener(SECRET)
-    datagrams = [sealer.seal(b"") for _ in range(300)]
-    open_datagram(opener, datagrams[299])
-    assert reason_of(opener, datagrams[200]) is DropReason.TOO_OLD
+    sealing_key, opening_key = SealingKey(7, SECRET), OpeningKey(SECRET)
+    datagrams = [sealing_key.seal(b"") for _ in range(300)]
+    open_datagram(opening_key, datagrams[299])
+    assert reason_of(opening_key, datagrams[200]) is DropReason.TOO_OLD
 
 
 def test_counters_are_used_once_and_end() -> None:
-    sealer = Sealer(7, SECRET, epoch_length=1 << 32)
-    sealer.counter = 0xFFFFFFFF
-    assert sealer.seal(b"")[:8].hex() == "940207ceffffffff"
+    sealing_key = SealingKey(7, SECRET, epoch_length=1 << 32)
+    sealing_key.counter = 0xFFFFFFFF
+    assert sealing_key.seal(b"")[:8].hex() == "940207ceffffffff"
     with pytest.raises(CounterExhausted):
-        sealer.seal(b"")
+        sealing_key.seal(b"")
 
 
 def test_a_body_too_long_uses_no_counter() -> None:
-    sealer = Sealer(7, SECRET)
+    sealing_key = SealingKey(7, SECRET)
     with pytest.raises(ValueError, match="does not fit"):
-        sealer.seal(bytes(1190))
-    assert sealer.counter == 0
+        sealing_key.seal(bytes(1190))
+    assert sealing_key.counter == 0
 
 
 def test_acknowledging_what_was_not_sent_is_ignored() -> None:
-    sealer = Sealer(7, SECRET)
+    sealing_key = SealingKey(7, SECRET)
     for _ in range(200):
-        sealer.seal(b"")
-    sealer.acknowledge(10**6)
-    assert len(sealer.seal(b"")) == 15
-    sealer.acknowledge(199)
-    sealer.acknowledge(3)
-    assert len(sealer.seal(b"")) == 14
+        sealing_key.seal(b"")
+    sealing_key.acknowledge(10**6)
+    assert len(sealing_key.seal(b"")) == 15
+    sealing_key.acknowledge(199)
+    sealing_key.acknowledge(3)
+    assert len(sealing_key.seal(b"")) == 14
 
 
 def test_nonces_are_thirteen_bytes() -> None:
@@ -137,6 +137,6 @@ def test_a_session_seals_with_one_secret_and_opens_with_the_other() -> None:
     for counter in range(2):
         sealed = ours.seal(b"body")
         assert (sealed.address, sealed.counter) == (("a", 1), counter)
-        assert open_datagram(theirs.opener, sealed.datagram) == (counter, b"body")
-    assert open_datagram(ours.opener, theirs.seal(b"reply").datagram) == (0, b"reply")
+        assert open_datagram(theirs.opening_key, sealed.datagram) == (counter, b"body")
+    assert open_datagram(ours.opening_key, theirs.seal(b"reply").datagram) == (0, b"reply")
     assert ours.last_received == 5.0
