@@ -20,6 +20,7 @@ import av
 import av.error
 import av.filter
 import av.logging
+import av.video.reformatter
 import numpy as np
 from numpy.typing import NDArray
 
@@ -134,6 +135,7 @@ class _Decoder:
         self.fps = _sane_fps(self._stream.average_rate or self._stream.guessed_rate)
         self.frame_count = self._count()
         self._graph: av.filter.Graph | None = None
+        self._reformatter = av.video.reformatter.VideoReformatter()  # one for all frames: its tables are made once
         self._next_time = 0.0
 
     def close(self) -> None:
@@ -189,7 +191,9 @@ class _Decoder:
             width = round(width * aspect)
         elif aspect < 1:
             height = round(height / aspect)
-        pixels = frame.reformat(width=width, height=height, format="bgr24").to_ndarray()
+        # Threads of its own would cost more than they save at the sizes of webcams.
+        image = self._reformatter.reformat(frame, width=width, height=height, format="bgr24", threads=1)
+        pixels = np.asarray(image.to_ndarray(), np.uint8)
         turns = round(frame.rotation / 90) % 4
         return np.ascontiguousarray(np.rot90(pixels, turns)) if turns else pixels
 
