@@ -12,6 +12,7 @@ import glob
 import math
 import re
 from collections.abc import Generator, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, Self
@@ -34,10 +35,20 @@ MAX_PIXELS = 8192 * 4608  # of a coded picture; more is refused before memory is
 MAX_ASPECT = 8.0  # a pixel aspect ratio beyond this, either way, is a fault of the file
 MAX_BAD_PACKETS = 300  # damaged packets in a row before reading ends
 SOUND_RATE = 48000
+MAX_SOUND_GAP_S = 0.05  # a longer one between two decoded blocks is a gap in the sound, not rounding
 _PATTERN_FPS = "25"
 _PATTERN = re.compile(r"%0?\d*d")
 _DECODER_OPTIONS = {"max_pixels": str(MAX_PIXELS)}
 _CLIP_ERRORS = (av.error.FFmpegError, ValueError, OSError, EOFError)  # what PyAV raises on damaged files
+
+
+@dataclass(frozen=True)
+class Round:
+    """One pass through a looped clip. start : time of its first frame, s; offset : this plus a time of the file"""
+
+    number: int
+    start: float
+    offset: float
 
 
 class Clip:
@@ -46,6 +57,7 @@ class Clip:
     fps : mean frames a second, as the container states it
     size : width and height of the frames in pixels, upright and with square pixels
     frame_count : how many frames there are, or None if the container does not say
+    round : the pass through the file that the newest frame belongs to
     """
 
     def __init__(self, name: str, *, loop: bool = False) -> None:
@@ -62,6 +74,7 @@ class Clip:
         self.frame_count = self._decoder.frame_count
         self.size: tuple[int, int] = (self._first.pixels.shape[1], self._first.pixels.shape[0])
         self._offset = -self._first.timestamp  # what is added to the file's times; grows with each round
+        self.round = Round(0, 0.0, self._offset)
         self._last: float | None = None
 
     def read(self) -> Frame | None:
@@ -112,7 +125,9 @@ class Clip:
         self._frames = self._decoder.frames()
         frame = next(self._frames, None)
         if frame is not None:
-            self._offset = self._last + 1 / self.fps - frame.timestamp
+            start = self._last + 1 / self.fps
+            self._offset = start - frame.timestamp
+            self.round = Round(self.round.number + 1, start, self._offset)
         return frame
 
 
@@ -206,7 +221,7 @@ def open_clip(path: Path | str, /, *, loop: bool = False) -> Clip:
     return Clip(str(path), loop=loop)
 
 
-def read_sound(path: Path | str, /, *, rate: int = SOUND_RATE) -> Iterator[tuple[float, NDArray[np.int16]]]:
+def read_sound(path: Path | str, /, *, rate: int = SOUND_RATE) -> Generator[tuple[float, NDArray[np.int16]]]:
     """Yield a clip's sound track in blocks: time of the first sample in seconds of the file, (n,) mono int16 samples.
 
     rate : samples a second
@@ -222,10 +237,14 @@ def read_sound(path: Path | str, /, *, rate: int = SOUND_RATE) -> Iterator[tuple
         if stream is None or stream.codec_context is None:
             return
         resampler = av.AudioResampler(format="s16", layout="mono", rate=rate)
-        at = 0.0
+        at: float | None = None
+        expected = 0.0  # time of the next decoded sample if there is no gap; the resampler holds back a few samples
         for decoded in _decode_all(container, stream):
-            if decoded is not None and decoded.time is not None:
-                at = float(decoded.time)
+            if decoded is not None:
+                stated = expected if decoded.time is None else float(decoded.time)
+                at = stated if at is None or abs(stated - expected) > MAX_SOUND_GAP_S else at
+                expected = stated + decoded.samples / (decoded.sample_rate or rate)
+            at = at or 0.0
             for block in resampler.resample(decoded):
                 samples = np.asarray(block.to_ndarray(), np.int16).reshape(-1)
                 yield at, samples

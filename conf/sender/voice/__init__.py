@@ -1,0 +1,1 @@
+"""The caller's voice: sound sources, framing on the stream clock, activity and coding."""
