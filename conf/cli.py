@@ -22,6 +22,8 @@ COMMANDS = {
     "export": export, "fit": fit, "measure": measure, "models": models, "doctor": doctor,
 }  # fmt: skip
 
+PIPE_WIDTH = 120  # columns of a table that is not printed on a terminal
+
 
 def main(arguments: list[str] | None = None) -> None:
     """Run one command and exit."""
@@ -94,27 +96,46 @@ class _Terminal:
             task = progress.add_task("writing", total=1.0)
             yield lambda fraction: progress.update(task, completed=fraction)
 
-    def print_figures(self, title: str, figures: Any, /) -> None:
+    def print_figures(self, title: str, figures: Any, table: object = None, /) -> None:
         values = asdict(figures)
         if self._json:
-            print(json.dumps({name: round(v, 3) if isinstance(v, float) else v for name, v in values.items()}))
+            print(json.dumps(_rounded(values)))
             return
-        from rich.console import Console
+        if table is not None:
+            self._print(table)
+            return
         from rich.table import Table
 
-        table = Table(title=title, show_header=False, title_justify="left")
+        rows = Table(title=title, show_header=False, title_justify="left")
         nested = [item for value in values.values() if isinstance(value, dict) for item in value.items()]
         for name, value in [*values.items(), *nested]:
             if not isinstance(value, dict):
-                table.add_row(name.replace("_", " "), f"{value:,.1f}" if isinstance(value, float) else str(value))
-        Console().print(table)
+                rows.add_row(name.replace("_", " "), f"{value:,.1f}" if isinstance(value, float) else str(value))
+        self._print(rows)
 
     def print_list(self, key: str, items: Iterable[Any], text: object, /) -> None:
         if self._json:
             print(json.dumps({key: [asdict(item) for item in items]}))
-        elif isinstance(text, str):
-            print(text)
         else:
-            from rich.console import Console
+            self._print(text)
 
-            Console().print(text)
+    def _print(self, text: object) -> None:
+        """Print a text or a rich table on stdout."""
+        if isinstance(text, str):
+            print(text)
+            return
+        from rich.console import Console
+
+        Console(width=None if sys.stdout.isatty() else PIPE_WIDTH).print(text)
+
+
+def _rounded(value: Any) -> Any:
+    """Return JSON data with its numbers rounded to three decimals."""
+    match value:
+        case float():
+            return round(value, 3)
+        case dict():
+            return {name: _rounded(item) for name, item in value.items()}
+        case list() | tuple():
+            return [_rounded(item) for item in value]
+    return value

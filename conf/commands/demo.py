@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING
 
 from conf.commands import Terminal
 from conf.commands.arguments import add_json, add_seconds
+from conf.commands.call_table import call_table
 from conf.commands.receive import ReceiveOptions, has_display, receive
 from conf.errors import ConfError
 
 if TYPE_CHECKING:
-    from conf.protocol.statistics import TrafficSnapshot
+    from conf.protocol.call_report import CallReport
 
 HELP = "a call on this machine: the sample clip over real UDP, in a window with traffic figures"
 HEADLESS_SECONDS = 20.0
@@ -25,9 +26,9 @@ LOOPBACK = "127.0.0.1"
 
 @dataclass(frozen=True)
 class DemoResult:
-    """The traffic figures of a demo, and the files that it wrote without a display."""
+    """The figures of a demo's call, and the files that it wrote without a display."""
 
-    traffic: TrafficSnapshot
+    call: CallReport
     clip: Path | None
     picture: Path | None
 
@@ -42,7 +43,7 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
     headless = options.headless or not has_display()
     seconds = options.seconds or (HEADLESS_SECONDS if headless else None)
     result = demo(seconds=seconds, headless=headless)
-    terminal.print_figures("the call", result.traffic)
+    terminal.print_figures("the call", result.call, call_table(result.call))
     if result.clip and not options.json:
         terminal.write(f"wrote {result.clip} and {result.picture}")
 
@@ -71,10 +72,10 @@ def demo(*, seconds: float | None, headless: bool) -> DemoResult:
         ) as sender:
             try:
                 receive_options = ReceiveOptions(clip, picture, seconds)
-                traffic = receive(socket, code, receive_options, should_continue=lambda: sender.poll() is None)
+                call = receive(socket, code, receive_options, should_continue=lambda: sender.poll() is None)
             finally:
                 sender.terminate()
                 _, message = sender.communicate()
-    if not traffic.frames_received:
+    if not call.frames_received:
         raise ConfError(f"no frame was received: {message.strip() or 'the sender printed no reason'}")
-    return DemoResult(traffic, clip, picture)
+    return DemoResult(call, clip, picture)

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING
 
 from conf.commands import Terminal
 from conf.commands.arguments import add_json, add_listen, add_seconds, pairing_code
+from conf.commands.call_table import call_table
 from conf.commands.interruption import until_interrupted
 
 if TYPE_CHECKING:
-    from conf.protocol.statistics import TrafficSnapshot
+    from conf.protocol.call_report import CallReport
     from conf.transport.udp import UdpSocket
 
 HELP = "accept calls and show the participants"
@@ -56,8 +57,8 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
         terminal.write(f"listening on {format_address(socket.address)}, code {code}")
         receive_options = ReceiveOptions(options.headless, None, options.seconds, on_event=terminal.write)
         with until_interrupted() as should_continue:
-            traffic = receive(socket, code, receive_options, face=options.face, should_continue=should_continue)
-    terminal.print_figures("the call", traffic)
+            report = receive(socket, code, receive_options, face=options.face, should_continue=should_continue)
+    terminal.print_figures("the call", report, call_table(report))
 
 
 def has_display() -> bool:
@@ -72,8 +73,8 @@ def receive(
     *,
     face: Path | None = None,
     should_continue: Callable[[], bool] = lambda: True,
-) -> TrafficSnapshot:
-    """Show the callers of a socket until the window is closed or the time is over. Returns the traffic figures.
+) -> CallReport:
+    """Show the callers of a socket until the window is closed or the time is over. Returns the figures of all calls.
 
     code : what callers need, as normalise_code returns it
     Raises GraphicsError, FileFormatError, RecordingError.

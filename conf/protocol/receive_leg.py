@@ -21,6 +21,7 @@ class ReceiveLeg:
     motion : the incoming motion stream
     received_objects : complete objects of the sender's portrait, oldest first, for the user to remove
     traffic : bytes received, headers included
+    last_received : when the newest datagram came, None before the first
     rejected : malformed bodies; missed_references : frames whose reference had not arrived
     round_trip_ms : as the sender measured it, None before it has told; ended : whether the sender has ended the call
     """
@@ -36,7 +37,7 @@ class ReceiveLeg:
         self.ended = False
         self._object_receiver = ObjectReceiver(receiver_id)
         self._reception = ReceptionStatistics()
-        self._last_received: float | None = None
+        self.last_received: float | None = None
         self._refresh_needed = False
         self._reported_at = float("-inf")
 
@@ -46,7 +47,7 @@ class ReceiveLeg:
         counter : of its datagram; wire_bytes : the datagram's size, headers included
         """
         self.traffic.add(wire_bytes, now)
-        self._last_received = now
+        self.last_received = now
         timestamp, decodable = None, False
         try:
             timestamp = self._apply(decode_body(data), now)
@@ -60,7 +61,7 @@ class ReceiveLeg:
 
     def is_silent(self, now: float) -> bool:
         """Return whether nothing has been received for a while, or ever."""
-        return self._last_received is None or now - self._last_received > SILENCE_S
+        return self.last_received is None or now - self.last_received > SILENCE_S
 
     def bodies_to_send(self, now: float) -> list[bytes]:
         """Return the bodies to seal and send back: a report and a portrait acknowledgement, each when due."""
@@ -116,7 +117,7 @@ class ReceiveLeg:
             self.received_objects.append(complete)
 
     def _report(self, now: float) -> bytes | None:
-        if self._last_received is None or self._last_received <= self._reported_at:
+        if self.last_received is None or self.last_received <= self._reported_at:
             return None
         report = self._reception.report(now)
         if report is None:

@@ -4,26 +4,33 @@ from collections import deque
 from dataclasses import replace
 
 from conf.protocol.address import Address
+from conf.protocol.call_report import CallLog, CallReport
 from conf.protocol.receive_leg import ReceiveLeg
-from conf.protocol.session.events import BodyReceived, Connected, Event, SessionEnded
+from conf.protocol.session.events import AddressChanged, BodyReceived, Connected, Event, LossReason, SessionEnded
 from conf.protocol.session.server import SessionServer
 from conf.protocol.statistics import HEADER_BYTES, TrafficSnapshot, merge_snapshots
 
 
 class ReceiverEndpoint:
-    """Receive from all senders that call. `streams` : the receiving half of each call, by session number."""
+    """Receive from all senders that call.
+
+    streams : the receiving half of each call, by session number; ended_calls : number of calls that have ended
+    """
 
     def __init__(self, sessions: SessionServer) -> None:
         self.streams: dict[int, ReceiveLeg] = {}
         self._sessions = sessions
         self._events: deque[Event] = deque()
+        self.ended_calls = 0
         self._calls = 0
-        self._ended_totals: list[TrafficSnapshot] = []  # at most one: all ended calls together
+        self._ended_rejected = 0
+        self._log = CallLog()
 
     @property
     def rejected(self) -> int:
         """Number of datagrams dropped, for whatever reason."""
-        return self._sessions.dropped.total() + sum(leg.rejected for leg in self.streams.values())
+        running = sum(leg.rejected for leg in self.streams.values())
+        return self._sessions.dropped.total() + self._ended_rejected + running
 
     def receive_datagram(self, data: bytes, address: Address, now: float) -> None:
         """Process a datagram, whatever its bytes: at worst it is counted."""
@@ -41,9 +48,22 @@ class ReceiverEndpoint:
         return datagrams
 
     def snapshot(self, now: float) -> TrafficSnapshot:
-        """Return the traffic figures of all calls together, ended ones included."""
-        running = [leg.snapshot(now) for leg in self.streams.values()]
-        return replace(merge_snapshots([*self._ended_totals, *running]), rejected=self.rejected)
+        """Return the traffic figures of the present callers together.
+
+        A caller that is silent counts with its frames and bytes, but has no rate, jitter or delay.
+        """
+        figures = (
+            replace(leg.snapshot(now), raw_kbps=0.0, jitter_ms=0.0, playout_delay_ms=0.0)
+            if leg.is_silent(now)
+            else leg.snapshot(now)
+            for leg in self.streams.values()
+        )
+        return replace(merge_snapshots(list(figures)), rejected=self.rejected)
+
+    def report(self, now: float) -> CallReport:
+        """Return the figures of all calls so far, ended ones included."""
+        running = {session: leg.snapshot(now) for session, leg in self.streams.items()}
+        return replace(self._log.report(running, now), rejected=self.rejected)
 
     def next_event(self) -> Event | None:
         """Return the oldest event not returned yet."""
@@ -59,10 +79,19 @@ class ReceiverEndpoint:
                     if leg.ended:
                         self._sessions.close(session)
                     continue
-                case Connected(session=session):
+                case Connected(session=session, address=address):
                     self._calls += 1
                     self.streams[session] = ReceiveLeg(receiver_id=self._calls)
-                case SessionEnded(session=session):
-                    totals = replace(self.streams.pop(session).snapshot(now), wire_kbps=0.0, fps=0.0)
-                    self._ended_totals = [merge_snapshots([*self._ended_totals, totals])]
+                    self._log.on_connected(session, address, now)
+                case AddressChanged(session=session, address=address):
+                    self._log.on_address_changed(session, address)
+                case SessionEnded(session=session, reason=reason):
+                    self._end(session, reason, now)
             self._events.append(event)
+
+    def _end(self, session: int, reason: LossReason, now: float) -> None:
+        leg = self.streams.pop(session)
+        was_there = leg.last_received if reason is LossReason.IDLE else now
+        self._log.on_ended(session, leg.snapshot(now), now if was_there is None else was_there)
+        self._ended_rejected += leg.rejected
+        self.ended_calls += 1

@@ -35,6 +35,11 @@ class TrafficSnapshot:
     jitter_ms: float
     playout_delay_ms: float
 
+    @property
+    def wire_bytes(self) -> int:
+        """All bytes received, headers included."""
+        return round(self.wire_bytes_per_frame * max(self.frames_received, 1))
+
 
 class RateWindow:
     """Sum and count of events in the last WINDOW_S seconds and since the start."""

@@ -15,7 +15,7 @@ FPS_FRAMES = 30  # frames over which the frame rate is measured
 
 @dataclass(frozen=True)
 class CallStats:
-    """Statistics of all calls together.
+    """Statistics of the present callers together.
 
     state : "receiving", "no face", "waiting", "lost", "call ended" or "paused"
     fps : frames drawn a second
@@ -57,7 +57,7 @@ class CallStatsCollector:
         parameters = next((call.motion.parameters for call in calls if call.motion.parameters), None)
         span = self._drawn[-1] - self._drawn[0] if len(self._drawn) > 1 else 0.0
         return CallStats(
-            state="paused" if paused else state_of(calls, now, had_calls=traffic.datagrams > 0),
+            state="paused" if paused else state_of(calls, now, had_calls=self._endpoint.ended_calls > 0),
             fps=(len(self._drawn) - 1) / span if span else 0.0,
             traffic=traffic,
             points=parameters.points if parameters else 0,

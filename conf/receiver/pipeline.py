@@ -5,9 +5,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from conf.face.deformation.face_model import FaceModel
+from conf.protocol.call_report import CallReport
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.session.events import AddressChanged, Connected, Event, SessionEnded, WrongCode
-from conf.protocol.statistics import TrafficSnapshot
 from conf.receiver.frame_composer import FrameComposer
 from conf.render.window import Window
 from conf.transport.udp import UdpSocket
@@ -57,10 +57,10 @@ class ReceiverLoop:
         seconds: float | None = None,
         should_continue: Callable[[], bool] = lambda: True,
         clock: Callable[[], float] = time.monotonic,
-    ) -> TrafficSnapshot:
+    ) -> CallReport:
         """Step until the window closes, `seconds` have passed or `should_continue` returns False, then close.
 
-        Returns the traffic statistics.
+        Returns the figures of all calls.
         """
         began = now = clock()
         try:
@@ -68,7 +68,7 @@ class ReceiverLoop:
                 due = self.step(now)
                 self._socket.wait(due - clock())
                 now = clock()
-            return self._endpoint.snapshot(now)
+            return self._endpoint.report(now)
         finally:
             self.close()
 

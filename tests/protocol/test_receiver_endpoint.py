@@ -65,25 +65,23 @@ def test_the_tenth_sender_is_refused_and_a_bye_makes_room() -> None:
     world.run(1)
     assert len(world.receiver.streams) == MAX_SESSIONS - 1
     assert isinstance(world.events[-1], SessionEnded)
-    assert world.receiver.snapshot(world.now).frames_received >= received, "ended calls are still counted"
+    assert world.receiver.report(world.now).frames_received >= received, "ended calls are still counted"
     world.senders.remove(tenth)
     late = world.call()
     world.run(3)
     assert any(isinstance(event, Connected) for event in late.events)
 
 
-def test_ended_calls_keep_their_totals_but_no_rate() -> None:
+def test_bodies_rejected_in_ended_calls_stay_counted() -> None:
     world = World()
-    for _ in range(2):
-        sender = world.call()
-        world.run(3)
-        sender.motion = None
-        world.send(sender.connection.close(world.now), sender.address)
-        world.run(0.2)
-        world.senders.remove(sender)
-    assert not world.receiver.streams
-    snapshot = world.receiver.snapshot(world.now)
-    assert snapshot.frames_received > 50 and snapshot.wire_kbps == snapshot.fps == 0.0
+    sender = world.call()
+    world.run(2)
+    world.stream(sender).rejected = 5
+    before = world.receiver.rejected
+    sender.motion = None
+    world.send(sender.connection.close(world.now), sender.address)
+    world.run(0.2)
+    assert not world.receiver.streams and world.receiver.rejected >= before >= 5
 
 
 def test_junk_is_counted_and_the_call_goes_on() -> None:

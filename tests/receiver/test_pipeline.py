@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from conf.face.deformation.face_model import FaceModel
 from conf.protocol.address import Address
-from conf.protocol.statistics import TrafficSnapshot
+from conf.protocol.call_report import CallReport
 from conf.receiver.call_stats import CallStats
 from conf.receiver.pipeline import RECEIVE_BATCH, LoopOptions, ReceiverLoop
 from conf.render.window import Window
@@ -52,7 +52,7 @@ class FakeSocket:
 class Shown:
     """What a run of the loop showed."""
 
-    traffic: TrafficSnapshot | None = None
+    traffic: CallReport | None = None
     events: list[str] = field(default_factory=list)
     states: list[str] = field(default_factory=list)
     toasts: list[str] = field(default_factory=list)
