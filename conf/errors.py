@@ -9,6 +9,10 @@ class CameraError(ConfError):
     """A camera or clip cannot be opened or has stopped."""
 
 
+class AudioError(ConfError):
+    """A sound device, a sound library or a voice codec is not available."""
+
+
 class ModelError(ConfError):
     """The tracker's files are missing or damaged and cannot be downloaded."""
 

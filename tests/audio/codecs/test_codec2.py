@@ -1,0 +1,28 @@
+"""What is Codec2's own here: its modes and the concealment that this program adds."""
+
+import pytest
+
+from conf.audio.codecs.codec2 import Codec2Decoder, Codec2Encoder
+from conf.audio.samples import level_dbfs
+from conf.errors import AudioError
+from tests.support.synthetic_voice import max_jump, vowel
+
+
+def test_modes_that_do_not_exist_are_named() -> None:
+    with pytest.raises(AudioError, match="Codec2 has no mode of 450 bit/s in frames of 40 ms, only 3200 bit/s in"):
+        Codec2Encoder(450, 40)
+    with pytest.raises(AudioError, match="Codec2 has no mode of 1200 bit/s in frames of 20 ms"):
+        Codec2Decoder(1200, 20)
+
+
+def test_the_fourth_lost_frame_is_silent_and_the_first_good_one_fades_in() -> None:
+    encoder, decoder = Codec2Encoder(2400, 20), Codec2Decoder(2400, 20)
+    frames = [encoder.encode(frame) for frame in vowel(0, 0.6).reshape(-1, 320)]
+    before = [decoder.decode(frame) for frame in frames[:20]]
+    lost = [decoder.conceal() for _ in range(5)]
+    levels = [level_dbfs(frame) for frame in (before[-1], *lost)]
+    assert levels == sorted(levels, reverse=True)
+    assert level_dbfs(lost[3][64:]) < -90  # the resampler's tail of 4 ms holds a rest of the third
+    good = decoder.decode(frames[25])
+    assert level_dbfs(good[:80]) < level_dbfs(good[-80:]) - 6
+    assert max_jump(good) < 1.5 * max_jump(before[-1])
