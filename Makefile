@@ -2,7 +2,7 @@
 # make test    the same, then the tests
 # make quick   the tests without the slow ones: half a minute on two cores
 # make check   the tests with their coverage, and everything else that CI runs
-# make mutate  mutation testing of modules, each with its own test: make mutate ARGS="protocol/sequence face/deformation/rbf"
+# make mutate  mutation testing of modules, each with its own test: make mutate ARGS="protocol/sequence face/deformation"
 # make api     pages from the docstrings, in build/api
 # make doctor  what works on this machine and what does not
 
@@ -34,20 +34,9 @@ lint: $(STAMP)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-# Each module is mutated in a copy of the tree. To see what a surviving mutant changes:
-# cd build/mutate/protocol/sequence && ../../../../.venv/bin/mutmut show NAME
 mutate: $(STAMP)
-	@test -n "$(ARGS)" || { echo 'name modules: make mutate ARGS="protocol/sequence face/deformation/rbf"'; exit 1; }
 	$(PIP) --editable '.[mutation]'
-	@for module in $(ARGS); do \
-	  copy=build/mutate/$$module; rm -rf $$copy; mkdir -p $$copy; \
-	  cp -R conf docs tests tools README.md pyproject.toml $$copy; \
-	  printf '[mutmut]\nsource_paths = conf\nonly_mutate = conf/%s.py\nalso_copy =\n  docs\n  tools\n  README.md\n' \
-	    $$module > $$copy/setup.cfg; \
-	  printf 'pytest_add_cli_args_test_selection = tests/%s/test_%s.py\n' \
-	    $$(dirname $$module) $$(basename $$module) >> $$copy/setup.cfg; \
-	  (cd $$copy && $(abspath $(BIN))/mutmut run && $(abspath $(BIN))/mutmut results) || exit 1; \
-	done
+	$(BIN)/python tools/mutation/run.py $(ARGS)
 
 doctor: $(STAMP)
 	$(BIN)/conf doctor

@@ -8,7 +8,8 @@ from conf.protocol.sequence import unwrap
 @given(st.integers(0, 1 << 40), st.integers(-60, 60), st.integers(7, 16))
 def test_any_number_within_half_a_span_is_restored(expected: int, step: int, bits: int) -> None:
     number = max(expected + step, 0)
-    assert unwrap(number & ((1 << bits) - 1), bits=bits, expected=expected) == number
+    restored = unwrap(number & ((1 << bits) - 1), bits=bits, expected=expected)
+    assert restored == number and type(restored) is int
 
 
 @pytest.mark.parametrize(

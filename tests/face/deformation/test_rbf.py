@@ -13,6 +13,7 @@ from tests.support.sheet_face import SheetFace
 
 kernels = pytest.mark.parametrize("kernel", KERNELS.values(), ids=KERNELS)
 MULTIQUADRIC = KERNELS["multiquadric"]
+NO_ANCHORS = np.empty((0, 3))
 
 
 @pytest.mark.slow
@@ -63,6 +64,50 @@ def test_the_operator_does_not_depend_on_the_unit(face: SheetFace) -> None:
     assert mm == pytest.approx(cm, abs=1e-6)
 
 
+@pytest.mark.parametrize("unit", [1e-7, 1e7])
+@pytest.mark.parametrize("origin", [(0.0, 0.0, 0.0), (1e6, -2e6, 3e6)])
+def test_a_polynomial_stays_well_conditioned_in_any_unit_and_place(
+    face: SheetFace, unit: float, origin: tuple[float, float, float]
+) -> None:
+    thin_plate, vertices = KERNELS["thin-plate"], face.mesh.vertices[::100]
+    near = build_operator(vertices, face.points, kernel=thin_plate, epsilon=1.0)
+    points, positions = (np.asarray(array + np.array(origin)) * unit for array in (face.points, vertices))
+    far = build_operator(positions, points, kernel=thin_plate, epsilon=1.0 / unit)
+    assert near.smoothing == far.smoothing == 0
+    assert far.matrix == pytest.approx(near.matrix, abs=1e-5)
+
+
+def test_each_row_depends_on_its_vertex_only(face: SheetFace) -> None:
+    vertices = face.mesh.vertices[:5000]
+    halves = Regions(
+        (InfluenceField(np.linspace(0, 1, 5000), (3,)), InfluenceField(np.linspace(1, 0, 5000), ())), NO_ANCHORS
+    )
+    together = build_operator(vertices, face.points, kernel=MULTIQUADRIC, epsilon=1.0, regions=halves).matrix
+    for rows in (slice(0, 3), slice(2046, 2050), slice(4094, 4098), slice(4990, 5000)):
+        part = Regions(tuple(InfluenceField(f.weights[rows], f.excluded) for f in halves.fields), NO_ANCHORS)
+        alone = build_operator(vertices[rows], face.points, kernel=MULTIQUADRIC, epsilon=1.0, regions=part).matrix
+        assert together[rows] == pytest.approx(alone, abs=1e-6)
+
+
+def test_values_too_small_for_float32_are_no_error(face: SheetFace) -> None:
+    far = np.array([[0.0, 0.0, 60.0]])
+    regions = Regions((InfluenceField(np.array([1e-9]), ()),), NO_ANCHORS)
+    with np.errstate(all="raise"):
+        operator = build_operator(far, face.points, kernel=KERNELS["gaussian"], epsilon=0.5, regions=regions)
+    assert np.abs(operator.matrix).max() < 1e-35
+
+
+def test_lambda_is_relative_to_the_kernel(face: SheetFace) -> None:
+    """A kernel a thousand times as large needs a lambda a thousand times as large, and gives the same operator."""
+    points = face.points.copy()
+    points[1] = points[2]
+    large = replace(MULTIQUADRIC, function=lambda squared: 1000 * MULTIQUADRIC.function(squared), degree=-1)
+    small = replace(MULTIQUADRIC, degree=-1)
+    ours, theirs = (build_operator(points, points, kernel=kernel, epsilon=1.0) for kernel in (small, large))
+    assert theirs.smoothing == pytest.approx(1000 * ours.smoothing) and ours.smoothing > 0
+    assert theirs.matrix == pytest.approx(ours.matrix, abs=1e-4)
+
+
 def test_anchors_do_not_move(face: SheetFace) -> None:
     anchors = np.array([[11.0, 11.0, 0.0], [-11.0, 11.0, 0.0], [0.0, -13.5, 2.0]])
     regions = Regions.unrestricted(len(anchors), anchors=anchors)
@@ -72,7 +117,7 @@ def test_anchors_do_not_move(face: SheetFace) -> None:
 
 def test_excluded_points_have_no_influence_in_a_field(face: SheetFace) -> None:
     half = np.full(len(face.points), 0.5)
-    regions = Regions((InfluenceField(half, (0, 1)), InfluenceField(half, (0,))), np.empty((0, 3)))
+    regions = Regions((InfluenceField(half, (0, 1)), InfluenceField(half, (0,))), NO_ANCHORS)
     matrix = build_operator(face.points, face.points, kernel=MULTIQUADRIC, epsilon=1.0, regions=regions).matrix
     assert not matrix[:, 0].any()
     assert matrix[1, 1] == pytest.approx(0.5, abs=0.5)
@@ -117,6 +162,13 @@ def test_bad_arguments_raise(face: SheetFace, change: dict[str, object], message
     vertices, points = arguments.pop("vertices"), arguments.pop("points")
     with pytest.raises(ValueError, match=message):
         build_operator(vertices, points, kernel=MULTIQUADRIC, **arguments)
+
+
+def test_points_that_all_coincide_are_refused() -> None:
+    points = np.ones((4, 3))
+    zero = replace(MULTIQUADRIC, function=np.zeros_like, degree=-1)
+    with pytest.raises(ValueError, match="control_points must not all coincide"):
+        build_operator(points, points, kernel=zero, epsilon=1.0)
 
 
 FORMULAS = {

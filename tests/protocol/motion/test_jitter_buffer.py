@@ -196,6 +196,27 @@ def test_a_clock_that_jumps_by_half_a_minute_has_started_again(jump_s: float, is
         assert played(buffer, 12.001 + buffer.playout_delay_s) == 1002.0 + sign * jump_s
 
 
+def test_a_jump_of_exactly_half_a_minute_is_no_new_start() -> None:
+    buffer = JitterBuffer()
+    for at in range(4):
+        buffer.add(frame(at), at)
+        playout(buffer, at + 0.5)
+    playhead = buffer.playhead
+    buffer.add(frame(4.0), 4.0 + CLOCK_RESET_S)
+    assert buffer.playhead == playhead
+
+
+def test_repeating_up_to_the_newest_frame_or_before_changes_nothing() -> None:
+    buffer = JitterBuffer()
+    buffer.repeat_until(1.0, 5.0)
+    assert buffer.newest is None
+    buffer.add(frame(1.0), 1.0)
+    before = buffer.playout_delay_s
+    for timestamp in (0.5, 1.0):
+        buffer.repeat_until(timestamp, 1.4)
+    assert (buffer.newest, buffer.playout_delay_s, buffer.late) == (1.0, before, 0)
+
+
 def test_memory_is_bounded() -> None:
     buffer = JitterBuffer()
     for i in range(5 * MAX_FRAMES):

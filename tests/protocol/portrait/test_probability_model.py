@@ -109,6 +109,7 @@ def test_the_model_holds_the_arrays_of_the_file() -> None:
         for name, tree in trees.items():
             for key, field in (("mean", "mean"), ("order", "order"), ("parents", "parents"), ("spread", "scale")):
                 np.testing.assert_array_equal(getattr(tree, field), arrays[f"{name}_{key}"])
+                assert getattr(tree, field).dtype == np.int64
         for name, region in zip(("mouth", "eyes"), loaded.regions, strict=True):
             np.testing.assert_array_equal(region.descriptor_scale, arrays[f"{name}_key_spread"])
         np.testing.assert_array_equal(loaded.neutral_difference_scale, arrays["stir_spread"])

@@ -5,7 +5,7 @@ import pytest
 from conf.protocol.address import Address
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.flood_protection import MAX_WRONG_CODES
-from conf.protocol.session.handshake import Refusal, proof, sender_secrets, sender_share
+from conf.protocol.session.handshake import Refusal, SessionSecrets, proof, sender_secrets, sender_share
 from conf.protocol.session.packet import FIELDS, HandshakePacket, Kind, parse_datagram
 from conf.protocol.session.responder import (
     ANSWER_BURST,
@@ -16,6 +16,8 @@ from conf.protocol.session.responder import (
     _refused,
 )
 from tests.support.simulated_sessions import CODE, SENDER, WRONG, seeded
+
+ELSEWHERE: Address = ("203.0.113.9", 40001)
 
 
 class Caller:
@@ -73,6 +75,33 @@ def test_a_repeated_datagram_gets_the_same_answer() -> None:
     done = caller.confirm(answer, 1.0)
     assert done[0].kind is Kind.DONE
     assert caller.confirm(answer, 2.0) == done
+
+
+def test_the_server_is_asked_with_the_secrets_and_the_address_of_the_confirm() -> None:
+    asked: list[tuple[object, ...]] = []
+    rooms: list[Address] = []
+
+    def has_room(address: Address) -> bool:
+        rooms.append(address)
+        return True
+
+    def accept(secrets: SessionSecrets, address: Address, now: float) -> int:
+        asked.append((secrets, address, now))
+        return 5
+
+    caller = Caller(Responder(CODE, seeded("responder"), has_room=has_room, accept=accept), 1)
+    answer = caller.hello_twice(0.5)
+    expected = sender_secrets(caller.spake, caller.name, (caller.share, answer.fields[1]))
+    caller.address = ELSEWHERE
+    assert caller.confirm(answer, 1.5)[0].fields[1] == 5
+    assert rooms == [SENDER]
+    assert asked == [(expected, ELSEWHERE, 1.5)]
+
+
+def test_a_confirm_of_no_attempt_is_counted_as_such() -> None:
+    with pytest.raises(DatagramError) as caught:
+        responder().confirm((bytes(8), 0, bytes(16)), SENDER, 0.0)
+    assert caught.value.reason is DropReason.UNKNOWN_ATTEMPT
 
 
 def test_a_wrong_code_is_counted_once_and_reported() -> None:

@@ -1,0 +1,24 @@
+"""Mutants of a small module, tested in forks."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+@pytest.mark.slow
+def test_the_mutants_of_a_small_module_are_killed_but_the_equivalent_one(tmp_path: Path) -> None:
+    pytest.importorskip("mutmut", reason="mutation tests need mutmut: make mutate installs it")
+    program = ROOT / "tools" / "mutation" / "forked_tests.py"
+    command = [sys.executable, str(program), "protocol/sequence", str(tmp_path / "result.json")]
+    subprocess.run(command, check=True, capture_output=True)
+    rows = json.loads((tmp_path / "result.json").read_text())
+    line = "candidate = expected - (expected - low + span // 2) % span + span // 2"
+    assert {"line": "span = 1 << bits", "changed": "span = 2 << bits", "survived": False} in [
+        {key: row[key] for key in ("line", "changed", "survived")} for row in rows
+    ]
+    assert [row["changed"] for row in rows if row["survived"]] == [line.replace("low +", "low -")]

@@ -1,0 +1,212 @@
+"""Test the mutants of one module with its own test: `python tools/mutation/forked_tests.py MODULE RESULT [--quick]`.
+
+mutmut makes the mutants: all of them in one source text, in which the name of the active one selects it. The tests are
+collected once, and each mutant is tested in a fork of this process, quick tests first, until one fails. That is several
+times as fast as `mutmut run`, which starts pytest for each mutant, and no state passes from one mutant to the next.
+"""
+
+import argparse
+import difflib
+import json
+import os
+import resource
+import signal
+import sys
+from collections.abc import Callable, Generator
+from functools import partial
+from importlib.machinery import ModuleSpec, SourceFileLoader
+from importlib.util import spec_from_file_location
+from pathlib import Path
+from time import process_time
+from types import CodeType
+from typing import Any
+
+import pytest
+from mutmut.configuration import config
+from mutmut.mutation.file_mutation import mutate_file_contents
+from mutmut.mutation.trampoline import set_mutant_under_test
+from mutmut.state import state
+from mutmut.utils.format_utils import mangled_name_from_mutant_name
+
+ROOT = Path(__file__).resolve().parents[2]
+MIN_CPU_S, CPU_FACTOR = 10, 10  # time limit of a mutant: the factor times what its tests need, and at least so much
+WALL_FACTOR = 20  # of the time limit: a machine may be busy, a mutant may wait for ever
+MAX_MEMORY = 8 << 30  # bytes of address space
+PASSED, FAILED = 0, 1
+
+
+class MutatedModule(SourceFileLoader):
+    """Import one module with all its mutants."""
+
+    def __init__(self, name: str, path: Path) -> None:
+        super().__init__(name, str(path))
+        self.mutated = mutate_file_contents(str(path), path.read_text())
+
+    def find_spec(self, name: str, path: object = None, target: object = None) -> ModuleSpec | None:
+        """Return this loader for its module: a finder of sys.meta_path."""
+        return spec_from_file_location(name, self.path, loader=self) if name == self.name else None
+
+    def get_code(self, fullname: str) -> CodeType:
+        """Return the code with the mutants."""
+        return compile(self.mutated.code, self.path, "exec", dont_inherit=True)
+
+    def changed_lines(self, name: str) -> tuple[str, str]:
+        """Return the lines that a mutant changes, before and after, joined by spaces."""
+        spans, lines = self.mutated.line_span_by_function_name, self.mutated.code.splitlines()
+        original = f"{name.rpartition('_')[0]}_orig"
+        before, after = (
+            [line.replace(function, "") for line in lines[spans[function].start - 1 : spans[function].end]]
+            for function in (original, name)
+        )
+        parts: dict[str, list[str]] = {"-": [], "+": []}
+        for text in difflib.unified_diff(before, after, n=0, lineterm=""):
+            if text[0] in parts and text[:3] not in ("---", "+++"):
+                parts[text[0]].append(text[1:].strip())
+        return " ".join(parts["-"]), " ".join(parts["+"])
+
+
+class ForkedTests:
+    """A pytest plugin that tests every mutant instead of the module."""
+
+    def __init__(self, loader: MutatedModule) -> None:
+        self.results: list[dict[str, object]] = []
+        self._loader = loader
+        self._fixture_hits: dict[str, set[str]] = {}
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_collection(self) -> None:
+        """Let Hypothesis shrink no example: the first failure is enough."""
+        from hypothesis import Phase, settings  # not at the top: pytest must import it first
+
+        settings.register_profile("mutation", settings.get_profile("fast"), phases=(Phase.explicit, Phase.generate))
+        settings.load_profile("mutation")
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_fixture_setup(self, fixturedef: Any, request: Any) -> Generator[None, Any, Any]:
+        """Note what a fixture calls that several tests use."""
+        before, state()._stats = state()._stats, set()
+        try:
+            return (yield)
+        finally:
+            if fixturedef.scope != "function":
+                self._fixture_hits[fixturedef.argname] = set(state()._stats)
+            state()._stats |= before
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Stop a fork at its first failure."""
+        if report.failed:
+            print(f"{report.nodeid} failed\n{report.longreprtext}", file=sys.stderr)  # seen only without a mutant
+            os._exit(FAILED)
+
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        """Test every mutant."""
+        durations, callers = self._trace(session.items)
+        for name in self._loader.mutated.mutant_names:
+            function = f"{self._loader.name}.{mangled_name_from_mutant_name(name)}"
+            first = sorted(callers.get(function, ()), key=lambda i: durations[i])
+            # Tests that were not seen to call the function may do so, through something that is cached.
+            others = [i for i, item in enumerate(session.items) if i not in first and not is_slow(item)]
+            chosen = [session.items[i] for i in (*first, *others)]
+            seconds = MIN_CPU_S + CPU_FACTOR * sum(durations[i] for i in (*first, *others))
+            survived = self._in_a_fork(partial(self._test, name, chosen), seconds) == PASSED
+            line, changed = self._loader.changed_lines(name)
+            self.results.append({"name": name, "line": line, "changed": changed, "survived": survived})
+        return True
+
+    def _test(self, name: str, items: list[pytest.Item]) -> None:
+        set_mutant_under_test(f"{self._loader.name}.{name}")
+        run_items(items)
+
+    def _trace(self, items: list[pytest.Item]) -> tuple[list[float], dict[str, set[int]]]:
+        """Return the CPU seconds of every test, and which tests call each function."""
+        read_end, write_end = os.pipe()
+
+        def trace() -> None:
+            set_mutant_under_test("stats")
+            durations, callers = [], []
+            for item, following in zip(items, [*items[1:], None], strict=True):
+                state()._stats.clear()
+                begin = process_time()
+                item.ihook.pytest_runtest_protocol(item=item, nextitem=following)
+                durations.append(process_time() - begin)
+                shared = (self._fixture_hits.get(fixture, set()) for fixture in getattr(item, "fixturenames", ()))
+                callers.append(sorted(state()._stats.union(*shared)))
+            with os.fdopen(write_end, "w") as pipe:
+                json.dump((durations, callers), pipe)
+
+        if (child := os.fork()) == 0:
+            os.close(read_end)
+            leave_after(trace)
+        os.close(write_end)
+        with os.fdopen(read_end) as pipe:
+            text = pipe.read()
+        os.waitpid(child, 0)
+        if not text:
+            raise SystemExit("the tests fail without a mutant")
+        durations, callers = json.loads(text)
+        by_function: dict[str, set[int]] = {}
+        for i, names in enumerate(callers):
+            for name in names:
+                by_function.setdefault(name, set()).add(i)
+        return durations, by_function
+
+    def _in_a_fork(self, function: Callable[[], None], seconds: float) -> int:
+        """Return the exit status of a fork of this process that calls the function within a time of the CPU."""
+        if (child := os.fork()) == 0:
+            limit = int(seconds) + 1
+            resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 1))
+            resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))
+            signal.alarm(WALL_FACTOR * limit)
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            for stream in (1, 2):
+                os.dup2(nowhere, stream)
+            leave_after(function)
+        return os.waitpid(child, 0)[1]
+
+
+def leave_after(function: Callable[[], None]) -> None:
+    """Call the function and end the process, whatever it raises."""
+    status = FAILED
+    try:
+        function()
+        status = PASSED
+    finally:
+        os._exit(status)
+
+
+def run_items(items: list[pytest.Item]) -> None:
+    """Run tests."""
+    for item, following in zip(items, [*items[1:], None], strict=True):
+        item.ihook.pytest_runtest_protocol(item=item, nextitem=following)
+
+
+def is_slow(item: pytest.Item) -> bool:
+    """Return whether a test is marked slow."""
+    return item.get_closest_marker("slow") is not None
+
+
+def main() -> None:
+    """Test the mutants of a module and write what each changes and whether it survived."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("module", help="below conf/, such as protocol/sequence")
+    parser.add_argument("result", type=Path, help="a JSON file")
+    parser.add_argument("--quick", action="store_true", help="without the tests that are marked slow")
+    args = parser.parse_args()
+    os.chdir(ROOT)
+    sys.path.insert(0, str(ROOT))
+    config()  # read in this folder, as tests change it
+    folder, _, name = f"tests/{args.module}".rpartition("/")
+    loader = MutatedModule(f"conf.{args.module.replace('/', '.')}", ROOT / "conf" / f"{args.module}.py")
+    sys.meta_path.insert(0, loader)
+    tests = ForkedTests(loader)
+    options = ["-q", "-p", "no:cacheprovider", "--capture=no", "--no-header", "--tb=short"]
+    if args.quick:
+        options += ["-m", "not slow"]
+    pytest.main([*options, f"{folder}/test_{name}.py"], plugins=[tests])
+    if len(tests.results) != len(loader.mutated.mutant_names):
+        raise SystemExit("the tests cannot be collected")
+    args.result.write_text(json.dumps(tests.results, indent=1))
+
+
+if __name__ == "__main__":
+    main()
