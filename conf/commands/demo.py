@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +11,7 @@ from typing import TYPE_CHECKING
 from conf.commands import Terminal
 from conf.commands.arguments import add_json, add_seconds
 from conf.commands.call_table import call_table
+from conf.commands.child_process import start_conf
 from conf.commands.receive import ReceiveOptions, has_display, receive
 from conf.errors import ConfError
 
@@ -64,12 +63,9 @@ def demo(*, seconds: float | None, headless: bool) -> DemoResult:
     with UdpSocket.bind(LOOPBACK, 0) as socket:
         code = generate_code(os.urandom)
         receiver = format_address(socket.address)
-        command = [sys.executable, "-m", "conf", "send", receiver, "--file", sample_clip, "--loop", "--json"]
         # The code is not on the command line, because every user of the machine can read that.
-        environment = os.environ | {"CONF_CODE": code}
-        with subprocess.Popen(
-            command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=environment
-        ) as sender:
+        arguments = ["send", receiver, "--file", sample_clip, "--loop", "--json"]
+        with start_conf(arguments, environment={"CONF_CODE": code}) as sender:
             try:
                 receive_options = ReceiveOptions(clip, picture, seconds)
                 call = receive(socket, code, receive_options, should_continue=lambda: sender.poll() is None)

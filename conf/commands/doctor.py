@@ -1,15 +1,29 @@
-"""`conf doctor`: check what works on this machine and say what to do about the rest."""
+"""`conf doctor`: check what works on this machine and say what to do about the rest.
+
+Strategy: each check runs in a process of its own, `conf doctor --check NAME`. A graphics driver or a camera that ends
+or blocks the process costs its own check only, and a window opens in a process that has made no other OpenGL context,
+which some drivers do not survive.
+"""
 
 import argparse
-from collections.abc import Callable
+import json
+import signal
+import statistics
+import subprocess
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from conf.commands import Terminal
 from conf.commands.arguments import add_json, add_listen
+from conf.commands.child_process import start_conf
 from conf.commands.receive import has_display
 from conf.errors import ConfError
 
 HELP = "what works on this machine, what does not, what to do"
+TIMED_FRAMES = 20
+
+DRIVER = "install a driver with `sudo apt install libgl1 libegl1 libgl1-mesa-dri`, or try LIBGL_ALWAYS_SOFTWARE=1"
 
 
 @dataclass(frozen=True)
@@ -21,70 +35,152 @@ class CheckResult:
     detail: str
 
 
+@dataclass(frozen=True)
+class Check:
+    """One check of this machine.
+
+    name : what the user reads
+    run : returns what was found. Raises ConfError
+    limit_s : seconds until the check is ended
+    remedy : what to do when the check's process has died or hangs
+    """
+
+    name: str
+    run: Callable[[argparse.Namespace], str]
+    limit_s: float
+    remedy: str
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--camera", default="0", metavar="N")
+    parser.add_argument("--camera", default="0", metavar="N", help="number or device of the camera (default 0)")
     add_listen(parser)
+    parser.add_argument("--check", choices=CHECKS, help="make only this check, in this process")
     add_json(parser)
 
 
 def run(options: argparse.Namespace, terminal: Terminal) -> None:
-    host, port = options.listen
-    findings = run_checks(camera=options.camera, host=host, port=port)
+    if options.check:
+        findings = [run_check(CHECKS[options.check], options)]
+    else:
+        with terminal.status_line() as show:
+            findings = [_run_in_child(key, options, show) for key in CHECKS]
     lines = [f"{'works' if finding.works else 'FAILS'}  {finding.name}: {finding.detail}" for finding in findings]
     terminal.print_list("findings", findings, "\n".join(lines))
 
 
-def run_checks(*, camera: str, host: str, port: int) -> list[CheckResult]:
-    """Check everything that a call needs; a failure does not stop the other checks."""
+def run_check(check: Check, options: argparse.Namespace) -> CheckResult:
+    """Make a check in this process."""
+    try:
+        return CheckResult(check.name, True, check.run(options))
+    except ConfError as error:
+        return CheckResult(check.name, False, str(error))
+
+
+def _run_in_child(key: str, options: argparse.Namespace, show: Callable[[str], None]) -> CheckResult:
+    from conf.protocol.address import format_address
+
+    show(f"checking: {CHECKS[key].name}")
+    host, port = options.listen
+    listen = format_address((host, port)) if host else str(port)
+    arguments = ["doctor", "--check", key, f"--camera={options.camera}", "--listen", listen, "--json"]
+    return collect(CHECKS[key], lambda: start_conf(arguments))
+
+
+def collect(check: Check, start: Callable[[], subprocess.Popen[str]], /) -> CheckResult:
+    """Return what the process of a check has found, or how it ended without an answer and what to do about that."""
+    with start() as process:
+        try:
+            output, errors = process.communicate(timeout=check.limit_s)
+        except subprocess.TimeoutExpired:
+            return CheckResult(check.name, False, f"no answer within {check.limit_s:.0f} s: {check.remedy}")
+        finally:
+            process.kill()
+    try:
+        (finding,) = json.loads(output)["findings"]
+        return CheckResult(**finding)
+    except (ValueError, TypeError, KeyError):
+        reason = next((line.strip() for line in errors.splitlines() if line.strip()), "without a message")
+        return CheckResult(check.name, False, f"{_ending(process.returncode)} ({reason}): {check.remedy}")
+
+
+def _ending(status: int) -> str:
+    """Return how a process ended, by its exit status, which is minus the signal's number if a signal ended it."""
+    if status >= 0:
+        return f"the check ended with status {status}"
+    names: Sequence[str] = [member.name for member in signal.Signals if member.value == -status]
+    return f"the check was ended by {names[0] if names else f'signal {-status}'}"
+
+
+def _check_files(_: argparse.Namespace) -> str:
     from conf.sender.tracking.model_files import fetch_models
 
-    checks: dict[str, Callable[[], str]] = {
-        "tracker's files": lambda: str(fetch_models()),
-        "camera": lambda: _check_camera(camera),
-        "drawing without a display": _check_offscreen,
-        "window": _check_window,
-        "port": lambda: _check_port(host, port),
-    }
-    return [_run_check(name, check) for name, check in checks.items()]
+    return str(fetch_models())
 
 
-def _run_check(name: str, check: Callable[[], str]) -> CheckResult:
-    try:
-        return CheckResult(name, True, check())
-    except ConfError as error:
-        return CheckResult(name, False, str(error))
+def _check_tracker(_: argparse.Namespace) -> str:
+    """Return the backend and its time; the time is that of the landmarks, most of a frame's."""
+    import numpy as np
+
+    from conf.sender.tracking.inference import describe_backend
+    from conf.sender.tracking.landmarks import Crop, LandmarkNetwork
+    from conf.sender.tracking.model_files import model_folder
+
+    network = LandmarkNetwork(model_folder())
+    image, crop = np.zeros((240, 320, 3), np.uint8), Crop(np.array([160.0, 120.0]), 200.0, 0.0)
+    times = []
+    for _frame in range(TIMED_FRAMES):
+        start = time.perf_counter()
+        network.predict(image, crop)
+        times.append(time.perf_counter() - start)
+    return f"{describe_backend()}, {statistics.median(times) * 1000:.1f} ms a frame"
 
 
-def _check_camera(name: str) -> str:
+def _check_camera(options: argparse.Namespace) -> str:
     from conf.sender.capture.camera import open_camera
 
-    with open_camera(name) as camera:
-        frame = camera.read()
-    if frame is None:
-        raise ConfError("the camera opens but gives no image: close the program that uses it, or try another number")
-    height, width = frame.pixels.shape[:2]
+    with open_camera(options.camera) as camera:
+        height, width = camera.read().pixels.shape[:2]
     return f"{width}x{height}"
 
 
-def _check_offscreen() -> str:
+def _check_offscreen(_: argparse.Namespace) -> str:
     from conf.render.window.offscreen import OffscreenWindow
 
     with OffscreenWindow(64, 64) as window:
         return str(window.ctx.info["GL_RENDERER"])
 
 
-def _check_window() -> str:
+def _check_window(_: argparse.Namespace) -> str:
     from conf.render.window.glfw_window import GlfwWindow
 
     if not has_display():
         raise ConfError("there is no display here: `conf receive --headless OUT.avi` draws into a file instead")
     with GlfwWindow(64, 64, "conf doctor") as window:
+        window.begin()
+        window.end()
         return str(window.ctx.info["GL_RENDERER"])
 
 
-def _check_port(host: str, port: int) -> str:
+def _check_port(options: argparse.Namespace) -> str:
     from conf.protocol.address import format_address
     from conf.transport.udp import UdpSocket
 
-    with UdpSocket.bind(host, port) as socket:
+    with UdpSocket.bind(*options.listen) as socket:
         return f"{format_address(socket.address)} is free"
+
+
+CHECKS = {
+    # pip tries again for a while before it says that there is no network
+    "files": Check("tracker's files", _check_files, 180.0, "check the network, then type `conf models fetch`"),
+    "tracker": Check(
+        "tracker", _check_tracker, 30.0, "type `pip uninstall ai-edge-litert`: the tracker then runs on OpenCV"
+    ),
+    "camera": Check(
+        "camera", _check_camera, 20.0, "plug the camera in again, close what uses it, or name another with --camera N"
+    ),
+    "offscreen": Check("drawing without a display", _check_offscreen, 20.0, DRIVER),
+    "window": Check(
+        "window", _check_window, 20.0, f"{DRIVER}, or draw without a window: `conf receive --headless OUT.avi`"
+    ),
+    "port": Check("port", _check_port, 20.0, "name another with --listen HOST:PORT"),
+}

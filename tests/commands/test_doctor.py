@@ -1,28 +1,115 @@
+import argparse
+import os
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from conf.commands.doctor import run_checks
+from conf.commands.doctor import CHECKS, Check, CheckResult, add_arguments, collect, run, run_check
 from conf.transport.udp import UdpSocket
 
+NAMES = ["tracker's files", "tracker", "camera", "drawing without a display", "window", "port"]
 
-def test_a_failed_check_says_what_to_do(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+
+def options(*arguments: str) -> argparse.Namespace:
+    parser = argparse.ArgumentParser()
+    add_arguments(parser)
+    return parser.parse_args(arguments)
+
+
+def finding(key: str, *arguments: str) -> CheckResult:
+    return run_check(CHECKS[key], options(*arguments))
+
+
+def child(script: str, *, limit_s: float = 60.0) -> CheckResult:
+    """Return what is reported of a check whose process runs the script."""
+    check = Check("window", lambda _: "", limit_s, "install a driver")
+    command = [sys.executable, "-c", script]
+    pipe = subprocess.PIPE
+    return collect(check, lambda: subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True))
+
+
+class Terminal:
+    """Collects the findings."""
+
+    def __init__(self) -> None:
+        self.findings: list[CheckResult] = []
+        self.text = ""
+
+    def status_line(self) -> "Terminal":
+        return self
+
+    def __enter__(self) -> object:
+        return lambda text: None
+
+    def __exit__(self, *_: object) -> None: ...
+
+    def print_list(self, key: str, items: list[CheckResult], text: str) -> None:
+        assert key == "findings"
+        self.findings, self.text = items, text
+
+
+def test_a_failed_check_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    monkeypatch.setattr("conf.sender.tracking.model_files.fetch_models", lambda: tmp_path)
     with UdpSocket.bind("127.0.0.1", 0) as occupied:
-        findings = {
-            f.name: f for f in run_checks(camera="/dev/no-such-camera", host="127.0.0.1", port=occupied.address[1])
-        }
-    assert list(findings) == ["tracker's files", "camera", "drawing without a display", "window", "port"]
-    assert findings["tracker's files"].works and findings["tracker's files"].detail == str(tmp_path)
-    assert not findings["camera"].works and "plug one in" in findings["camera"].detail
-    assert not findings["window"].works and "--headless OUT.avi" in findings["window"].detail
-    assert not findings["port"].works and "--listen HOST:PORT" in findings["port"].detail
+        port = finding("port", "--listen", f"127.0.0.1:{occupied.address[1]}")
+    assert not port.works and "--listen HOST:PORT" in port.detail
+    camera, window = finding("camera", "--camera", "/dev/no-such-camera"), finding("window")
+    assert not camera.works and "plug one in" in camera.detail
+    assert not window.works and "--headless OUT.avi" in window.detail
 
 
 def test_a_successful_check_says_what_was_found(gl: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("conf.sender.tracking.model_files.fetch_models", lambda: tmp_path)
-    findings = {f.name: f for f in run_checks(camera="99", host="127.0.0.1", port=0)}
-    assert findings["drawing without a display"].works
-    assert findings["port"].works and findings["port"].detail.endswith("is free")
+    assert finding("files") == CheckResult("tracker's files", True, str(tmp_path))
+    assert finding("offscreen").works
+    port = finding("port", "--listen", "127.0.0.1:0")
+    assert port.works and port.detail.endswith("is free")
+
+
+@pytest.mark.slow
+def test_the_tracker_check_names_the_backend(models: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    tracker = finding("tracker")
+    assert tracker.works and tracker.detail.startswith(("LiteRT ", "OpenCV ")) and "ms a frame" in tracker.detail
+    monkeypatch.setenv("CONF_MODELS", str(tmp_path))
+    missing = finding("tracker")
+    assert not missing.works and missing.detail.endswith("is missing: run `conf models fetch`.")
+
+
+def test_a_check_that_dies_is_reported_with_its_reason_and_a_remedy() -> None:
+    died = child("import sys; print('X Error of failed request:  BadAccess', file=sys.stderr); sys.exit(1)")
+    text = "the check ended with status 1 (X Error of failed request:  BadAccess): install a driver"
+    assert died == CheckResult("window", False, text)
+    assert child("print('[1]')").detail == "the check ended with status 0 (without a message): install a driver"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="other systems have no signals")
+def test_a_check_that_is_killed_names_the_signal() -> None:
+    killed = child("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
+    assert killed.detail == "the check was ended by SIGSEGV (without a message): install a driver"
+    realtime = child(f"import os; os.kill(os.getpid(), {signal.SIGRTMIN + 5})")
+    assert f"ended by signal {signal.SIGRTMIN + 5} " in realtime.detail
+
+
+def test_a_check_that_hangs_is_ended() -> None:
+    assert child("import time; time.sleep(600)", limit_s=0.2) == CheckResult(
+        "window", False, "no answer within 0 s: install a driver"
+    )
+
+
+@pytest.mark.slow
+def test_all_checks_run_each_in_a_process_of_its_own(
+    gl: None, display: str, models: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In one process an EGL context before a GLX window ends it: X error BadAccess."""
+    monkeypatch.setenv("DISPLAY", display)
+    terminal = Terminal()
+    run(options("--camera", "/dev/no-such-camera", "--listen", "127.0.0.1:0"), terminal)  # type: ignore[arg-type]
+    assert [finding.name for finding in terminal.findings] == NAMES
+    assert [finding.name for finding in terminal.findings if not finding.works] == ["camera"], terminal.text
+    assert (
+        terminal.text.startswith("works  tracker's files: ") and "\nFAILS  camera: there is no camera" in terminal.text
+    )
