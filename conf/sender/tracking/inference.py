@@ -1,14 +1,14 @@
-"""Run one of the tracker's networks: by OpenCV alone, or faster by LiteRT when it is installed.
+"""Run one of the tracker's networks: by LiteRT, or by OpenCV where LiteRT has no wheel or cannot be imported.
 
 OpenCV 5's default engine keeps only one output of a network, so the classic engine is used, which only works when
 loading from a file path. OpenCV expects NCHW where the file has NHWC. With two threads the duration of networks this
-small is erratic.
+small is erratic, with either backend.
 """
 
-import importlib.util
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Literal
 
@@ -19,6 +19,9 @@ from numpy.typing import NDArray
 from conf.errors import ModelError
 
 Backend = Literal["auto", "opencv", "litert"]
+# What importing LiteRT raises: ImportError when it or a library is missing, the others when NumPy, ml_dtypes or its
+# own native part are of a version that does not fit.
+_IMPORT_ERRORS = (ImportError, OSError, AttributeError, TypeError, ValueError, RuntimeError)
 # From one input, images as (1, H, W, 3), to the outputs in the requested order.
 InferenceFunction = Callable[[NDArray[np.float32]], list[NDArray[np.float32]]]
 
@@ -27,8 +30,8 @@ def load_network(path: Path, outputs: Sequence[str], /, *, backend: Backend = "a
     """Load a network file.
 
     outputs : names of the outputs
-    backend : "auto" uses LiteRT when it is installed
-    Raises ModelError if the file cannot be read or the backend is not installed.
+    backend : "auto" uses LiteRT when it can be imported
+    Raises ModelError if the file cannot be read or the backend cannot be imported.
     """
     if not path.is_file():
         raise ModelError(f"{path} is missing: run `conf models fetch`.")
@@ -36,10 +39,39 @@ def load_network(path: Path, outputs: Sequence[str], /, *, backend: Backend = "a
 
 
 def choose_backend(backend: Backend, /) -> Literal["opencv", "litert"]:
-    """Return the backend that "auto" means on this machine: LiteRT when the extra conf[fast] is installed."""
+    """Return the backend that "auto" means on this machine: LiteRT when it can be imported, else OpenCV."""
     if backend != "auto":
         return backend
-    return "litert" if importlib.util.find_spec("ai_edge_litert") else "opencv"
+    try:
+        _import_litert()
+    except ModelError:
+        return "opencv"
+    return "litert"
+
+
+def describe_backend() -> str:
+    """Return name and version of the backend that "auto" means here, and why it is not LiteRT."""
+    try:
+        _import_litert()
+    except ModelError as error:
+        return f"OpenCV {cv2.__version__} ({error})"
+    try:
+        return f"LiteRT {version('ai-edge-litert')}"
+    except PackageNotFoundError:  # imported from a folder without metadata
+        return "LiteRT"
+
+
+def _import_litert() -> Any:
+    """Return LiteRT's interpreter class. Raises ModelError if it cannot be imported."""
+    try:
+        from ai_edge_litert.interpreter import Interpreter
+    except ModuleNotFoundError as error:
+        raise ModelError("ai-edge-litert is not installed: pip install ai-edge-litert, where it has a wheel") from error
+    except _IMPORT_ERRORS as error:
+        raise ModelError(
+            f"ai-edge-litert cannot be imported, {error}: pip install --force-reinstall ai-edge-litert"
+        ) from error
+    return Interpreter
 
 
 def _load_with_opencv(path: Path, outputs: Sequence[str]) -> InferenceFunction:
@@ -62,15 +94,10 @@ def _load_with_opencv(path: Path, outputs: Sequence[str]) -> InferenceFunction:
 
 
 def _load_with_litert(path: Path, outputs: Sequence[str]) -> InferenceFunction:
-    try:
-        from ai_edge_litert.interpreter import Interpreter
-    except ImportError as error:
-        raise ModelError(
-            "ai-edge-litert is not installed: pip install 'conf[fast]', or use the OpenCV backend."
-        ) from error
+    interpreter_class = _import_litert()
     with _quiet_stderr():
         try:
-            interpreter: Any = Interpreter(model_path=str(path), num_threads=1)
+            interpreter = interpreter_class(model_path=str(path), num_threads=1)
             interpreter.allocate_tensors()
         except (ValueError, RuntimeError) as error:
             raise ModelError(f"{path} is damaged: run `conf models fetch` to get it again.") from error

@@ -1,14 +1,21 @@
+import builtins
+import sys
+import tomllib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from packaging.requirements import Requirement
 
 from conf.errors import ModelError
-from conf.sender.tracking.inference import Backend, choose_backend, load_network
+from conf.sender.tracking.inference import Backend, choose_backend, describe_backend, load_network
 from conf.sender.tracking.model_files import BLENDSHAPES, DETECTOR, LANDMARKS
+from conf.sender.tracking.tracker import FaceTracker
 
 has_litert = choose_backend("auto") == "litert"
-needs_litert = pytest.mark.skipif(not has_litert, reason="ai-edge-litert is not installed")
+needs_litert = pytest.mark.skipif(not has_litert, reason="ai-edge-litert has no wheel for this machine")
 BACKENDS: list[Backend] = ["opencv", "litert"] if has_litert else ["opencv"]
 
 NETWORKS = [
@@ -53,9 +60,77 @@ def test_the_message_for_a_missing_or_damaged_file_names_the_remedy(tmp_path: Pa
     assert str(damaged.value) == f"{path} is damaged: run `conf models fetch` to get it again."
 
 
-def test_auto_means_litert_when_it_is_installed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: object())
+@needs_litert
+@pytest.mark.slow
+def test_both_backends_track_the_same_landmarks(models: Path, carphone: list[NDArray[np.uint8]]) -> None:
+    by_opencv, by_litert = FaceTracker(models, backend="opencv"), FaceTracker(models, backend="litert")
+    for pixels in carphone:
+        a, b = by_opencv.track(pixels), by_litert.track(pixels)
+        assert a is not None and b is not None
+        assert np.abs(a.landmarks - b.landmarks).max() < 0.3  # px
+
+
+@needs_litert
+@pytest.mark.slow
+def test_litert_writes_nothing_to_the_terminal(models: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    run = load_network(models / LANDMARKS, ("Identity", "Identity_1"), backend="litert")
+    run(np.zeros((1, 256, 256, 3), np.float32))
+    assert capfd.readouterr() == ("", "")
+
+
+@needs_litert
+def test_auto_means_litert_when_it_can_be_imported() -> None:
     assert choose_backend("auto") == "litert"
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert describe_backend().startswith("LiteRT ")
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        (ModuleNotFoundError("No module named 'ai_edge_litert'"), "is not installed: pip install ai-edge-litert"),
+        (ImportError("GLIBC_2.27 not found"), "cannot be imported, GLIBC_2.27 not found: pip install --force"),
+        (TypeError("Descriptors cannot be created"), "cannot be imported, Descriptors cannot be created: pip"),
+    ],
+)
+def test_auto_means_opencv_when_litert_cannot_be_imported(
+    models: Path, monkeypatch: pytest.MonkeyPatch, error: Exception, reason: str
+) -> None:
+    import_module = builtins.__import__
+
+    def fail(name: str, *arguments: Any) -> Any:
+        if name.startswith("ai_edge_litert"):
+            raise error
+        return import_module(name, *arguments)
+
+    monkeypatch.delitem(sys.modules, "ai_edge_litert.interpreter", raising=False)
+    monkeypatch.setattr(builtins, "__import__", fail)
     assert choose_backend("auto") == "opencv"
     assert choose_backend("litert") == "litert"
+    assert describe_backend().startswith("OpenCV ") and reason in describe_backend()
+    load_network(models / BLENDSHAPES, ("StatefulPartitionedCall:0",))
+    with pytest.raises(ModelError, match=reason):
+        load_network(models / BLENDSHAPES, ("StatefulPartitionedCall:0",), backend="litert")
+
+
+@pytest.mark.parametrize(
+    ("system", "machine", "python", "expected"),
+    [
+        *(("linux", machine, "3.11", True) for machine in ("x86_64", "aarch64")),
+        *(("darwin", "arm64", python, True) for python in ("3.12", "3.13")),
+        *(("win32", "AMD64", python, True) for python in ("3.11", "3.14")),
+        *(("linux", machine, "3.11", False) for machine in ("riscv64", "armv7l")),
+        ("darwin", "x86_64", "3.12", False),
+        ("win32", "ARM64", "3.12", False),
+        ("linux", "x86_64", "3.15", False),
+    ],
+)
+def test_litert_is_required_where_it_has_a_wheel(system: str, machine: str, python: str, expected: bool) -> None:
+    project = tomllib.loads((Path(__file__).parents[3] / "pyproject.toml").read_text())["project"]
+    (marker,) = [
+        requirement.marker
+        for requirement in map(Requirement, project["dependencies"])
+        if requirement.name == "ai-edge-litert"
+    ]
+    assert marker is not None
+    environment = {"sys_platform": system, "platform_machine": machine, "python_version": python}
+    assert marker.evaluate(environment) is expected
