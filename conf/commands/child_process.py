@@ -18,7 +18,7 @@ def start_conf(arguments: Sequence[str], /, *, environment: Mapping[str, str] | 
     # -P: a file conf.py in the working folder, as Sphinx has, would be run instead
     command = [sys.executable, "-P", "-m", "conf", *arguments]
     paths = [str(PACKAGES), *filter(None, [os.environ.get("PYTHONPATH")])]
-    variables = os.environ | {"PYTHONPATH": os.pathsep.join(paths)} | (environment or {})
+    variables = os.environ | {"PYTHONPATH": os.pathsep.join(paths)} | dict(environment or {})
     return subprocess.Popen(
         command,
         env=variables,
