@@ -199,7 +199,7 @@ def main() -> None:
     loader = MutatedModule(f"conf.{args.module.replace('/', '.')}", ROOT / "conf" / f"{args.module}.py")
     sys.meta_path.insert(0, loader)
     tests = ForkedTests(loader)
-    options = ["-q", "-p", "no:cacheprovider", "--capture=no", "--no-header", "--tb=short"]
+    options = ["-q", "-p", "no:cacheprovider", "--capture=no", "--assert=plain", "--tb=no"]
     if args.quick:
         options += ["-m", "not slow"]
     pytest.main([*options, f"{folder}/test_{name}.py"], plugins=[tests])

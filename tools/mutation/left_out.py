@@ -9,6 +9,7 @@ A mutant is left out if the line it changes contains the first text of a row and
 EVERYWHERE = (
     (r"^raise \w+\(f?\"", r"^raise ", "the text of an error"),
     (r"strict=True", r"zip\((?!.*strict=True)", "an internal check: both are equally long by construction"),
+    (r"strict=False", r"zip\(.*(strict=None|, \))", "the default"),
 )
 
 # By module. Plain texts: part of the line, part of the changed line, the reason.

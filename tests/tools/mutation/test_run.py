@@ -35,6 +35,7 @@ def test_a_package_stands_for_its_modules() -> None:
             "an internal check: both are equally long by construction",
         ),
         ("zip(a, b, strict=True)", "zip(a, None, strict=True)", ""),
+        ("zip(a, b, strict=False)", "zip(a, b, )", "the default"),
         ("a = b + 1", "a = b - 1", ""),
     ],
 )
