@@ -29,8 +29,11 @@ from mutmut.state import state
 from mutmut.utils.format_utils import mangled_name_from_mutant_name
 
 ROOT = Path(__file__).resolve().parents[2]
-MIN_CPU_S, CPU_FACTOR = 10, 10  # time limit of a mutant: the factor times what its tests need, and at least so much
-WALL_FACTOR = 20  # of the time limit: a machine may be busy, a mutant may wait for ever
+MIN_CPU_S, CPU_FACTOR = (
+    2,
+    5,
+)  # of the time limit of a test: the factor times what it needs without a mutant, and 2 s more
+WALL_FACTOR = 30  # of the time limit: a machine may be busy, a mutant may wait for ever
 MAX_MEMORY = 8 << 30  # bytes of address space
 PASSED, FAILED = 0, 1
 
@@ -106,16 +109,20 @@ class ForkedTests:
             first = sorted(callers.get(function, ()), key=lambda i: durations[i])
             # Tests that were not seen to call the function may do so, through something that is cached.
             others = [i for i, item in enumerate(session.items) if i not in first and not is_slow(item)]
-            chosen = [session.items[i] for i in (*first, *others)]
-            seconds = MIN_CPU_S + CPU_FACTOR * sum(durations[i] for i in (*first, *others))
-            survived = self._in_a_fork(partial(self._test, name, chosen), seconds) == PASSED
+            chosen = [(session.items[i], MIN_CPU_S + CPU_FACTOR * durations[i]) for i in (*first, *others)]
+            survived = self._in_a_fork(partial(self._test, name, chosen)) == PASSED
             line, changed = self._loader.changed_lines(name)
             self.results.append({"name": name, "line": line, "changed": changed, "survived": survived})
         return True
 
-    def _test(self, name: str, items: list[pytest.Item]) -> None:
+    def _test(self, name: str, items: list[tuple[pytest.Item, float]]) -> None:
+        """Run tests with a mutant, each within some seconds of the CPU."""
         set_mutant_under_test(f"{self._loader.name}.{name}")
-        run_items(items)
+        following = [item for item, _ in items[1:]]
+        for (item, seconds), next_item in zip(items, [*following, None], strict=True):
+            signal.setitimer(signal.ITIMER_PROF, seconds)
+            signal.setitimer(signal.ITIMER_REAL, WALL_FACTOR * seconds)
+            item.ihook.pytest_runtest_protocol(item=item, nextitem=next_item)
 
     def _trace(self, items: list[pytest.Item]) -> tuple[list[float], dict[str, set[int]]]:
         """Return the CPU seconds of every test, and which tests call each function."""
@@ -150,13 +157,10 @@ class ForkedTests:
                 by_function.setdefault(name, set()).add(i)
         return durations, by_function
 
-    def _in_a_fork(self, function: Callable[[], None], seconds: float) -> int:
-        """Return the exit status of a fork of this process that calls the function within a time of the CPU."""
+    def _in_a_fork(self, function: Callable[[], None]) -> int:
+        """Return the exit status of a fork of this process that calls the function without output."""
         if (child := os.fork()) == 0:
-            limit = int(seconds) + 1
-            resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 1))
             resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))
-            signal.alarm(WALL_FACTOR * limit)
             nowhere = os.open(os.devnull, os.O_WRONLY)
             for stream in (1, 2):
                 os.dup2(nowhere, stream)
@@ -172,12 +176,6 @@ def leave_after(function: Callable[[], None]) -> None:
         status = PASSED
     finally:
         os._exit(status)
-
-
-def run_items(items: list[pytest.Item]) -> None:
-    """Run tests."""
-    for item, following in zip(items, [*items[1:], None], strict=True):
-        item.ihook.pytest_runtest_protocol(item=item, nextitem=following)
 
 
 def is_slow(item: pytest.Item) -> bool:
