@@ -29,7 +29,7 @@ class AudioBlock:
         return self.timestamp + len(self.samples) / SAMPLE_RATE
 
 
-def to_int16(values: NDArray[np.floating], /) -> Samples:
+def to_int16(values: NDArray[np.float64], /) -> Samples:
     """Return float samples in int16 units as int16, rounded and clipped."""
     return np.asarray(np.clip(np.rint(values), -32768, 32767), dtype=np.int16)
 

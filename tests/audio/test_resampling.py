@@ -30,6 +30,7 @@ def test_what_the_lower_rate_cannot_hold_is_removed(source: int, target: int) ->
     assert np.abs(output[len(output) // 4 :]).max() < 10  # -60 dB
 
 
+@pytest.mark.slow
 @given(lengths=st.lists(st.integers(0, 400), min_size=1, max_size=8), rates=st.sampled_from(RATES))
 def test_blocks_leave_no_trace(lengths: list[int], rates: tuple[int, int]) -> None:
     sound = np.random.default_rng(1).integers(-20000, 20000, sum(lengths)).astype(np.int16)

@@ -38,6 +38,7 @@ def test_a_vowel_keeps_its_pitch_and_level(codec: str, bit_rate: int, frame_ms: 
     assert level_dbfs(decoded[steady]) == pytest.approx(level_dbfs(sound[steady]), abs=4)
 
 
+@pytest.mark.slow
 @every_format
 def test_the_decoded_sound_lags_by_the_stated_delay(codec: str, bit_rate: int, frame_ms: int) -> None:
     sound = speech(2.4, seed=3)
@@ -85,6 +86,7 @@ def test_concealing_before_the_first_frame_is_silence(codec: str, bit_rate: int,
     assert len(silence) == decoder.frame_samples and not silence.any()
 
 
+@pytest.mark.slow
 @given(data=st.lists(st.binary(max_size=300), min_size=1, max_size=6), form=st.sampled_from(FORMATS))
 def test_any_bytes_decode_to_one_frame(data: list[bytes], form: tuple[str, int, int]) -> None:
     decoder = create_decoder(*form)
