@@ -11,6 +11,7 @@ from conf.animator.face_document import FaceDocument
 from conf.animator.gui.layout import Layout, scale_of
 from conf.animator.gui.main import AnimatorGui
 from conf.animator.gui.theme import BACKDROP, themed
+from conf.animator.keys import key_label
 from conf.animator.viewport_controller import ViewportController, WindowCommand
 from conf.output.media_writer import VideoWriter, next_free_path
 from conf.render.ui.imgui_input import ImGuiInput, dropped_files
@@ -30,7 +31,7 @@ class AnimatorApp:
     ) -> None:
         """Open a document.
 
-        folder : for the images and clips of the keys S and R; None for the current one
+        folder : for screenshots and recordings; None for the current one
         fit : finds control points; None if that is not available
         """
         window.close_on_escape = False
@@ -69,10 +70,13 @@ class AnimatorApp:
         self._last = now
         window, controller = self._window, self.controller
         events = window.poll()
+        is_closing, window.should_close = window.should_close, False
         scale = scale_of(window.size, window.pixel_ratio)
         layout = Layout.of(window.size, scale)
         self._input.process_events(events)
         commands = self._viewport.process_events(events, layout, scale, now)
+        if is_closing:  # by the window's own button
+            commands.add("quit")
         for path in dropped_files(events):
             controller.open_file(Path(path), now)
         controller.update(now)
@@ -81,7 +85,8 @@ class AnimatorApp:
         self._draw_face(layout, now)
         self._record_clip(layout, now)
         with self._overlay.frame(window, scale=scale), themed(scale):
-            self._gui.draw(controller, self._viewport, layout, now, self.fps)
+            if self._gui.draw(controller, self._viewport, layout, now, self.fps):
+                commands.add("quit")
         self._run_window_commands(commands)
         window.end()
 
@@ -101,7 +106,7 @@ class AnimatorApp:
         framebuffer.viewport = (0, 0, *self._window.size)
 
     def _run_window_commands(self, commands: set[WindowCommand]) -> None:
-        if "quit" in commands:
+        if "quit" in commands and self.controller.request_quit():
             self._window.should_close = True
         if "full screen" in commands:
             self._window.toggle_full_screen()
@@ -114,7 +119,7 @@ class AnimatorApp:
     def _toggle_clip(self) -> None:
         if self._clip is None:
             self._clip = VideoWriter(next_free_path(self._folder, "conf", ".avi"), fps=CLIP_FPS)
-            self.controller.notice = "recording the face as AVI; R stops"
+            self.controller.notice = f"recording the face as AVI; {key_label('record')} stops"
         else:
             clip, self._clip = self._clip, None
             self.controller.notice = f"saved {clip.close()}"

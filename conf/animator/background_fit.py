@@ -26,9 +26,17 @@ class FitResult:
     remarks: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True)
+class FitProgress:
+    """How far a fit is: the fraction that is done, 0 to 1, and what is done now."""
+
+    fraction: float
+    text: str
+
+
 # Returns the control points of a mesh file. It gets the file, its up and front axes, None to try all, and a function
-# that shows the current step; it raises ConfError.
-FitFunction = Callable[[Path, Axes, Callable[[str], None]], FitResult]
+# that shows the fraction that is done and the current step; it raises ConfError.
+FitFunction = Callable[[Path, Axes, Callable[[float, str], None]], FitResult]
 NICENESS = 5  # of nice: about a third of a fully loaded core
 Result = TypeVar("Result")
 
@@ -82,7 +90,7 @@ class BackgroundFit(LatestTaskWorker[tuple[Path, FitResult]]):
         """function : None if fitting is not available"""
         super().__init__()
         self._function = function
-        self._progress = ""
+        self._progress = FitProgress(0.0, "")
 
     @property
     def available(self) -> bool:
@@ -90,8 +98,8 @@ class BackgroundFit(LatestTaskWorker[tuple[Path, FitResult]]):
         return self._function is not None
 
     @property
-    def progress(self) -> str | None:
-        """Description of the current step, None if no fit is running."""
+    def progress(self) -> FitProgress | None:
+        """How far the running fit is, None if there is none."""
         return self._progress if self.busy else None
 
     def start(self, path: Path, axes: Axes) -> None:
@@ -99,8 +107,8 @@ class BackgroundFit(LatestTaskWorker[tuple[Path, FitResult]]):
         function = self._function
         if function is None:
             raise ValueError("function must be given")
-        self._progress = "looking for the face"
+        self._progress = FitProgress(0.0, "reading the mesh")
         self.submit(lambda: (path, function(path, axes, self._on_progress)))
 
-    def _on_progress(self, text: str) -> None:
-        self._progress = text
+    def _on_progress(self, fraction: float, text: str) -> None:
+        self._progress = FitProgress(fraction, text)

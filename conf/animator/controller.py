@@ -1,6 +1,6 @@
 """The animator's controller: owns the editor state and carries out what the user asks for."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +19,8 @@ from conf.animator.face_document import (
     with_points,
 )
 from conf.animator.face_instance import FaceInstance
-from conf.animator.file_export import ExportOptions, check_output, export, export_still, parse_fps, parse_size
+from conf.animator.file_dialog import FileDialog, FileRequest
+from conf.animator.file_export import SUFFIXES, ExportOptions, check_output, export, export_still, parse_fps, parse_size
 from conf.animator.motion_mixer import mix_motion
 from conf.animator.motion_player import (
     REST_POSE,
@@ -40,11 +41,20 @@ from conf.face.deformation.face_model import DeformerOptions
 from conf.face.formats.dpc import MotionClip
 from conf.face.formats.epc import ExpressionSet, read_epc
 from conf.face.formats.ppc import read_ppc
+from conf.face.mesh.mesh import MESH_SUFFIXES
 from conf.face.symmetry import MIRROR_INDICES
 from conf.output.media_writer import next_free_path
 from conf.output.motion_recorder import MotionRecorder
 
-MESH_SUFFIXES = (".obj", ".ply", ".glb", ".stl")
+# Text field -> title, kind and suffixes of the files that its dialog offers, and whether a new file may be named.
+FILE_DIALOGS: dict[str, tuple[str, str, Sequence[str], bool]] = {
+    "face": ("Open a face", "face meshes", MESH_SUFFIXES, False),
+    "points": ("Load control points", "control points", (".ppc",), False),
+    "saved points": ("Save the control points", "control points", (".ppc",), True),
+    "recording": ("Open a recording", "recorded motion", (".dpc",), False),
+    "expressions": ("Open expressions", "expressions", (".epc",), False),
+    "output": ("Export as", "what can be exported", SUFFIXES, True),
+}
 REST = MotionSample(np.zeros((CONTROL_POINT_COUNT, 3), np.float32), REST_POSE)
 
 
@@ -56,7 +66,14 @@ class Controller:
     Methods that use files put the text of a ConfError into `notice`.
     """
 
-    def __init__(self, ctx: moderngl.Context, document: FaceDocument, fit: FitFunction | None = None) -> None:
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        document: FaceDocument,
+        fit: FitFunction | None = None,
+        *,
+        file_dialog: FileDialog | None = None,
+    ) -> None:
         """Open a document. fit : finds control points, also those of `document` if it has none; None if unavailable."""
         self.ctx = ctx
         self.state = EditorState()
@@ -67,6 +84,8 @@ class Controller:
         self.expressions: ExpressionSet = load_emotions()
         self.export_progress: float | None = None
         self.notice = ""
+        self._file_dialog = file_dialog or FileDialog()
+        self._has_unsaved_points = False  # placed by hand
         self._export: Iterator[float] | None = None
         self._idle = IdleMotion(np.random.default_rng())
         self._last_frame = (self.face.model.neutral, REST)
@@ -78,6 +97,7 @@ class Controller:
         self.face.update(self.state.deformer, self.state.muscles)
         with self.errors_as_notice():
             self._poll_fit()
+        self._poll_file_dialog(now)
         if self._export is None:
             return
         try:
@@ -149,11 +169,34 @@ class Controller:
             self.play_clip("recorded motion", clip, now)
             self.notice = "motion recorded; Export writes it as DPC, clip, FAP or CSV"
 
-    def save_points(self, path: Path) -> None:
-        """Write the control points to a PPC file."""
+    @property
+    def points_path(self) -> Path:
+        """The PPC file that Save writes: that of the text field, else the one beside the mesh."""
+        typed, document = self.state.fields.points.strip(), self.face.document
+        if typed:
+            return Path(typed).expanduser()
+        own = document.path.with_suffix(".ppc")
+        return Path(own.name) if document.is_default else own  # the shipped head's folder belongs to the program
+
+    def save_points(self, path: Path) -> bool:
+        """Write the control points to a PPC file. Returns whether they are saved."""
         with self.errors_as_notice():
             save_points(path, self.face.document)
-            self.notice = f"saved {path}"
+            self._has_unsaved_points = False
+            self.notice = f"saved {path.absolute()}"
+        return not self._has_unsaved_points
+
+    def choose_file(self, field: str) -> None:
+        """Open the file dialog of a text field, a key of FILE_DIALOGS; the file that is chosen is used at once."""
+        title, kind, suffixes, save = FILE_DIALOGS[field]
+        if field == "saved points":
+            typed = str(self.points_path)
+        else:
+            typed = getattr(self.state.fields, field).strip()
+        start = Path(typed).expanduser() if typed else self.face.document.path.parent
+        if self.face.document.is_default and not typed:
+            start = Path()
+        self.notice = self._file_dialog.open(FileRequest(field, title, start.absolute(), kind, suffixes, save))
 
     def find_points(self) -> None:
         """Start to find the control points in the background."""
@@ -180,6 +223,34 @@ class Controller:
             expression=replace(self.state.expression, units={}),
         )
 
+    @property
+    def has_unsaved_points(self) -> bool:
+        """Whether control points that were placed by hand would be lost."""
+        placement = self.state.placement
+        return self._has_unsaved_points or (placement is not None and bool(placement.history))
+
+    def cancel_placement(self, *, confirmed: bool = False) -> None:
+        """Stop placing points; ask first if that loses some and the user has not confirmed it."""
+        placement = self.state.placement
+        ask = placement is not None and bool(placement.history) and not confirmed
+        self.state = replace(self.state, question="cancel" if ask else None, placement=placement if ask else None)
+
+    def request_quit(self) -> bool:
+        """Tell whether the window may close; if that loses points and the user was not asked, open the question."""
+        if not self.has_unsaved_points or self.state.question == "quit":
+            return True
+        self.state = replace(self.state, question="quit")
+        return False
+
+    def save_for_quit(self) -> bool:
+        """Save all points, placed or set already. Returns whether they are saved; else the question is closed."""
+        if self.state.placement is not None:
+            self.apply_points()
+        saved = self.state.placement is None and self.save_points(self.points_path)
+        if not saved:
+            self.state = replace(self.state, question=None)
+        return saved
+
     def mirror_points(self) -> None:
         """Set every point of the right side to the mirror image of its placed partner."""
         if self.state.placement is None:
@@ -203,6 +274,7 @@ class Controller:
             self._show(with_points(document, document.to_file_coordinates(placement.points)))
             view = replace(self.state.view, camera=self.state.view.camera.reset())
             self.state = replace(self.state, view=view)
+            self._has_unsaved_points = True
             self.notice = "the control points are placed; Save PPC saves them"
 
     def export(self) -> None:
@@ -230,6 +302,7 @@ class Controller:
     def release(self) -> None:
         """Stop exports, wait for background tasks, free all GPU objects."""
         self._end_export("")
+        self._file_dialog.close()
         self.fitting.close()
         self.face.release()
 
@@ -238,7 +311,24 @@ class Controller:
         self.face.release()
         self.face = face
         self._last_frame = (face.model.neutral, REST)
-        self.state = replace(self.state, placement=None, muscles=replace(self.state.muscles, active=False))
+        self._has_unsaved_points = False
+        self.state = replace(
+            self.state, placement=None, question=None, muscles=replace(self.state.muscles, active=False)
+        )
+
+    def _poll_file_dialog(self, now: float) -> None:
+        """Use the file that was chosen in a dialog."""
+        chosen = self._file_dialog.poll()
+        if chosen is None:
+            return
+        request, path = chosen
+        field = "points" if request.purpose == "saved points" else request.purpose
+        fields = replace(self.state.fields, **{field: str(path)})
+        self.state = replace(self.state, fields=fields)
+        if not request.save:
+            self.open_file(path, now)
+        elif request.purpose == "saved points":
+            self.save_points(path)
 
     def _poll_fit(self) -> None:
         """Use the points of a fit that has ended, unless another face was opened or points are being placed."""

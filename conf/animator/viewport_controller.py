@@ -1,7 +1,7 @@
 """Mouse and keys over the face: orbit, placing points, key commands."""
 
 from dataclasses import replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from imgui_bundle import imgui
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from conf.animator.controller import Controller
 from conf.animator.gui.layout import Layout
+from conf.animator.keys import KEYS, key_label, key_of
 from conf.animator.motion_player import REST_POSE
 from conf.animator.picking import nearest_point
 from conf.animator.state.point_placement import PointPlacement
@@ -21,30 +22,8 @@ PICK_RADIUS_PX = 9.0  # pixels at scale 1 within which a press grabs a point
 CLICK_TOLERANCE_PX = 5.0  # pixels at scale 1: a press that moves no farther is a click
 
 WindowCommand = Literal["quit", "screenshot", "record", "full screen"]
-
-KEYS = {
-    "space": "pause and resume, or repeat the emotion",
-    "left, right": "one frame back, one frame forward",
-    "w": "wireframe",
-    "g": "regions of influence",
-    "p": "control points",
-    "e": "eye contact",
-    "s": "save the current view as JPEG",
-    "r": "record the face as AVI, stop recording",
-    "f": "full screen",
-    "home": "reset the camera",
-    "ctrl + z": "undo, while placing points",
-    "h": "this help",
-    "escape, q": "quit",
-}
-STYLE_KEYS = {"w": "wireframe", "g": "regions"}
-WINDOW_KEYS: dict[str, WindowCommand] = {
-    "s": "screenshot",
-    "r": "record",
-    "f": "full screen",
-    "q": "quit",
-    "escape": "quit",
-}
+WINDOW_COMMANDS: dict[str, WindowCommand] = {name: name for name in get_args(WindowCommand)}
+NO_POINTS = "this face has no control points yet: Find points or Place points in the panel Face sets them"
 
 
 class ViewportController:
@@ -68,14 +47,12 @@ class ViewportController:
         """Handle the events of one frame. Returns what is left for the window."""
         commands: set[WindowCommand] = set()
         for event in events:
+            key = None if is_typing() else key_of(event, ctrl=self._ctrl)
+            if key is not None:
+                commands |= self._process_key(key, now)
             match event:
                 case KeyStateChanged(key="left_ctrl" | "right_ctrl", pressed=pressed):
                     self._ctrl = pressed
-                case KeyStateChanged(key="left_arrow" | "right_arrow" as key, pressed=True) if not is_typing():
-                    if player := self._controller.player:
-                        player.step(1 if key == "right_arrow" else -1, player.clip.fps, now)
-                case input_events.KeyPressed(key=key) if not is_typing():
-                    commands |= self._process_key(key, now)
                 case input_events.MouseMoved(x=x, y=y):
                     self._mouse = (x, y)
                     self._drag_point(layout, scale)
@@ -97,29 +74,80 @@ class ViewportController:
         self._controller.state = replace(state, view=replace(state.view, camera=camera))
 
     def _process_key(self, key: str, now: float) -> set[WindowCommand]:
-        """Apply a key to the editor state. Returns the window's command, if it is one."""
-        state = self._controller.state
-        view, placement = state.view, state.placement
-        if key in STYLE_KEYS:
-            view = replace(view, style="rendered" if view.style == STYLE_KEYS[key] else STYLE_KEYS[key])
-        elif key == "p":
-            view = replace(view, camera=view.camera.toggled("points"))
-        elif key == "e":
-            view = replace(view, eye_contact=not view.eye_contact)
-        elif key in ("home", "0"):
-            view = replace(view, camera=view.camera.reset())
-        elif key == "h":
-            state = replace(state, show_help=not state.show_help)
-        elif key == "z" and self._ctrl and placement is not None:
-            state = replace(state, placement=placement.undo())
-        elif key == "escape" and (_popup_open() or state.show_help or placement is not None):
-            if not _popup_open():
-                state = replace(state, show_help=False, placement=placement if state.show_help else None)
-            key = ""
-        self._controller.state = replace(state, view=view)
-        if key == "space":
-            self._play(now)
-        return {WINDOW_KEYS[key]} if key in WINDOW_KEYS else set()
+        """Carry out the action of a key. Returns the window's command, if it is one."""
+        action = KEYS[key][0]
+        controller = self._controller
+        if controller.state.question is not None:
+            return self._answer(action)
+        if action == "back":
+            if _popup_open() or self._step_back():
+                return set()
+            action = "quit"
+        if action in WINDOW_COMMANDS:
+            return {WINDOW_COMMANDS[action]}
+        match action:
+            case "play":
+                self._play(now)
+            case "step":
+                self._step(1 if key == "right_arrow" else -1, now)
+            case "undo":
+                self._undo()
+            case _:
+                self._change_view(action)
+        return set()
+
+    def _answer(self, action: str) -> set[WindowCommand]:
+        """Process a key while a question is open: quitting again means it, Escape closes the question."""
+        if action == "quit":
+            return {"quit"}
+        if action == "back":
+            self._controller.state = replace(self._controller.state, question=None)
+        return set()
+
+    def _step_back(self) -> bool:
+        """Close the help or stop placing points. Returns whether one of them was open."""
+        controller = self._controller
+        if controller.state.show_help:
+            controller.state = replace(controller.state, show_help=False)
+        elif controller.state.placement is not None:
+            controller.cancel_placement()
+        else:
+            return False
+        return True
+
+    def _change_view(self, action: str) -> None:
+        """Switch style, points, eye contact or help, or reset the camera; say so if that shows nothing."""
+        controller = self._controller
+        state, document = controller.state, controller.face.document
+        view = state.view
+        match action:
+            case "wireframe" | "regions":
+                view = replace(view, style="rendered" if view.style == action else action)
+                if view.style == "regions" and document.points is None:
+                    controller.notice = NO_POINTS
+            case "points" if document.points is None:
+                controller.notice = NO_POINTS
+            case "points":
+                view = replace(view, camera=view.camera.toggled("points"))
+                if view.camera.points and view.style == "regions":
+                    controller.notice = f"regions hide the control points: {key_label('regions')} shows the face again"
+            case "eye contact":
+                view = replace(view, eye_contact=not view.eye_contact)
+                if view.eye_contact and not (document.rig and document.rig.eyes):
+                    controller.notice = "this face has no eyeballs that could turn to you"
+            case "reset":
+                view = replace(view, camera=view.camera.reset())
+            case "help":
+                state = replace(state, show_help=not state.show_help)
+        controller.state = replace(state, view=view)
+
+    def _undo(self) -> None:
+        controller = self._controller
+        placement = controller.state.placement
+        if placement is None:
+            controller.notice = f"{key_label('undo')} works while control points are placed"
+        else:
+            self._set_placement(placement.undo())
 
     def _play(self, now: float) -> None:
         """Pause or resume the recording; without one, repeat the newest running expression."""
@@ -128,6 +156,15 @@ class ViewportController:
             controller.player.toggle(now)
         elif controller.state.expression.running:
             controller.play_expression(controller.state.expression.running[-1].name, now)
+        else:
+            controller.notice = "nothing to play: open a recording below, or press an emotion"
+
+    def _step(self, frames: int, now: float) -> None:
+        player = self._controller.player
+        if player is None:
+            self._controller.notice = "no recording to step through: open a DPC file below"
+        else:
+            player.step(frames, player.clip.fps, now)
 
     def _press(self, x: float, y: float, layout: Layout, scale: float) -> None:
         if not layout.face.contains(x, y) or _popup_open():

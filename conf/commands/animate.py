@@ -13,6 +13,7 @@ from conf.commands.arguments import AXES
 
 if TYPE_CHECKING:
     from conf.animator.background_fit import Axes, FitResult
+    from conf.animator.controller import Controller
 
 HELP = "a window to animate a face by hand, emotions, muscles or recordings"
 SIZE = (1280, 800)
@@ -52,31 +53,42 @@ def animate(
     """
     from conf.animator.app import AnimatorApp
     from conf.animator.face_document import open_face_document
-    from conf.face.animation.action_units import load_emotions, load_expression
+    from conf.face.animation.action_units import load_expression
     from conf.render.window.glfw_window import GlfwWindow
 
     document = open_face_document(face, ppc, up=axes[0], front=axes[1])
     if document.source.notes:
         on_note(f"{document.path}: {'; '.join(document.source.notes)}")
-    name = None if emotion is None else load_expression(emotion).names[0]
+    if emotion is not None:
+        load_expression(emotion)  # an error before the window opens
     with GlfwWindow(*SIZE, "conf animate") as window:
         animator = AnimatorApp(window, document, fit=fit_points)
         controller = animator.controller
         try:
             if dpc is not None:
                 controller.open_file(dpc, animator.now())
-            if emotion is not None and name not in load_emotions().names:
-                controller.open_file(Path(emotion), animator.now())
-            if name is not None:
-                expression = replace(controller.state.expression, hold_until_released=True)
-                controller.state = replace(controller.state, expression=expression)
-                controller.play_expression(name, animator.now())
+            if emotion is not None:
+                show_emotion(controller, emotion, animator.now())
             animator.run()
         finally:
             animator.close()
 
 
-def fit_points(path: Path, axes: Axes, on_progress: Callable[[str], None], /) -> FitResult:
+def show_emotion(controller: Controller, emotion: str, now: float) -> None:
+    """Play one of the six emotions by name, or the first expression of an EPC file, and hold it.
+
+    A file's expressions replace those of the same name.
+    """
+    from conf.face.animation.action_units import load_emotions, load_expression
+
+    if emotion not in load_emotions().names:
+        controller.open_file(Path(emotion), now)
+    expression = replace(controller.state.expression, hold_until_released=True)
+    controller.state = replace(controller.state, expression=expression)
+    controller.play_expression(load_expression(emotion).names[0], now)
+
+
+def fit_points(path: Path, axes: Axes, on_progress: Callable[[float, str], None], /) -> FitResult:
     """Return the control points of a mesh file, as `conf fit` finds them. Raises ConfError if it shows no face."""
     from conf.animator.background_fit import FitResult
     from conf.mesh_fitting.fit import find_points

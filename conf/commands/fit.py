@@ -29,7 +29,10 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
         _check_picture(options.picture)
     output = options.output or options.face.with_suffix(".ppc")
     with terminal.status_line() as show:
-        report = fit(options.face, output, up=options.up, front=options.front, on_progress=show)
+        report = fit(
+            options.face, output, up=options.up, front=options.front,
+            on_progress=lambda fraction, text: show(f"{text} ({fraction:.0%})"),
+        )  # fmt: skip
         if options.picture:
             show("drawing the face")
             save_image(options.picture, draw_fitted_face(options.face, output))

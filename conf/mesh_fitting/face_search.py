@@ -12,12 +12,12 @@ from conf.face.mesh.editing import submesh, weld_vertices
 from conf.face.mesh.mesh import Mesh
 from conf.face.mesh.raycast import cast_front_rays
 from conf.face.similarity import SimilarityTransform
-from conf.mesh_fitting.multiview import FRONT, IMAGE_SIZE, MultiviewTracker, camera_pose, triangulate
+from conf.mesh_fitting.multiview import FRONT, IMAGE_SIZE, LandmarkView, MultiviewTracker, camera_pose, triangulate
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.tracker import FaceTracker
 
-Progress = Callable[[str], None]
+Progress = Callable[[float, str], None]  # called with the fraction that is done, and what is done now
 
 COARSE_VIEWS = [(-15.0, 0.0), FRONT, (15.0, 0.0)]  # yaw and pitch, degrees
 FINE_VIEWS = [(yaw, pitch) for yaw in (-20.0, 0.0, 20.0) for pitch in (-10.0, 0.0, 10.0)]
@@ -28,6 +28,9 @@ MIN_CORRELATION = 0.9  # of the landmarks with an upright face: 0.98 for faces, 
 MAX_RMS_CM = 0.85  # from the mean face: faces 0.14 to 0.53; false faces on a head upside down 1.2 to 3.3
 MIN_FLATNESS = 1e-3  # height over the largest extent
 HEAD_CM = 25.0  # radius around the eyes within which the mesh is kept
+# Fractions of the whole fit, by their time on a head that is upright in its file: until the face is found in one image,
+# and until it is tracked from all sides. An orientation without a face is short, so that they share the first.
+FOUND, TRACKED = 0.2, 0.85
 
 
 @dataclass(frozen=True)
@@ -54,15 +57,17 @@ def find_face(
     """Return the face of a mesh, None if there is none.
 
     axes : orientations that the mesh may have, (up, front), tried until one shows a plausible face
+    on_progress : fractions up to TRACKED
     Raises GraphicsError, ModelError.
     """
     mesh = submesh(weld_vertices(mesh), np.ones(len(mesh.triangles), dtype=bool))  # drops unused vertices
     best: FaceSearchResult | None = None
     with OffscreenWindow(IMAGE_SIZE, IMAGE_SIZE) as window:
-        search = _FaceSearch(window, FaceTracker(fetch_models()), prior)
-        for up, front in axes:
-            if on_progress:
-                on_progress(f"looking for the face, {up} up and {front} to the front")
+        progress = _Progress(on_progress)
+        progress.report(0.0, "loading the face tracker")
+        search = _FaceSearch(window, FaceTracker(fetch_models()), prior, progress)
+        for number, (up, front) in enumerate(axes):
+            progress.report(FOUND * number / len(axes), f"looking for the face, {up} up and {front} to the front")
             found = search.search(mesh, (up, front))
             if found is not None and (best is None or found.rms_from_mean_cm < best.rms_from_mean_cm):
                 best = found
@@ -71,19 +76,33 @@ def find_face(
     return best
 
 
+class _Progress:
+    """Reports fractions that never fall: a second orientation may be tracked after a first that was a false face."""
+
+    def __init__(self, on_progress: Progress | None) -> None:
+        self._on_progress = on_progress
+        self._fraction = 0.0
+
+    def report(self, fraction: float, text: str) -> None:
+        self._fraction = max(self._fraction, fraction)
+        if self._on_progress:
+            self._on_progress(self._fraction, text)
+
+
 @dataclass(frozen=True)
 class _FaceSearch:
     window: OffscreenWindow
     tracker: FaceTracker
     prior: FacePrior
+    progress: _Progress
 
     def search(self, mesh: Mesh, axes: tuple[str, str]) -> FaceSearchResult | None:
         """Search one orientation of a mesh, then triangulate twice, from nearer and from more sides."""
         frame = self._find_frame(mesh, axes_rotation(*axes))
         if frame is None:
             return None
-        for views in (COARSE_VIEWS, FINE_VIEWS):
-            landmarks = self._triangulate(_crop_head(mesh, frame), views)
+        for views, done in ((COARSE_VIEWS, 0), (FINE_VIEWS, len(COARSE_VIEWS))):
+            landmarks = self._triangulate(_crop_head(mesh, frame), views, done)
             if landmarks is None:
                 return None
             step = self.prior.frame(landmarks)
@@ -110,11 +129,18 @@ class _FaceSearch:
                         return to_cm.then(step)
         return None
 
-    def _triangulate(self, mesh: Mesh, views: list[tuple[float, float]]) -> NDArray[np.float64] | None:
-        """Return the landmarks (m, 3) from several views, None if fewer than two show a face."""
+    def _triangulate(self, mesh: Mesh, views: list[tuple[float, float]], done: int) -> NDArray[np.float64] | None:
+        """Return the landmarks (m, 3) from several views, None if fewer than two show a face.
+
+        done : number of views that were tracked before
+        """
+        tracked: list[LandmarkView] = []
+        total = len(COARSE_VIEWS) + len(FINE_VIEWS)
         with MultiviewTracker(self.window, self.tracker, mesh, self.prior.mean) as multiview:
-            poses = [camera_pose(view, height=VIEW_CM, centre=(0.0, -0.5)) for view in views]
-            tracked = [view for pose in poses for view in multiview.track_views(pose)]
+            for number, view in enumerate(views, start=done):
+                fraction = FOUND + (TRACKED - FOUND) * number / total
+                self.progress.report(fraction, f"tracking the face from side {number + 1} of {total}")
+                tracked += multiview.track_views(camera_pose(view, height=VIEW_CM, centre=(0.0, -0.5)))
         return triangulate(tracked) if len({view.clip.tobytes() for view in tracked}) > 1 else None
 
 

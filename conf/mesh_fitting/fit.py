@@ -19,7 +19,7 @@ from conf.face.fitting.point_fitting import FittedPoints, fit_control_points
 from conf.face.formats.ppc import write_ppc
 from conf.face.mesh.axes import ORIENTATIONS
 from conf.face.mesh.mesh import Mesh, load_mesh
-from conf.mesh_fitting.face_search import Progress, find_face
+from conf.mesh_fitting.face_search import TRACKED, Progress, find_face
 from conf.sender.tracking.canonical_face import CanonicalFace, load_canonical_face
 
 TRACKER_MESH_NOTE = "a mesh of the tracker's own landmarks: its vertices are the control points"
@@ -93,8 +93,12 @@ def find_points(
             f"{path}: no face was found {tried}: check the mesh, name its axes towards crown and nose with --up and "
             "--front, or set the points by hand in `conf animate`"
         )
+    if on_progress:
+        on_progress(TRACKED, "fitting the control points to the surface")
     fitted = fit_control_points(search.observed, search.mesh.vertices, search.mesh.triangles, prior)
     fitted = replace(fitted, points=search.frame.inverse_apply(fitted.points))
+    if on_progress:
+        on_progress((1 + TRACKED) / 2, "looking for eyes, mouth and teeth")
     return fitted, search.axes, (*mesh.notes, *_remarks(fitted, mesh))
 
 

@@ -9,7 +9,7 @@ from threading import Event
 import numpy as np
 import pytest
 
-from conf.animator.background_fit import NICENESS, Axes, BackgroundFit, FitResult, LatestTaskWorker
+from conf.animator.background_fit import NICENESS, Axes, BackgroundFit, FitProgress, FitResult, LatestTaskWorker
 from conf.errors import ConfError
 
 
@@ -22,8 +22,8 @@ def wait_for(fitting: BackgroundFit) -> tuple[Path, FitResult]:
 def test_a_result_is_returned_once_with_its_file() -> None:
     started, finish = Event(), Event()
 
-    def fit(path: Path, axes: Axes, on_progress: Callable[[str], None]) -> FitResult:
-        on_progress(f"trying {axes}")
+    def fit(path: Path, axes: Axes, on_progress: Callable[[float, str], None]) -> FitResult:
+        on_progress(0.5, f"trying {axes}")
         started.set()
         assert finish.wait(10)
         return FitResult(np.zeros((50, 3)), ("no mouth",))
@@ -32,7 +32,7 @@ def test_a_result_is_returned_once_with_its_file() -> None:
     assert fitting.available and fitting.progress is None and fitting.poll() is None
     fitting.start(Path("a.obj"), ("z", None))
     assert started.wait(10)
-    assert fitting.progress == "trying ('z', None)" and fitting.poll() is None
+    assert fitting.progress == FitProgress(0.5, "trying ('z', None)") and fitting.poll() is None
     finish.set()
     path, result = wait_for(fitting)
     assert path == Path("a.obj") and result.remarks == ("no mouth",)
@@ -41,7 +41,7 @@ def test_a_result_is_returned_once_with_its_file() -> None:
 
 
 def test_polling_raises_what_the_fit_raised() -> None:
-    def fit(path: Path, axes: Axes, on_progress: Callable[[str], None]) -> FitResult:
+    def fit(path: Path, axes: Axes, on_progress: Callable[[float, str], None]) -> FitResult:
         raise ConfError("no face found")
 
     fitting = BackgroundFit(fit)

@@ -7,12 +7,13 @@ import pytest
 
 from conf.animator.background_fit import Axes, FitResult
 from conf.animator.controller import Controller
-from conf.animator.face_document import open_face_document
+from conf.animator.face_document import FaceDocument, open_face_document
+from conf.animator.file_dialog import NOT_AVAILABLE, FileDialog, FileRequest
 from conf.animator.motion_player import REST_POSE
 from conf.face.animation.action_units import load_emotions
 from conf.face.formats.dpc import MotionClip, write_dpc
 from conf.face.formats.epc import ExpressionSet, write_epc
-from conf.face.formats.ppc import read_ppc
+from conf.face.formats.ppc import read_ppc, write_ppc
 from conf.face.mesh.mesh import load_mesh
 from tests.animator.conftest import FILE_OFFSET, FILE_SCALE, NOW
 from tests.support.imgui_stage import Stage
@@ -44,7 +45,7 @@ def test_a_recording_is_opened_and_played(controller: Controller, tmp_path: Path
 
 def test_errors_become_notices(controller: Controller, tmp_path: Path) -> None:
     controller.open_file(tmp_path / "a.doc", NOW)
-    assert "open a mesh (.obj, .ply, .glb, .stl), a .ppc, a .dpc or an .epc file" in controller.notice
+    assert "open a mesh (.obj, .ply, .glb, .vrm, .gltf, .stl), a .ppc, a .dpc or an .epc file" in controller.notice
     controller.open_file(tmp_path / "none.dpc", NOW)
     assert "none.dpc" in controller.notice
     controller.save_points(tmp_path / "no" / "a.ppc")
@@ -75,7 +76,7 @@ def test_placed_points_rebuild_the_face(controller: Controller, points: np.ndarr
 def test_missing_points_are_found_unless_points_are_being_placed(
     stage: Stage, unplaced_mesh: Path, points: np.ndarray
 ) -> None:
-    def fit(path: Path, axes: Axes, on_progress: Callable[[str], None]) -> FitResult:
+    def fit(path: Path, axes: Axes, on_progress: Callable[[float, str], None]) -> FitResult:
         return FitResult(points * FILE_SCALE + FILE_OFFSET, ("check the lids",))
 
     def wait_for_fit() -> None:
@@ -143,3 +144,69 @@ def test_finished_expressions_are_removed_and_idle_motion_remains(controller: Co
     controller.update(20.0)
     assert controller.state.expression.running == ()
     assert controller.deform(20.0)[1].pose is not REST_POSE
+
+
+class Chosen:
+    """A dialog in which a file was chosen."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def ready(self, _timeout: int) -> bool:
+        return True
+
+    def result(self) -> str:
+        return str(self._path)
+
+    def kill(self) -> bool:
+        return True
+
+
+def test_a_file_chosen_in_a_dialog_is_used_at_once(
+    stage: Stage, document: FaceDocument, points: np.ndarray, tmp_path: Path
+) -> None:
+    requests: list[FileRequest] = []
+    answers = {
+        "points": tmp_path / "a.ppc",
+        "saved points": tmp_path / "b.ppc",
+        "output": tmp_path / "c.mp4",
+        "face": tmp_path / "none.obj",
+    }
+
+    def open_dialog(request: FileRequest) -> Chosen:
+        requests.append(request)
+        return Chosen(answers[request.purpose])
+
+    write_ppc(tmp_path / "a.ppc", points + 0.2)
+    dialog = FileDialog(is_available=lambda: True, open_dialog=open_dialog)
+    controller = Controller(stage.window.ctx, document, file_dialog=dialog)
+    for field in answers:
+        controller.choose_file(field)
+        controller.update(NOW)
+    assert controller.face.document.points == pytest.approx(points + 0.2, abs=1e-4)
+    np.testing.assert_allclose(read_ppc(tmp_path / "b.ppc"), points + 0.2, atol=1e-4)
+    fields = controller.state.fields
+    assert (fields.points, fields.output) == (str(tmp_path / "b.ppc"), str(tmp_path / "c.mp4"))
+    assert "none.obj" in controller.notice
+    assert [request.save for request in requests] == [False, True, True, False]
+    assert requests[0].start == Path.cwd(), "the shipped head's folder belongs to the program"
+    assert requests[1].start == tmp_path / "a.ppc"
+    controller.release()
+
+
+def test_without_dialogs_the_user_reads_to_type_the_path(stage: Stage, document: FaceDocument) -> None:
+    controller = Controller(stage.window.ctx, document, file_dialog=FileDialog(is_available=lambda: False))
+    controller.choose_file("face")
+    controller.update(NOW)
+    assert controller.notice == NOT_AVAILABLE
+    controller.release()
+
+
+def test_points_are_saved_beside_a_mesh_but_not_beside_the_shipped_head(
+    controller: Controller, unplaced_mesh: Path
+) -> None:
+    assert controller.points_path == Path("head.ppc")
+    controller.open_file(unplaced_mesh, NOW)
+    assert controller.points_path == unplaced_mesh.with_suffix(".ppc")
+    controller.state = replace(controller.state, fields=replace(controller.state.fields, points=" ~/a.ppc "))
+    assert controller.points_path == Path("~/a.ppc").expanduser()

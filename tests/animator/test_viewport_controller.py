@@ -1,3 +1,6 @@
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -103,3 +106,43 @@ def test_clicks_place_points_ctrl_z_undoes_and_escape_cancels(
     np.testing.assert_array_equal(controller.state.placement.points, points)
     assert viewport.send(KeyPressed("escape")) == set()
     assert controller.state.placement is None
+
+
+def test_a_key_that_can_do_nothing_says_why(viewport: Viewport, controller: Controller, unplaced_mesh: Path) -> None:
+    for key, notice in (("space", "nothing to play"), ("z", "works while control points are placed")):
+        viewport.send(KeyStateChanged("left_ctrl", key == "z"), KeyPressed(key))
+        assert notice in controller.notice
+    viewport.send(KeyStateChanged("left_ctrl", False), KeyStateChanged("right_arrow", True))
+    assert "no recording to step through" in controller.notice
+    viewport.send(KeyPressed("g"), KeyPressed("p"))
+    assert controller.notice == "regions hide the control points: G shows the face again"
+    viewport.send(KeyPressed("g"))
+    controller.open_file(unplaced_mesh, NOW)
+    for key in ("p", "g"):
+        controller.notice = ""
+        viewport.send(KeyPressed(key))
+        assert controller.notice.startswith("this face has no control points yet: Find points or Place points")
+    viewport.send(KeyPressed("e"), KeyPressed("e"))
+    assert controller.notice == "this face has no eyeballs that could turn to you"
+    controller.notice = ""
+    viewport.send(KeyPressed("w"))
+    assert controller.state.view.style == "wireframe" and controller.notice == ""
+
+
+def test_quitting_while_points_are_placed_asks_first(viewport: Viewport, controller: Controller) -> None:
+    assert controller.request_quit()
+    controller.place_points()
+    assert controller.request_quit(), "nothing is placed yet"
+    assert controller.state.placement is not None
+    controller.state = replace(controller.state, placement=controller.state.placement.push_undo())
+    assert viewport.send(KeyPressed("q")) == {"quit"} and not controller.request_quit()
+    assert controller.state.question == "quit"
+    viewport.send(KeyPressed("w"))
+    assert controller.state.view.style == "rendered", "other keys wait for the answer"
+    assert viewport.send(KeyPressed("escape")) == set()
+    assert controller.state.question is None and controller.state.placement is not None
+    assert not controller.request_quit()
+    assert viewport.send(KeyPressed("q")) == {"quit"} and controller.request_quit(), "Q again means it"
+    controller.state = replace(controller.state, question=None)
+    viewport.send(KeyPressed("escape"))
+    assert controller.state.question == "cancel" and controller.state.placement is not None

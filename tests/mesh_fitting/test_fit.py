@@ -40,15 +40,17 @@ def test_the_default_head_without_its_points_is_fitted(
     rotation = axes_rotation(*axes) * unit
     path, output = tmp_path / f"head{suffix}", tmp_path / "head.ppc"
     trimesh.Trimesh(mesh.vertices @ rotation, triangles, process=False).export(path)
-    messages: list[str] = []
-    report = fit(path, output, up=up, on_progress=messages.append)
+    steps: list[tuple[float, str]] = []
+    report = fit(path, output, up=up, on_progress=lambda fraction, text: steps.append((fraction, text)))
     assert (report.up, report.front) == axes
     assert report.mouth_open and report.lip_lines == 3
     assert report.eye_distance == pytest.approx(6.4 * unit, rel=0.03)
     errors = errors_mm(read_ppc(output), truth @ rotation)
     assert errors.mean() < 2.0
     assert errors.max() < 6.0
-    assert messages[0].startswith("looking for the face")
+    fractions, texts = zip(*steps, strict=True)
+    assert fractions[0] == 0.0 and 0.9 < fractions[-1] < 1.0 and list(fractions) == sorted(fractions)
+    assert texts[1].startswith("looking for the face") and "tracking the face from side 12 of 12" in texts
 
 
 @pytest.mark.slow

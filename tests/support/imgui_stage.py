@@ -34,7 +34,7 @@ class Stage:
         self.rect = Rect(0, 0, 400, 900)
         self.input = ImGuiInput()
 
-    def frame(self, draw: Callable[[], None]) -> None:
+    def frame(self, draw: Callable[[], object]) -> None:
         """Draw one frame with `draw` inside a panel."""
         self.window.begin()
         with self.overlay.frame(self.window, scale=1.0), themed(1.0), column("test", self.rect):

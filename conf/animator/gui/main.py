@@ -15,9 +15,11 @@ from conf.animator.gui.panels.reference_face import ReferenceFace
 from conf.animator.gui.panels.timeline import draw_timeline
 from conf.animator.gui.panels.view import draw_view
 from conf.animator.gui.point_overlay import draw_control_points
+from conf.animator.gui.question import draw_question
 from conf.animator.gui.theme import column
+from conf.animator.keys import help_lines, key_label
 from conf.animator.motion_player import REST_POSE
-from conf.animator.viewport_controller import KEYS, ViewportController
+from conf.animator.viewport_controller import ViewportController
 from conf.face.loading import load_face
 from conf.render.camera import clip_matrix
 from conf.render.ui.hud import draw_help, draw_toast
@@ -47,8 +49,8 @@ class AnimatorGui:
 
     def draw(
         self, controller: Controller, viewport: ViewportController, layout: Layout, now: float, fps: float
-    ) -> None:
-        """Draw one frame. To be called inside `overlay.frame`."""
+    ) -> bool:
+        """Draw one frame. To be called inside `overlay.frame`. Returns whether the user decided to quit."""
         state = controller.state
         if state.placement is not None:
             clip = clip_matrix(REST_POSE, state.view.camera, aspect=layout.face.width / layout.face.height)
@@ -67,9 +69,10 @@ class AnimatorGui:
             draw_timeline(controller, now, self._overlay.scale)
         self._draw_notice(controller, layout, now)
         self._draw_fps(layout, fps)
+        centre = (layout.face.x + layout.face.width / 2, layout.face.y + layout.face.height / 2)
         if controller.state.show_help:
-            centre = (layout.face.x + layout.face.width / 2, layout.face.y + layout.face.height / 2)
-            draw_help(self._overlay, [(key.title(), text) for key, text in KEYS.items()], centre, opacity=PANEL_ALPHA)
+            draw_help(self._overlay, help_lines(), centre, opacity=PANEL_ALPHA)
+        return draw_question(controller, centre, self._overlay.scale)
 
     def release(self) -> None:
         """Free all GPU objects."""
@@ -95,7 +98,7 @@ class AnimatorGui:
 
     def _draw_fps(self, layout: Layout, fps: float) -> None:
         face, margin = layout.face, MARGIN_PX * self._overlay.scale
-        text = f"{fps:.0f} frames/s     H help"
+        text = f"{fps:.0f} frames/s     {key_label('help')} help"
         corner = imgui.ImVec2(face.x + face.width - imgui.calc_text_size(text).x - margin, face.y + margin * 0.6)
         colour = imgui.get_color_u32(imgui.ImVec4(*MUTED[:3], 0.7))
         imgui.get_background_draw_list().add_text(corner, colour, text)

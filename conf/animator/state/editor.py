@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 from conf.animator.state.point_placement import PointPlacement
 from conf.face.animation.expression_state import ExpressionState
@@ -13,7 +14,7 @@ from conf.render.camera import ViewState
 STYLES = ("rendered", "wireframe", "regions")
 CURRENT_VIEW = "current view"  # export sources, beside the names of the expressions
 RECORDING = "recording"
-
+Question = Literal["quit", "cancel"]
 
 MUSCLES = (*MUSCLE_COURSES, SPHINCTER)
 MAX_JAW = 0.45  # rad
@@ -97,12 +98,17 @@ class TextFields:
 
 @dataclass(frozen=True)
 class EditorState:
-    """The state of all panels. placement : None unless control points are being placed."""
+    """The state of all panels.
+
+    placement : None unless control points are being placed
+    question : what the user is asked before placed points are lost, None for no question
+    """
 
     view: ViewSettings = field(default_factory=ViewSettings)
     deformer: DeformerOptions = field(default_factory=DeformerOptions)
     expression: ExpressionState = field(default_factory=ExpressionState)
     muscles: MuscleState = field(default_factory=MuscleState)
     placement: PointPlacement | None = None
+    question: Question | None = None
     fields: TextFields = field(default_factory=TextFields)
     show_help: bool = False

@@ -21,6 +21,7 @@ _READERS: dict[str, Callable[[Path], RawMesh]] = {
     ".gltf": read_with_trimesh,
     ".stl": read_with_trimesh,
 }
+MESH_SUFFIXES = tuple(_READERS)
 _MAX_COORDINATE = 1e9
 
 
@@ -82,7 +83,7 @@ def load_mesh(path: Path | str, /) -> Mesh:
     path = Path(path)
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
-        raise FileFormatError(path, None, f"expected a mesh file ({', '.join(_READERS)})")
+        raise FileFormatError(path, None, f"expected a mesh file ({', '.join(MESH_SUFFIXES)})")
     raw = reader(path)
     if not (np.isfinite(raw.positions).all() and np.abs(raw.positions).max() <= _MAX_COORDINATE):
         raise FileFormatError(path, None, f"expected finite coordinates of at most {_MAX_COORDINATE:g}")

@@ -12,6 +12,7 @@ from conf.animator.gui.widgets import (
     combo_box,
     heading,
     hint,
+    radio_button,
     slider,
     warning,
     wide_button,
@@ -28,14 +29,14 @@ LAMBDA_LIMITS = (0.0, 10.0)
 def draw_deformer(controller: Controller, _now: float) -> None:
     deformer, muscles = controller.state.deformer, controller.state.muscles
     heading("deformation by")
-    if imgui.radio_button("radial basis functions", not muscles.active):
+    if radio_button("radial basis functions", not muscles.active):
         muscles = replace(muscles, active=False)
-    if imgui.radio_button("Waters' muscles", muscles.active):
+    if radio_button("Waters' muscles", muscles.active):
         muscles = replace(muscles, active=True)
     imgui.begin_disabled(muscles.active)
     heading("kernel")
     for name in KERNELS:
-        if imgui.radio_button(name, deformer.kernel == name) and deformer.kernel != name:
+        if radio_button(name, deformer.kernel == name, "kernel") and deformer.kernel != name:
             deformer = replace(deformer, kernel=name, epsilon=None)
     default = KERNELS[deformer.kernel].epsilon
     epsilon = slider("locality, 1/cm", deformer.epsilon or default, EPSILON_LIMITS, logarithmic=True)
@@ -81,7 +82,7 @@ def draw_muscles(controller: Controller, _now: float) -> None:
         hint("Muscles need control points: place these first.")
         return
     muscles = replace(muscles, active=checkbox("muscles move the face", muscles.active))
-    preset = buttons(tuple(PRESETS), 2)
+    preset = buttons(tuple(PRESETS), 2, kind="preset")
     if preset:
         muscles = muscles.with_preset(preset)
     heading("contraction")
@@ -91,7 +92,7 @@ def draw_muscles(controller: Controller, _now: float) -> None:
         for name in names:
             text = stem.replace("_", " ") + (f" {name[-1]}" if len(names) > 1 else "")
             before = muscles.contractions.get(name, 0.0)
-            after = slider(text, before, (0.0, MAX_CONTRACTION), label_width=WIDE_LABEL_WIDTH)
+            after = slider(text, before, (0.0, MAX_CONTRACTION), label_width=WIDE_LABEL_WIDTH, kind="muscle")
             if after != before:
                 muscles = replace(muscles.contract(name, after), active=True)
     jaw = slider("jaw, rad", muscles.jaw, (0.0, MAX_JAW))

@@ -3,11 +3,10 @@
 from dataclasses import replace
 from pathlib import Path
 
-from imgui_bundle import imgui
-
 from conf.animator.controller import Controller
 from conf.animator.file_export import MOTIONS, needs_drawing
-from conf.animator.gui.widgets import combo_box, heading, hint, text_field, wide_button
+from conf.animator.gui.widgets import combo_box, heading, hint, output_field, progress_bar, text_field, wide_button
+from conf.animator.keys import key_label
 from conf.animator.state.editor import CURRENT_VIEW, RECORDING
 from conf.output.media_writer import VIDEO_FORMATS
 
@@ -35,18 +34,22 @@ def draw_export(controller: Controller, _now: float) -> None:
     selected = next(suffix for suffix, text in FORMATS.items() if text == name)
     if selected != suffix and suffix in FORMATS:
         fields = replace(fields, output=str(Path(fields.output).with_suffix(selected)))
-    fields = replace(fields, output=text_field("file", fields.output))
+    output, browse = output_field("file", fields.output)
+    fields = replace(fields, output=output)
     if needs_drawing(Path(fields.output)):
         fields = replace(fields, size=text_field("size, px", fields.size))
     if suffix in (*VIDEO_FORMATS, *MOTIONS):
         fields = replace(fields, fps=text_field("frames/s", fields.fps))
     controller.state = replace(controller.state, fields=fields)
+    if browse:
+        controller.choose_file("output")
     progress = controller.export_progress
     if progress is None:
         if wide_button("Export##button"):
             controller.export()
     else:
-        imgui.progress_bar(progress, imgui.ImVec2(-1, 0), f"{100 * progress:.0f} %")
+        progress_bar(progress, f"{100 * progress:.0f} %")
         if wide_button("Cancel export"):
             controller.cancel_export()
-    hint("Images and clips use the settings of the view. S saves the current view, R records the face.")
+    keys = f"{key_label('screenshot')} saves the current view, {key_label('record')} records the face."
+    hint(f"Images and clips use the settings of the view. {keys}")

@@ -17,7 +17,7 @@ MAX_INTENSITY = 1.5
 def draw_expressions(controller: Controller, now: float) -> None:
     expression = controller.state.expression
     heading("emotions")
-    pressed = buttons(controller.expressions.names, 3, expression.active(now))
+    pressed = buttons(controller.expressions.names, 3, expression.active(now), kind="emotion")
     envelope = expression.envelope
     limits = (0.0, MAX_SECONDS)
     envelope = replace(
@@ -33,18 +33,20 @@ def draw_expressions(controller: Controller, now: float) -> None:
         expression = expression.release(now)
     idle = checkbox("idle motion: blinks, glances, sway", expression.idle)
     expression = replace(expression, envelope=envelope, hold_until_released=hold_until_released, idle=idle)
-    epc, confirmed = path_field("EPC file", controller.state.fields.expressions, "Open")
+    epc = path_field("EPC file", controller.state.fields.expressions, "Open")
     heading("action units")
     for unit, name in ACTION_UNIT_NAMES.items():
         before = expression.units.get(unit, 0.0)
-        after = slider(f"{unit} {name}", before, (0.0, 1.0), label_width=WIDE_LABEL_WIDTH)
+        after = slider(f"{unit} {name}", before, (0.0, 1.0), label_width=WIDE_LABEL_WIDTH, kind="action unit")
         if after != before:
             expression = expression.set_unit(unit, after)
     if wide_button("Set all to zero"):
         expression = replace(expression, units={})
-    fields = replace(controller.state.fields, expressions=epc)
+    fields = replace(controller.state.fields, expressions=epc.text)
     controller.state = replace(controller.state, expression=expression, fields=fields)
     if pressed:
         controller.play_expression(pressed, now)
-    if confirmed:
-        controller.open_file(Path(epc), now)
+    if epc.browse:
+        controller.choose_file("expressions")
+    if epc.confirmed:
+        controller.open_file(Path(epc.text), now)

@@ -6,7 +6,17 @@ from pathlib import Path
 from imgui_bundle import imgui
 
 from conf.animator.controller import Controller
-from conf.animator.gui.widgets import buttons, checkbox, combo_box, heading, hint, path_field, warning, wide_button
+from conf.animator.gui.widgets import (
+    buttons,
+    checkbox,
+    combo_box,
+    heading,
+    hint,
+    path_field,
+    progress_bar,
+    warning,
+    wide_button,
+)
 from conf.animator.state.point_placement import PointPlacement
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINTS
 from conf.face.mesh.axes import AXES
@@ -22,27 +32,34 @@ def draw_face(controller: Controller, now: float) -> None:
     heading("face")
     imgui.text(document.path.name)
     hint(f"{len(document.mesh.vertices):,} vertices, {len(document.mesh.triangles):,} triangles")
-    face, open_face = path_field("OBJ, PLY, GLB or STL file", fields.face, "Open")
+    face = path_field("mesh file", fields.face, "Open")
     heading("control points")
     if document.points is None:
         warning("This face has no control points yet: find them, place them by hand, or load a PPC file.")
         _draw_axes(controller)
     else:
         hint(f"{CONTROL_POINT_COUNT} points move this face.")
-    if controller.fitting.progress is not None:
-        hint(f"Finding the points: {controller.fitting.progress} ...")
+    progress = controller.fitting.progress
+    if progress is not None:
+        progress_bar(progress.fraction, f"finding the points, {100 * progress.fraction:.0f} %")
+        hint(progress.text)
     elif controller.fitting.available and not document.is_default and wide_button("Find points"):
         controller.find_points()
     if wide_button("Place points ..."):
         controller.place_points()
-    points, load_points = path_field("PPC file", fields.points, "Load")
-    if wide_button("Save PPC"):
-        controller.save_points(Path(points.strip() or document.path.with_suffix(".ppc").name))
+    points = path_field("PPC file", fields.points, "Load")
+    pressed = buttons(("Save PPC", "Save as ..."), 2)
     hint("Files can also be dropped onto the window.")
-    controller.state = replace(controller.state, fields=replace(fields, face=face, points=points))
-    for text, confirmed in ((face, open_face), (points, load_points)):
-        if confirmed:
-            controller.open_file(Path(text), now)
+    controller.state = replace(controller.state, fields=replace(fields, face=face.text, points=points.text))
+    if pressed == "Save PPC":
+        controller.save_points(controller.points_path)
+    elif pressed:
+        controller.choose_file("saved points")
+    for name, field in (("face", face), ("points", points)):
+        if field.browse:
+            controller.choose_file(name)
+        if field.confirmed:
+            controller.open_file(Path(field.text), now)
 
 
 def _draw_axes(controller: Controller) -> None:
@@ -61,7 +78,7 @@ def _draw_placement(controller: Controller, placement: PointPlacement) -> None:
     hint(f"MPEG-4 {point.feature_point}. Click its position on the face; drag a point to correct it.")
     placed = CONTROL_POINT_COUNT - placement.missing
     text = f"{placed} of {CONTROL_POINT_COUNT}"
-    imgui.progress_bar(placed / CONTROL_POINT_COUNT, imgui.ImVec2(-1, 0), text)
+    progress_bar(placed / CONTROL_POINT_COUNT, text)
     placement = replace(placement, mirror=checkbox("also place the mirrored point", placement.mirror))
     pressed = buttons(("Left to right", "Undo"), 2)
     if pressed == "Undo":
@@ -74,7 +91,7 @@ def _draw_placement(controller: Controller, placement: PointPlacement) -> None:
         controller.apply_points()
     imgui.end_disabled()
     if wide_button("Cancel"):
-        controller.state = replace(controller.state, placement=None)
+        controller.cancel_placement()
     if placement.missing:
         hint(f"OK is available when the {placement.missing} missing points are placed.")
     for left, right in placement.swapped_pairs[:MAX_WARNINGS]:

@@ -21,14 +21,14 @@ YAWS = {"front": 0.0, "half left": math.pi / 5, "half right": -math.pi / 5, "lef
 def draw_view(controller: Controller, _now: float) -> None:
     view, camera = controller.state.view, controller.state.view.camera
     heading("style")
-    style = buttons(STYLES, 3, view.style) or view.style
+    style = buttons(STYLES, 3, view.style, kind="style") or view.style
     camera = replace(camera, points=checkbox("control points", camera.points))
     eye_contact = checkbox("eye contact: the eyes look at you", view.eye_contact)
     heading("light and background")
     lights = combo_box("light", view.lights, list(LIGHTS))
     background = combo_box("background", view.background, [*BACKDROPS, *SOLID_COLOURS])
     heading("direction")
-    direction = buttons(tuple(YAWS), 3)
+    direction = buttons(tuple(YAWS), 3, kind="direction")
     if direction:
         camera = replace(camera, yaw=YAWS[direction], pitch=0.0)
     if wide_button("Reset rotation, position and zoom"):

@@ -53,7 +53,7 @@ def test_a_face_without_points_offers_fitting_and_axes(
 ) -> None:
     started: list[tuple[Path, Axes]] = []
 
-    def fit(path: Path, axes: Axes, on_progress: Callable[[str], None]) -> FitResult:
+    def fit(path: Path, axes: Axes, on_progress: Callable[[float, str], None]) -> FitResult:
         started.append((path, axes))
         return FitResult(np.ones((50, 3)))
 
