@@ -6,6 +6,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +14,15 @@ import cv2
 import numpy as np
 import pytest
 
+from conf.animator.app import AnimatorApp
+from conf.animator.face_document import FaceDocument
 from conf.animator.gui.layout import REFERENCE_ASPECT
 from conf.animator.gui.panels.reference_face import IMAGE_WIDTH, reference_clip_matrix
 from conf.animator.picking import Rect
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.formats.dpc import MotionClip, write_dpc
 from conf.face.formats.ppc import read_ppc, write_ppc
+from conf.render.window.offscreen import OffscreenWindow
 from tests.animator.conftest import FILE_OFFSET, FILE_SCALE
 
 pytestmark = pytest.mark.slow
@@ -129,7 +133,8 @@ def test_points_are_placed_by_clicks_corrected_by_dragging_and_saved(
     assert session.click(*reference_pixel(session, points[brow]))["placement"] == [brow, 49]
     assert session.click(*pixels[brow])["placement"][1] == 47, "its partner is placed too"
     assert session.press("Undo")["placement"][1] == 49
-    assert session.press("Cancel")["placement"] is None
+    session.press("Cancel")
+    assert session.press("Discard the points")["placement"] is None
 
     wrong = truth.copy()
     wrong[brow] += [0.0, 1.5 * FILE_SCALE, 0.0]
@@ -157,6 +162,35 @@ def test_points_are_placed_by_clicks_corrected_by_dragging_and_saved(
     session.press("joy")
     assert session.wait_until(lambda state: state["moved_cm"] > 0.8)
     assert session.close() == 0
+
+
+def test_placed_points_are_not_lost_by_quitting(
+    start: Callable[..., Session], unplaced_mesh: Path, points: np.ndarray
+) -> None:
+    session = start(str(unplaced_mesh))
+    assert session.key("p")["notice"].startswith("this face has no control points yet")
+    session.press("Place points ...")
+    session.click(*to_pixels(points * FILE_SCALE + FILE_OFFSET, session.poll())[0])
+    session.key("q")
+    assert session.press("Do not quit")["placement"] == [1, 49]
+    session.key("q")
+    assert session.close() == 0, "Q again means it"
+
+
+def test_closing_the_window_asks_too(document: FaceDocument, tmp_path: Path, gl: None) -> None:
+    with OffscreenWindow(640, 480) as window:
+        animator = AnimatorApp(window, document, tmp_path)
+        animator.controller.place_points()
+        placement = animator.controller.state.placement
+        assert placement is not None
+        animator.controller.state = replace(animator.controller.state, placement=placement.push_undo())
+        closed = []
+        for _ in range(2):
+            window.should_close = True  # as the button of its frame does
+            animator.draw_frame()
+            closed.append(window.should_close)
+        assert closed == [False, True]
+        animator.close()
 
 
 def to_pixels(file_positions: np.ndarray, state: State) -> np.ndarray:

@@ -43,7 +43,7 @@ def _draw_quit(controller: Controller) -> bool:
     imgui.text_wrapped("Quit? The control points that you placed are not saved.")
     is_complete = placement is None or not placement.missing
     if is_complete:
-        hint(f"They would be saved as {controller.points_path}.")
+        hint(f"They would be saved as {controller.points_path.absolute()}.")
     elif placement is not None:
         hint(f"A PPC file needs all points: {placement.missing} are missing.")
     hint(f"{key_label('quit')} again quits without saving, {key_label('back')} goes back.")

@@ -40,6 +40,7 @@ COLOURS = {
     imgui.Col_.separator: HOVERED,
     imgui.Col_.scrollbar_bg: BACKDROP,
     imgui.Col_.border: HOVERED,
+    imgui.Col_.modal_window_dim_bg: (0.0, 0.0, 0.0, 0.45),
 }
 SIZES: dict[imgui.StyleVar_, tuple[float, float] | float] = {  # pixels at scale 1
     imgui.StyleVar_.frame_rounding: 3.0,
