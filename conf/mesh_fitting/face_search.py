@@ -28,9 +28,9 @@ MIN_CORRELATION = 0.9  # of the landmarks with an upright face: 0.98 for faces, 
 MAX_RMS_CM = 0.85  # from the mean face: faces 0.14 to 0.53; false faces on a head upside down 1.2 to 3.3
 MIN_FLATNESS = 1e-3  # height over the largest extent
 HEAD_CM = 25.0  # radius around the eyes within which the mesh is kept
-# Fractions of the whole fit, by their time on a head that is upright in its file: until the face is found in one image,
-# and until it is tracked from all sides. An orientation without a face is short, so that they share the first.
-FOUND, TRACKED = 0.2, 0.85
+# Fractions of the whole fit, roughly by their time on a head that is upright in its file: until the mesh is read, until
+# the tracker is loaded, until the face is found in one image, and until it is tracked from all sides.
+READ, LOADED, FOUND, TRACKED = 0.05, 0.1, 0.2, 0.85
 
 
 @dataclass(frozen=True)
@@ -64,10 +64,11 @@ def find_face(
     best: FaceSearchResult | None = None
     with OffscreenWindow(IMAGE_SIZE, IMAGE_SIZE) as window:
         progress = _Progress(on_progress)
-        progress.report(0.0, "loading the face tracker")
+        progress.report(READ, "loading the face tracker")
         search = _FaceSearch(window, FaceTracker(fetch_models()), prior, progress)
         for number, (up, front) in enumerate(axes):
-            progress.report(FOUND * number / len(axes), f"looking for the face, {up} up and {front} to the front")
+            fraction = LOADED + (FOUND - LOADED) * number / len(axes)
+            progress.report(fraction, f"looking for the face, {up} up and {front} to the front")
             found = search.search(mesh, (up, front))
             if found is not None and (best is None or found.rms_from_mean_cm < best.rms_from_mean_cm):
                 best = found

@@ -20,6 +20,7 @@ from conf.face.fitting.lip_cut import cut_lips, has_open_lips
 from conf.face.fitting.mouth_cavity import add_mouth_cavity
 from conf.face.fitting.part_detection import DetectedParts, detect_parts
 from conf.face.fitting.teeth_insertion import insert_teeth
+from conf.face.formats.mtl import MeshMaterial
 from conf.face.head_pose import ES0_CM
 from conf.face.mesh.depth_profiles import LabelledMesh
 from conf.face.mesh.edge_split import drop_triangles
@@ -63,11 +64,13 @@ def prepare_face(mesh: Mesh, points: NDArray[np.float64], /) -> PreparedFace:
     points = file_to_model.apply(points)
     if np.median(KDTree(mesh.vertices).query(points)[0]) > MAX_POINT_DISTANCE_CM:
         raise ValueError("most of them do not lie on it; place them again with `conf fit`")
-    mesh, points, detected, remarks = _complete(_without_false_parts(mesh), points)
-    is_textured = mesh.texture is not None
+    texture = mesh.texture
+    mesh, points, detected, remarks = _complete(_without_false_parts(_with_texture_as_material(mesh)), points)
     surface = SurfaceGraph(mesh.vertices, mesh.triangles)
-    if not is_textured:
+    if texture is None or (mesh.materials_of_triangles() < 0).any():  # parts without a material: put in
         mesh = apply_default_texture(mesh, points, detected.eyes)
+    else:
+        mesh = replace(mesh, texture=texture, materials=(), triangle_materials=None)
     has_jaw = any(group in mesh.groups for group in JAW_GROUPS)
     rig = build_rig(mesh, points, RigJoints(detected.eyes, _find_hinge(points) if has_jaw else None))
     labelled = LabelledMesh(mesh.vertices, mesh.triangles, surface.components[mesh.triangles[:, 0]])
@@ -78,9 +81,9 @@ def prepare_face(mesh: Mesh, points: NDArray[np.float64], /) -> PreparedFace:
 def _complete(mesh: Mesh, points: NDArray[np.float64]) -> tuple[Mesh, NDArray[np.float64], DetectedParts, list[str]]:
     """Return the mesh with its parts found, and with those put in that are missing; the points; what was missing."""
     remarks: list[str] = []
-    is_textured = mesh.texture is not None
-    has_images = is_textured or any(material.image is not None or material.alpha < 1 for material in mesh.materials)
-    if not has_images:  # with a texture, what covers the eyes may be transparent
+    if not any(
+        material.image is not None or material.alpha < 1 for material in mesh.materials
+    ):  # with a texture, what covers the eyes may be transparent
         kept = without_eye_covers(mesh.vertices, mesh.triangles, points[PUPILS])
         if not kept.all():
             remarks.append("tear film or lashes cover the eyes: they are not drawn, as there is no transparent texture")
@@ -88,13 +91,12 @@ def _complete(mesh: Mesh, points: NDArray[np.float64]) -> tuple[Mesh, NDArray[np
     surface = SurfaceGraph(mesh.vertices, mesh.triangles)
     if not has_open_lips(points, surface):
         mesh = cut_lips(mesh, points, surface)
-    if not is_textured:  # the file's own texture has no area for new eyes
-        opened = open_eyes(mesh, points)
-        if opened is not mesh:
-            remarks.append("no opening between the lids: cut open")
-        mesh, points = insert_eyeballs(opened, points)
-        if len(mesh.vertices) > len(opened.vertices):
-            remarks.append("no eyeballs: put in")
+    opened = open_eyes(mesh, points)
+    if opened is not mesh:
+        remarks.append("no opening between the lids: cut open")
+    mesh, points = insert_eyeballs(opened, points)
+    if len(mesh.vertices) > len(opened.vertices):
+        remarks.append("no eyeballs: put in")
     surface = SurfaceGraph(mesh.vertices, mesh.triangles)
     detected = detect_parts(mesh, points, surface)
     mesh = regroup(mesh, detected.parts)
@@ -105,10 +107,19 @@ def _complete(mesh: Mesh, points: NDArray[np.float64]) -> tuple[Mesh, NDArray[np
         is_added = "mouth" in mesh.groups
         remarks.append("no inside of the mouth: " + ("put in" if is_added else "an open mouth may show a hole"))
     if not any(group in mesh.groups for group in TOOTH_GROUPS):
-        remarks.append("no teeth: " + ("none are drawn" if is_textured else "put in"))
-        if not is_textured:
-            mesh = insert_teeth(mesh, points, outwards=faces_viewer(points[:, :2], mesh.vertices, mesh.triangles))
+        remarks.append("no teeth: put in")
+        mesh = insert_teeth(mesh, points, outwards=faces_viewer(points[:, :2], mesh.vertices, mesh.triangles))
     return mesh, points, detected, remarks
+
+
+def _with_texture_as_material(mesh: Mesh) -> Mesh:
+    """Return the mesh with its one texture as a material of all triangles, so that added parts can have another."""
+    if mesh.texture is None:
+        return mesh
+    numbers = mesh.materials_of_triangles()
+    numbers = np.where(numbers < 0, len(mesh.materials), numbers).astype(np.int32)
+    materials = (*mesh.materials, MeshMaterial(image=mesh.texture))
+    return replace(mesh, texture=None, materials=materials, triangle_materials=numbers)
 
 
 def _without_false_parts(mesh: Mesh) -> Mesh:

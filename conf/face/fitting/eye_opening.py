@@ -29,6 +29,7 @@ _TOLERANCE = 0.02  # vertices nearer than this to a lid's edge count as outside
 def open_eyes(mesh: Mesh, points: NDArray[np.float64], /) -> Mesh:
     """Return the mesh with an opening between the lids of each eye that has no eyeball and no socket.
 
+    Eyes in the image of a textured skin stay as they are: they are the face's own.
     mesh, points : upright, in model centimetres; points (n, 3). New vertices come after those of the mesh.
     """
     for side in "lr":
@@ -36,7 +37,11 @@ def open_eyes(mesh: Mesh, points: NDArray[np.float64], /) -> Mesh:
         outer, upper, lower, inner = points[[CONTROL_POINT_INDEX[f"{name}_{side}"] for name in names]]
         pupil = points[CONTROL_POINT_INDEX[f"pupil_{side}"]]
         middle = (upper + lower) / 2
-        depth = cast_front_rays(middle[None, :2], mesh.vertices, mesh.triangles).points[0, 2]
+        hit = cast_front_rays(middle[None, :2], mesh.vertices, mesh.triangles)
+        depth, triangle = hit.points[0, 2], int(hit.triangles[0])
+        number = mesh.materials_of_triangles()[triangle]
+        if triangle >= 0 and number >= 0 and mesh.materials[number].image is not None:
+            continue
         if not depth > middle[2] - _MAX_DEPTH or upper[1] - lower[1] < _MIN_HEIGHT:  # also True for nan, a miss
             continue
         components = Components.of(mesh.vertices, SurfaceGraph(mesh.vertices, mesh.triangles).components)

@@ -63,10 +63,21 @@ def test_what_is_missing_is_put_in_and_stated(prepared: PreparedFace) -> None:
     bare = prepare_face(head_without(*EYEBALLS, *MOUTH), default_points())
     assert bare.remarks == ("no eyeballs: put in", "no inside of the mouth: put in", "no teeth: put in")
     assert {*EYEBALLS, *MOUTH} <= set(bare.mesh.groups)
+
+
+@pytest.mark.slow
+def test_a_textured_face_gets_parts_with_a_texture_of_their_own() -> None:
     head = replace(head_without(*EYEBALLS, *MOUTH), texture=DEFAULT_HEAD.with_name("skin.webp"))
-    assert prepare_face(head, default_points()).remarks == (
-        "no eyeballs: the eyes cannot turn", "no inside of the mouth: put in", "no teeth: none are drawn",
-    )  # fmt: skip
+    face = prepare_face(head, default_points())
+    assert face.remarks == ("no eyeballs: put in", "no inside of the mouth: put in", "no teeth: put in")
+    numbers, mesh = face.mesh.materials_of_triangles(), face.mesh
+    own, added = len(head.triangles), np.concatenate([mesh.groups[name] for name in (*EYEBALLS, *MOUTH)])
+    assert (numbers[:own] == 0).all() and mesh.materials[0].image == head.texture
+    assert sorted(added.tolist()) == list(range(own, len(mesh.triangles)))
+    assert (numbers[added] == -1).all() and mesh.texture == TEXTURE_FILE
+    kept = mesh.uvs[mesh.render_triangles[:own]]
+    np.testing.assert_array_equal(kept, head.uvs[head.render_triangles])
+    assert len(face.rig.eyes) == 2 and face.rig.jaw is not None
 
 
 def test_a_nearly_upright_face_is_not_rotated() -> None:

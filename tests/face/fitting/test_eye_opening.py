@@ -1,11 +1,14 @@
 """Eyes are cut into a sheet that has none."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.default_head import default_points
 from conf.face.fitting.eye_opening import open_eyes
+from conf.face.formats.mtl import MeshMaterial
 from conf.face.mesh.raycast import cast_front_rays
 from conf.face.mesh.surface_graph import triangle_edges
 from tests.support.modified_heads import EYEBALLS, head_without
@@ -37,3 +40,11 @@ def test_eyes_with_eyeballs_or_sockets_and_closed_lids_are_left_unchanged(shut_f
     for side in "lr":
         closed[CONTROL_POINT_INDEX[f"eyelid_upper_{side}"]] = closed[CONTROL_POINT_INDEX[f"eyelid_lower_{side}"]]
     assert open_eyes(shut_face.mesh, closed) is shut_face.mesh
+
+
+def test_eyes_in_the_image_of_the_skin_are_left_unchanged(shut_face: SheetFace) -> None:
+    materials = (MeshMaterial(image=np.zeros((1, 1, 4), np.uint8)), MeshMaterial(colour=(0.5, 0.3, 0.2)))
+    for number, is_cut in ((0, False), (1, True)):
+        numbers = np.full(len(shut_face.mesh.triangles), number, np.int32)
+        mesh = replace(shut_face.mesh, materials=materials, triangle_materials=numbers)
+        assert (open_eyes(mesh, shut_face.points) is not mesh) == is_cut
