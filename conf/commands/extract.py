@@ -31,7 +31,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, terminal: Terminal) -> None:
     with terminal.status_line() as show:
-        result = extract(options.clip, options.output, on_progress=lambda *counts: show(progress_text(*counts)))
+        result = extract(
+            options.clip,
+            options.output,
+            on_progress=lambda *counts: show(progress_text(*counts)),
+            on_note=terminal.write,
+        )
     terminal.print_figures("extracted", result)
 
 
@@ -40,13 +45,22 @@ def progress_text(frames: int, faces: int) -> str:
     return f"{frames} frames" if faces else f"{frames} frames, no face found yet"
 
 
-def extract(clip: Path, output: Path, on_progress: Callable[[int, int], None] | None = None) -> ExtractionResult:
-    """Track a clip and write its motion. Raises CameraError, ModelError, RecordingError."""
+def extract(
+    clip: Path,
+    output: Path,
+    *,
+    on_progress: Callable[[int, int], None] | None = None,
+    on_note: Callable[[str], None] = lambda text: None,
+) -> ExtractionResult:
+    """Track a clip and write its motion; on_note gets what was odd about the clip.
+
+    Raises CameraError, ModelError, RecordingError.
+    """
     from conf.face.formats.dpc import write_dpc
     from conf.sender.tracking.offline import extract_motion
 
     check_writable(output)
-    extracted = extract_motion(clip, on_progress)
+    extracted = extract_motion(clip, on_progress, on_note)
     with report_write_errors(output, RecordingError):
         write_dpc(output, extracted.motion)
     return ExtractionResult(extracted.frames, extracted.frames_tracked, extracted.motion.fps, str(output))

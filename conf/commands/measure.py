@@ -38,7 +38,12 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
     from rich.table import Table
 
     with terminal.status_line() as show:
-        stages = measure(options.clip, options.profile, on_progress=lambda *counts: show(progress_text(*counts)))
+        stages = measure(
+            options.clip,
+            options.profile,
+            on_progress=lambda *counts: show(progress_text(*counts)),
+            on_note=terminal.write,
+        )
     if options.plot:
         plot(stages, options.plot)
     table = Table("stage", "B a frame", "kbit/s", "raw : this")
@@ -48,9 +53,16 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
 
 
 def measure(
-    clip: Path, profile: str = "live", on_progress: Callable[[int, int], None] | None = None
+    clip: Path,
+    profile: str = "live",
+    *,
+    on_progress: Callable[[int, int], None] | None = None,
+    on_note: Callable[[str], None] = lambda text: None,
 ) -> list[StageCost]:
-    """Return the cost of each stage of a call with a clip, without a network. Raises CameraError, ModelError."""
+    """Return the cost of each stage of a call with a clip, without a network; on_note gets what was odd about the clip.
+
+    Raises CameraError, ModelError.
+    """
     import cv2
     import numpy as np
 
@@ -60,26 +72,27 @@ def measure(
     from conf.protocol.messages import StreamParameters
     from conf.protocol.send_budget import RateOptions
     from conf.protocol.statistics import raw_frame_bytes
-    from conf.sender.capture.clip import open_clip
     from conf.sender.frame_pacer import FramePacer
     from conf.sender.motion.extractor import MotionExtractor
     from conf.sender.tracking.canonical_face import load_canonical_face
-    from conf.sender.tracking.offline import track_clip
+    from conf.sender.tracking.model_files import fetch_models
+    from conf.sender.tracking.offline import track_frames
+    from conf.sender.tracking.orientation import open_upright_clip
 
-    with open_clip(clip) as source:
+    with open_upright_clip(clip, fetch_models(), on_note=on_note) as source:
         size, fps = source.size, min(source.fps, float(PROFILES[profile].fps))
-    extractor = MotionExtractor(load_canonical_face(), size)
-    parameters = StreamParameters(*size, fps, CONTROL_POINT_COUNT, astuple(extractor.fapu))
-    call = LoopbackCall(parameters, 0.0, os.urandom, rate=RateOptions(profile))
-    pacer, frames, jpeg_bytes, times = FramePacer(fps), 0, 0, list[float]()
-    for frame, tracking in track_clip(clip, on_progress):
-        now = frame.timestamp
-        if tracking is None or pacer.delay_for(now, now) is None:
-            continue
-        call.send_frame(extractor.update(tracking, now), now)
-        frames += 1
-        times.append(now)
-        jpeg_bytes += len(cv2.imencode(".jpg", frame.pixels, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1])
+        extractor = MotionExtractor(load_canonical_face(), size)
+        parameters = StreamParameters(*size, fps, CONTROL_POINT_COUNT, astuple(extractor.fapu))
+        call = LoopbackCall(parameters, 0.0, os.urandom, rate=RateOptions(profile))
+        pacer, frames, jpeg_bytes, times = FramePacer(fps), 0, 0, list[float]()
+        for frame, tracking in track_frames(source, on_progress):
+            now = frame.timestamp
+            if tracking is None or pacer.delay_for(now, now) is None:
+                continue
+            call.send_frame(extractor.update(tracking, now), now)
+            frames += 1
+            times.append(now)
+            jpeg_bytes += len(cv2.imencode(".jpg", frame.pixels, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1])
     if not frames:
         raise CameraError(f"{clip} shows no face: choose a clip in which one face is clearly visible")
     if frames > 1:

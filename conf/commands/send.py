@@ -18,6 +18,7 @@ from conf.errors import ConfError
 
 if TYPE_CHECKING:
     from conf.protocol.portrait.object_sender import ObjectSender
+    from conf.sender.capture.clip import Clip
     from conf.sender.motion_source import MotionSource
     from conf.sender.pipeline import SenderStatus
 
@@ -77,7 +78,13 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
         options.portrait_kbps = None
     send_options = SendOptions(**{field.name: getattr(options, field.name) for field in fields(SendOptions)})
     with terminal.status_line() as show:
-        status = send(options.receiver, code, send_options, on_status=lambda s: show(_status_text(s)))
+        status = send(
+            options.receiver,
+            code,
+            send_options,
+            on_status=lambda status: show(_status_text(status)),
+            on_note=terminal.write,
+        )
     terminal.print_figures("sent", status)
 
 
@@ -106,11 +113,17 @@ def _status_text(status: SenderStatus) -> str:
 
 
 def send(
-    receiver: tuple[str, int], code: str, options: SendOptions, on_status: Callable[[SenderStatus], None] | None = None
+    receiver: tuple[str, int],
+    code: str,
+    options: SendOptions,
+    *,
+    on_status: Callable[[SenderStatus], None] | None = None,
+    on_note: Callable[[str], None] = lambda text: None,
 ) -> SenderStatus:
     """Send until the clip ends, the time is over or the user interrupts.
 
     code : what the receiver shows, as normalise_code returns it
+    on_note : called with what is odd about the camera or clip
     Raises CameraError, ModelError, NetworkError, FileFormatError.
     """
     from conf.face.control_points import CONTROL_POINT_COUNT
@@ -123,7 +136,7 @@ def send(
     from conf.transport.udp import UdpSocket
 
     object_sender = ObjectSender() if options.portrait_kbps else None
-    with UdpSocket.open_to(*receiver) as socket, _open_source(options, object_sender) as source:
+    with UdpSocket.open_to(*receiver) as socket, _open_source(options, object_sender, on_note) as source:
         parameters = StreamParameters(*source.size, min(FPS, source.fps), CONTROL_POINT_COUNT, source.fapu_lengths)
         now = time.monotonic()
         assert socket.remote is not None
@@ -136,30 +149,38 @@ def send(
 
 
 @contextmanager
-def _open_source(options: SendOptions, object_sender: ObjectSender | None) -> Iterator[MotionSource]:
+def _open_source(
+    options: SendOptions, object_sender: ObjectSender | None, on_note: Callable[[str], None]
+) -> Iterator[MotionSource]:
     from conf.sender.capture.camera import open_camera
-    from conf.sender.capture.clip import open_clip
     from conf.sender.motion.extractor import MotionExtractor
     from conf.sender.motion_source import TrackedMotionSource, open_motion_file
     from conf.sender.portrait.scheduler import PortraitScheduler
     from conf.sender.tracking.canonical_face import load_canonical_face
+    from conf.sender.tracking.detector import FaceDetector
     from conf.sender.tracking.model_files import fetch_models
+    from conf.sender.tracking.orientation import UprightCamera, open_upright_clip
     from conf.sender.tracking.tracker import FaceTracker
 
     if options.dpc is not None:
         yield open_motion_file(options.dpc, loop=options.loop)
         return
     models = fetch_models()
-    with open_clip(options.file, loop=options.loop) if options.file else open_camera(options.camera) as source:
+    with ExitStack() as stack:
+        source: Clip | UprightCamera
+        if options.file:
+            source = stack.enter_context(open_upright_clip(options.file, models, loop=options.loop, on_note=on_note))
+        else:
+            camera = stack.enter_context(open_camera(options.camera))
+            source = UprightCamera(camera, FaceDetector(models), on_note=on_note)
         canonical = load_canonical_face()
         extractor = MotionExtractor(canonical, source.size)
         scheduler = PortraitScheduler(canonical, object_sender) if object_sender else None
         if options.calibrate:
             extractor.set_neutral_now()
         tracker, on_frame = FaceTracker(models), None
-        with ExitStack() as stack:
-            if options.preview:
-                from conf.commands.preview import Preview
+        if options.preview:
+            from conf.commands.preview import Preview
 
-                on_frame = stack.enter_context(Preview(source.size, on_neutral=extractor.set_neutral_now)).show
-            yield TrackedMotionSource(source, tracker, extractor, portrait_scheduler=scheduler, on_frame=on_frame)
+            on_frame = stack.enter_context(Preview(source.size, on_neutral=extractor.set_neutral_now)).show
+        yield TrackedMotionSource(source, tracker, extractor, portrait_scheduler=scheduler, on_frame=on_frame)

@@ -24,6 +24,7 @@ from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.motion.mean_face import MEAN_FACE
 from conf.sender.portrait.photo_builder import CapturedFace
 from conf.sender.portrait.scheduler import PortraitScheduler
+from conf.sender.tracking.orientation import UprightCamera
 from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 
 REFERENCE_SIZE = (320, 240)  # px of a recording's frames: those of the thesis
@@ -37,7 +38,7 @@ class TrackedMotionSource:
 
     def __init__(
         self,
-        source: Camera | Clip,
+        source: Camera | UprightCamera | Clip,
         tracker: FaceTracker,
         extractor: MotionExtractor,
         *,

@@ -60,11 +60,12 @@ class Clip:
     round : the pass through the file that the newest frame belongs to
     """
 
-    def __init__(self, name: str, *, loop: bool = False) -> None:
+    def __init__(self, name: str, *, loop: bool = False, turns: int = 0) -> None:
         """Open a clip and decode its first frame. Raises CameraError."""
         self._name = name
         self._loop = loop
-        self._decoder = _Decoder(name)
+        self._turns = turns
+        self._decoder = _Decoder(name, turns)
         self._frames = self._decoder.frames()
         self._first = next(self._frames, None)
         if self._first is None:
@@ -121,7 +122,7 @@ class Clip:
         if not self._loop or self._last is None:
             return None
         self.close()
-        self._decoder = _Decoder(self._name)
+        self._decoder = _Decoder(self._name, self._turns)
         self._frames = self._decoder.frames()
         frame = next(self._frames, None)
         if frame is not None:
@@ -134,7 +135,8 @@ class Clip:
 class _Decoder:
     """The video stream of one opened file."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, turns: int) -> None:
+        self._turns = turns
         self._file, self._container = _open_container(name)
         try:
             self._stream: Any = next((s for s in self._container.streams.video if not _is_cover(s)), None)
@@ -209,16 +211,17 @@ class _Decoder:
         # Threads of its own would cost more than they save at the sizes of webcams.
         image = self._reformatter.reformat(frame, width=width, height=height, format="bgr24", threads=1)
         pixels = np.asarray(image.to_ndarray(), np.uint8)
-        turns = round(frame.rotation / 90) % 4
+        turns = (round(frame.rotation / 90) + self._turns) % 4
         return np.ascontiguousarray(np.rot90(pixels, turns)) if turns else pixels
 
 
-def open_clip(path: Path | str, /, *, loop: bool = False) -> Clip:
+def open_clip(path: Path | str, /, *, loop: bool = False, turns: int = 0) -> Clip:
     """Open a video file, or pictures named by a pattern as in `frames/%04d.png`. Raises CameraError.
 
     loop : begin again at the end, timestamps going on
+    turns : quarter turns, counterclockwise, of the frames beside the rotation that the file states
     """
-    return Clip(str(path), loop=loop)
+    return Clip(str(path), loop=loop, turns=turns)
 
 
 def read_sound(path: Path | str, /, *, rate: int = SOUND_RATE) -> Generator[tuple[float, NDArray[np.int16]]]:

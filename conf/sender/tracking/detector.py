@@ -48,12 +48,18 @@ class FaceDetector:
         self._network = load_network(models / DETECTOR, ("regressors", "classificators"), backend=backend)
         self._anchors = make_anchors()
 
-    def detect(self, pixels: NDArray[np.uint8], /) -> list[DetectedFace]:
-        """Return the faces in an image (H, W, 3) uint8 BGR, large and central ones first."""
+    def detect(self, pixels: NDArray[np.uint8], /, *, small_faces: bool = True) -> list[DetectedFace]:
+        """Return the faces in an image (H, W, 3) uint8 BGR, large and central ones first.
+
+        small_faces : search the image in tiles as well if there is no face larger than a tenth of it, for ten times
+        the time
+        """
         height, width = pixels.shape[:2]
         side = max(height, width)
         faces = self._detect_in_square(pixels, ((width - side) / 2, (height - side) / 2), side)
-        if not faces and min(width, height) >= INPUT_SIZE:  # smaller tiles would be enlarged and show nothing new
+        if (
+            not faces and small_faces and min(width, height) >= INPUT_SIZE
+        ):  # smaller tiles would be enlarged and show nothing new
             found = [self._detect_in_square(pixels, corner, side) for corner, side in tiles(width, height)]
             faces = weighted_nms([face for part in found for face in part])
         middle = np.array([width, height]) / 2

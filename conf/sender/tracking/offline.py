@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 from conf.errors import CameraError
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.formats.dpc import MotionClip
-from conf.sender.capture.clip import open_clip
+from conf.sender.capture.clip import Clip
 from conf.sender.capture.frame import Frame
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.tracking.canonical_face import load_canonical_face
 from conf.sender.tracking.model_files import fetch_models
+from conf.sender.tracking.orientation import open_upright_clip
 from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 
 EVEN_S = 0.002  # steps between frames that differ by less than this are even: containers round to milliseconds
@@ -34,27 +35,34 @@ class ExtractedMotion:
 
 def track_clip(clip: Path, on_progress: Progress | None = None) -> Iterator[tuple[Frame, TrackedFace | None]]:
     """Yield each frame of a clip with the face in it, or None. Raises CameraError, ModelError."""
+    with open_upright_clip(clip, fetch_models()) as source:
+        yield from track_frames(source, on_progress)
+
+
+def track_frames(source: Clip, on_progress: Progress | None = None) -> Iterator[tuple[Frame, TrackedFace | None]]:
+    """Yield each remaining frame of an opened clip with the face in it, or None. Raises ModelError."""
     tracker = FaceTracker(fetch_models())
     faces = 0
-    with open_clip(clip) as source:
-        for count, frame in enumerate(iter(source.read, None)):
-            tracked = tracker.track(frame.pixels)
-            faces += tracked is not None
-            yield frame, tracked
-            if on_progress:
-                on_progress(count + 1, faces)
+    for count, frame in enumerate(iter(source.read, None)):
+        tracked = tracker.track(frame.pixels)
+        faces += tracked is not None
+        yield frame, tracked
+        if on_progress:
+            on_progress(count + 1, faces)
 
 
-def extract_motion(clip: Path, on_progress: Progress | None = None) -> ExtractedMotion:
+def extract_motion(
+    clip: Path, on_progress: Progress | None = None, on_note: Callable[[str], None] = lambda text: None
+) -> ExtractedMotion:
     """Return the motion of a clip at an even frame rate, as long as the clip.
 
     The landmarks are extracted once and filtered twice: first to find the neutral pose, then to compute the motion with
-    that pose known from the first frame on. A frame without a face repeats the one before.
-    Raises CameraError, ModelError.
+    that pose known from the first frame on. A frame without a face repeats the one before. on_note gets what was odd
+    about the clip. Raises CameraError, ModelError.
     """
-    with open_clip(clip) as source:
+    with open_upright_clip(clip, fetch_models(), on_note=on_note) as source:
         size = source.size
-    tracked = [(frame.timestamp, face) for frame, face in track_clip(clip, on_progress)]
+        tracked = [(frame.timestamp, face) for frame, face in track_frames(source, on_progress)]
     if not any(face for _, face in tracked):
         raise CameraError(f"{clip} shows no face: choose a clip in which one face is clearly visible")
     extractor = MotionExtractor(load_canonical_face(), size)
