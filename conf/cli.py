@@ -15,6 +15,7 @@ from dataclasses import asdict
 from typing import Any
 
 from conf.commands import animate, demo, doctor, export, extract, fit, measure, models, receive, send
+from conf.commands.suggesting_parser import SuggestingParser
 from conf.errors import ConfError
 
 COMMANDS = {
@@ -50,13 +51,13 @@ def main(arguments: list[str] | None = None) -> None:
 
 def build_parser() -> argparse.ArgumentParser:
     """Return the parser of all commands; each sets `run` to the function that executes it."""
-    parser = argparse.ArgumentParser(prog="conf", description="A video conference for links that cannot carry video.")
+    parser = SuggestingParser(prog="conf", description="A video conference for links that cannot carry video.")
     parser.add_argument("--version", action=_PrintVersion, nargs=0, help="print the version and exit")
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
     for name, command in COMMANDS.items():
         subparser = subparsers.add_parser(name, help=command.HELP, description=command.HELP)
         command.add_arguments(subparser)
-        subparser.set_defaults(run=command.run)
+        subparser.set_defaults(run=command.run, parser=subparser)
     return parser
 
 
