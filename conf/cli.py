@@ -12,9 +12,10 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
-from typing import Any
+from typing import Any, NoReturn
 
 from conf.commands import animate, demo, doctor, export, extract, fit, measure, models, receive, send
+from conf.commands.interruption import InterruptHandler, check_interrupt
 from conf.commands.suggesting_parser import SuggestingParser
 from conf.errors import ConfError
 
@@ -23,6 +24,7 @@ COMMANDS = {
     "export": export, "fit": fit, "measure": measure, "models": models, "doctor": doctor,
 }  # fmt: skip
 
+INTERRUPTED = 130  # exit status, as shells report it
 PIPE_WIDTH = 120  # columns of a table that is not printed on a terminal
 
 
@@ -30,23 +32,35 @@ def main(arguments: list[str] | None = None) -> None:
     """Run one command and exit."""
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
         os.environ.setdefault(variable, "1")  # before NumPy is imported: idle BLAS threads delay frames by milliseconds
-    options = build_parser().parse_args(arguments)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    on_interrupt = InterruptHandler()
     try:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, on_interrupt)
+        options = build_parser().parse_args(arguments)
         options.run(options, _Terminal(json=getattr(options, "json", False)))
     except ConfError as error:
-        sys.exit(f"conf: {error}")
-    except KeyboardInterrupt:
-        sys.exit(130)
+        sys.exit(f"conf: {'; '.join((str(error), *getattr(error, '__notes__', ())))}")
+    except KeyboardInterrupt as interrupt:
+        _exit_interrupted(interrupt)
     except BrokenPipeError:
         with suppress(OSError):
             sys.stdout.close()
         sys.exit(1)
     except Exception as error:
+        if on_interrupt.was_called:  # a library has raised another exception in its place
+            _exit_interrupted(error)
         if os.environ.get("CONF_DEBUG"):
             raise
         sys.exit(f"conf: {type(error).__name__}: {error} (an error in conf itself; set CONF_DEBUG=1 for details)")
     sys.exit(0)
+
+
+def _exit_interrupted(interrupt: BaseException) -> NoReturn:
+    """Exit; the notes of the exception say which files were being written."""
+    notes = getattr(interrupt, "__notes__", ())
+    if notes:
+        print(f"conf: interrupted: {'; '.join(notes)}", file=sys.stderr)
+    sys.exit(INTERRUPTED)
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -85,17 +99,26 @@ class _Terminal:
     def status_line(self) -> Iterator[Callable[[str], None]]:
         from rich.console import Console
 
+        def show(text: str) -> None:
+            check_interrupt()
+            status.update(text)
+
         with Console(stderr=True, quiet=self._json).status("starting") as status:
-            yield status.update
+            yield show
 
     @contextmanager
     def progress_bar(self) -> Iterator[Callable[[float], None]]:
         from rich.console import Console
         from rich.progress import Progress
 
-        with Progress(console=Console(stderr=True), transient=True, disable=self._json) as progress:
+        def show(fraction: float) -> None:
+            check_interrupt()
+            progress.update(task, completed=fraction)
+
+        is_hidden = self._json or not sys.stderr.isatty()
+        with Progress(console=Console(stderr=True), transient=True, disable=is_hidden) as progress:
             task = progress.add_task("writing", total=1.0)
-            yield lambda fraction: progress.update(task, completed=fraction)
+            yield show
 
     def print_figures(self, title: str, figures: Any, table: object = None, /) -> None:
         values = asdict(figures)

@@ -1,14 +1,28 @@
 import json
 import os
+import signal
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
+from conf import cli
 from conf.cli import main
+from conf.commands.interruption import until_interrupted
+from conf.errors import ConfError
 
 CODE = ("--code", "amber canoe tiger 7")
+
+
+@pytest.fixture(autouse=True)
+def signal_handlers() -> Iterator[None]:
+    """Restore the signal handlers that main sets."""
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
 
 
 def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -113,3 +127,89 @@ def test_demo_without_a_display_writes_clip_image_and_figures(demo_clip: Path, t
     assert figures["frames_received"] > 30
     assert (tmp_path / "conf-demo.avi").stat().st_size > 100_000
     assert (tmp_path / "conf-demo.jpg").stat().st_size > 10_000
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "moment",
+    [
+        "import conf.__main__; {interrupt}",
+        "import conf.cli; from conf.__main__ import main; conf.cli.build_parser = lambda: {interrupt}; main()",
+        "import conf.cli; from conf.__main__ import main; conf.cli.main = lambda: {interrupt}; main()",
+        "import json, conf.cli; from conf.__main__ import main; conf.cli.main = lambda: None; main(); {interrupt}",
+    ],
+    ids=["while modules are imported", "while arguments are parsed", "a second one", "after the command"],
+)
+def test_ctrl_c_prints_nothing_at_any_moment(moment: str) -> None:
+    code = moment.format(interrupt="__import__('signal').raise_signal(2)") + "; print('not reached')"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (result.stdout, result.stderr) == ("", "")
+    assert result.returncode in (130, -signal.SIGINT)  # a shell reports both as 130
+
+
+def interrupted(*swallowed_by: type[BaseException]) -> None:
+    """Interrupt the program; the exceptions named are swallowed, as a library may do."""
+    try:
+        signal.raise_signal(signal.SIGINT)
+    except swallowed_by:
+        pass
+
+
+def convert() -> None:
+    try:
+        signal.raise_signal(signal.SIGINT)
+    except KeyboardInterrupt as error:
+        raise ImportError("initialisation failed") from error
+
+
+def swallow_then_call() -> None:
+    interrupted(KeyboardInterrupt)
+    with until_interrupted():
+        raise AssertionError("the call has begun")
+
+
+def swallow_then_report() -> None:
+    with cli._Terminal(json=True).status_line() as show:
+        interrupted(KeyboardInterrupt)
+        show("tracking")
+
+
+def write_a_file() -> None:
+    try:
+        signal.raise_signal(signal.SIGINT)
+    except KeyboardInterrupt as error:
+        error.add_note("/tmp/a.mp4 is as it was before")
+        raise
+
+
+@pytest.mark.parametrize(
+    ("task", "message"),
+    [
+        (interrupted, ""),
+        (convert, ""),
+        (swallow_then_call, ""),
+        (swallow_then_report, ""),
+        (write_a_file, "conf: interrupted: /tmp/a.mp4 is as it was before\n"),
+    ],
+)
+def test_an_interrupted_command_exits_with_130_and_names_what_it_wrote(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], task: Callable[[], None], message: str
+) -> None:
+    monkeypatch.setattr("conf.commands.models.run", lambda options, terminal: task())
+    with pytest.raises(SystemExit) as exit_:
+        main(["models", "fetch"])
+    assert exit_.value.code == 130
+    assert capsys.readouterr() == ("", message)
+
+
+def test_the_notes_of_an_error_are_part_of_its_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    error = ConfError("the disk is full")
+    error.add_note("b.mp4 is as it was before")
+
+    def fail(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr("conf.commands.models.run", fail)
+    with pytest.raises(SystemExit) as exit_:
+        main(["models", "fetch"])
+    assert exit_.value.code == "conf: the disk is full; b.mp4 is as it was before"

@@ -16,6 +16,7 @@ from conf.commands.interruption import until_interrupted
 
 if TYPE_CHECKING:
     from conf.protocol.call_report import CallReport
+    from conf.receiver.pipeline import ReceiverLoop
     from conf.transport.udp import UdpSocket
 
 HELP = "accept calls and show the participants"
@@ -56,9 +57,14 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
     with UdpSocket.bind(*options.listen) as socket:
         terminal.write(f"listening on {format_address(socket.address)}, code {code}")
         receive_options = ReceiveOptions(options.headless, None, options.seconds, on_event=terminal.write)
-        with until_interrupted() as should_continue:
-            report = receive(socket, code, receive_options, face=options.face, should_continue=should_continue)
+        report = receive(socket, code, receive_options, face=options.face)
     terminal.print_figures("the call", report, call_table(report))
+
+
+def _run(loop: ReceiverLoop, seconds: float | None, should_continue: Callable[[], bool]) -> CallReport:
+    """Run the loop until the time is over, should_continue is False or the user interrupts."""
+    with until_interrupted() as is_uninterrupted:
+        return loop.run(seconds=seconds, should_continue=lambda: is_uninterrupted() and should_continue())
 
 
 def has_display() -> bool:
@@ -74,7 +80,9 @@ def receive(
     face: Path | None = None,
     should_continue: Callable[[], bool] = lambda: True,
 ) -> CallReport:
-    """Show the callers of a socket until the window is closed or the time is over. Returns the figures of all calls.
+    """Show the callers of a socket until the window is closed, the time is over or the user interrupts.
+
+    Returns the figures of all calls.
 
     code : what callers need, as normalise_code returns it
     Raises GraphicsError, FileFormatError, RecordingError.
@@ -97,14 +105,14 @@ def receive(
         loop_options = LoopOptions(WINDOW_FPS, idle_text, on_event=options.on_event)
         with GlfwWindow(*SIZE, "conf") as window:
             loop = ReceiverLoop(window, model, endpoint, socket, loop_options)
-            return loop.run(seconds=options.seconds, should_continue=should_continue)
+            return _run(loop, options.seconds, should_continue)
     with OffscreenWindow(*SIZE) as window, VideoWriter(options.headless, fps=HEADLESS_FPS) as video:
         loop_options = LoopOptions(
             HEADLESS_FPS, idle_text, lambda window, now: video.write_at(window.read, now), options.on_event
         )
         try:
             loop = ReceiverLoop(window, model, endpoint, socket, loop_options)
-            return loop.run(seconds=options.seconds, should_continue=should_continue)
+            return _run(loop, options.seconds, should_continue)
         finally:
             if options.image is not None:
                 save_image(options.image, window.read())
