@@ -1,0 +1,152 @@
+"""From the microphone's sound to what a codec should get: no echo, rumble and noise, an even level, pauses marked.
+
+The filters are WebRTC's (pywebrtc-audio). Two of their habits are worked around. The gain control starts 15 dB up,
+which drives loud speech into its limiter for seconds (STOI .96 on full-scale speech), so the sound enters 15 dB down
+and the gain starts at 1. The speech probability comes late, so activity looks at the level, too, and returned blocks
+lag by two: a talk spurt starts 20 ms before the first block in which speech was noticed.
+"""
+
+from collections import deque
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.audio.samples import FULL_SCALE, SAMPLE_RATE, SILENCE_DBFS, AudioBlock, Samples, level_dbfs, to_int16
+from conf.audio.voice_activity import VoiceActivity
+
+BLOCK_SAMPLES = SAMPLE_RATE // 100  # 10 ms, WebRTC's frame
+LOOK_BACK = 2  # blocks
+MISSING = "pywebrtc-audio is missing, so noise and level stay as they are: type  pip install pywebrtc-audio."
+
+_INITIAL_GAIN = 10 ** (-15 / 20)  # of the sound that enters the gain control
+_DELAY_S = 0.006  # of noise suppression, measured by correlation
+_ECHO_DELAY_S = 0.008  # that echo cancellation adds
+_NOISE_WEIGHT = 0.05  # of a new block in the background's power: a time constant of 0.2 s
+_MAX_PLAYED = SAMPLE_RATE // 5  # samples of the loudspeaker's sound that wait for the microphone's
+_GAP_S = 0.001  # time stamps further apart than this are of another stretch of sound
+
+
+@dataclass(frozen=True)
+class VoiceBlock:
+    """10 ms of processed sound.
+
+    timestamp : capture time of the first sample, s
+    samples : (BLOCK_SAMPLES,) int16
+    active : whether somebody speaks: send it
+    """
+
+    timestamp: float
+    samples: Samples
+    active: bool
+
+
+class VoiceProcessor:
+    """The processing of one microphone.
+
+    fault : why sound passes unprocessed, one sentence for the user, or None
+    noise_dbfs : level of the returned sound in pauses, dBFS, for comfort noise
+    """
+
+    def __init__(
+        self,
+        *,
+        gain: bool = True,
+        noise_suppression: bool = True,
+        echo_cancellation: bool = False,
+        playback_delay_s: float = 0.0,
+    ) -> None:
+        """Prepare the filters.
+
+        echo_cancellation : remove what the loudspeaker plays; `process` then needs that sound
+        playback_delay_s : from the loudspeaker's buffer to the microphone's, s; a first guess
+        """
+        self.fault: str | None = None
+        self._filter: Any = None
+        self._gain: Any = None
+        try:
+            import pywebrtc_audio
+        except ImportError:
+            self.fault = MISSING
+        else:
+            self._filter = pywebrtc_audio.AudioProcessor(
+                SAMPLE_RATE,
+                high_pass_filter=True,
+                noise_suppression=noise_suppression,
+                echo_cancellation=echo_cancellation,
+                stream_delay_ms=round(1000 * playback_delay_s),
+            )
+            self._gain = pywebrtc_audio.GainController(SAMPLE_RATE) if gain else None
+        self._delay_s = (noise_suppression * _DELAY_S + echo_cancellation * _ECHO_DELAY_S) if self._filter else 0.0
+        self._echo = echo_cancellation
+        self._activity = VoiceActivity()
+        self._rest = AudioBlock(0.0, np.zeros(0, np.int16))  # less than a block
+        self._played = np.zeros(0, np.int16)
+        self._waiting: deque[VoiceBlock] = deque()
+        self._noise_power = 0.0
+
+    @property
+    def noise_dbfs(self) -> float:
+        """Return the level of the background after processing, dBFS."""
+        return max(SILENCE_DBFS, 10 * float(np.log10(max(self._noise_power, 1e-12))))
+
+    def process(self, block: AudioBlock, played: Samples | None = None) -> list[VoiceBlock]:
+        """Return the blocks that this sound completes, in order of time, LOOK_BACK blocks behind it.
+
+        block : of any length; a gap to the last one's end starts a new stretch
+        played : what the loudspeaker has played since the last call, for echo cancellation
+        """
+        if played is not None:
+            self._played = np.concatenate([self._played, played])[-_MAX_PLAYED - len(block.samples) :]
+        blocks: list[VoiceBlock] = []
+        if len(self._rest.samples) and abs(block.timestamp - self._rest.end) > _GAP_S:
+            blocks += self.flush()
+        start = self._rest.timestamp if len(self._rest.samples) else block.timestamp
+        samples = np.concatenate([self._rest.samples, block.samples])
+        whole = len(samples) // BLOCK_SAMPLES * BLOCK_SAMPLES
+        for first in range(0, whole, BLOCK_SAMPLES):
+            piece = samples[first : first + BLOCK_SAMPLES]
+            blocks += self._process_block(start + first / SAMPLE_RATE - self._delay_s, piece)
+        self._rest = AudioBlock(start + whole / SAMPLE_RATE, samples[whole:])
+        return blocks
+
+    def flush(self) -> list[VoiceBlock]:
+        """Return the blocks that still wait for a look back, and drop what fills no block: the sound has ended."""
+        blocks = list(self._waiting)
+        self._waiting.clear()
+        self._rest = replace(self._rest, samples=self._rest.samples[:0])
+        return blocks
+
+    def _process_block(self, timestamp: float, samples: Samples) -> list[VoiceBlock]:
+        level, probability = level_dbfs(samples), 0.0
+        if self._filter is not None:
+            filtered = self._run_filter(samples.astype(np.float32) * np.float32(_INITIAL_GAIN / FULL_SCALE))
+            level = level_dbfs(_from_float(filtered))
+            probability = float(self._filter.speech_probability)
+            if self._gain is not None:
+                samples = to_int16(np.asarray(self._gain.process(filtered), np.float64) * FULL_SCALE)
+                probability = float(self._gain.speech_probability)
+            else:
+                samples = _from_float(filtered)
+        active = self._activity.update(level, probability)
+        if active:
+            self._waiting = deque(replace(block, active=True) for block in self._waiting)
+        else:
+            power = 10 ** (level_dbfs(samples) / 10)
+            self._noise_power += _NOISE_WEIGHT * (power - self._noise_power)
+        self._waiting.append(VoiceBlock(timestamp, samples, active))
+        return [self._waiting.popleft()] if len(self._waiting) > LOOK_BACK else []
+
+    def _run_filter(self, near: NDArray[np.float32]) -> NDArray[np.float32]:
+        if not self._echo:
+            return np.asarray(self._filter.process(near), np.float32)
+        far = np.zeros(BLOCK_SAMPLES, np.float32)
+        played = self._played[:BLOCK_SAMPLES]
+        self._played = self._played[BLOCK_SAMPLES:]
+        far[: len(played)] = played / FULL_SCALE
+        return np.asarray(self._filter.process(near, far), np.float32)
+
+
+def _from_float(values: NDArray[np.float32]) -> Samples:
+    return to_int16(values.astype(np.float64) * (FULL_SCALE / _INITIAL_GAIN))
