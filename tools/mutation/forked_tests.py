@@ -1,4 +1,4 @@
-"""Test the mutants of one module with its own test: `python tools/mutation/forked_tests.py MODULE RESULT [--quick]`.
+"""Test the mutants of one module with its own test: `python tools/mutation/forked_tests.py MODULE RESULT`.
 
 mutmut makes the mutants: all of them in one source text, in which the name of the active one selects it. The tests are
 collected once, and each mutant is tested in a fork of this process, quick tests first, until one fails. That is several
@@ -9,10 +9,11 @@ import argparse
 import difflib
 import json
 import os
+import random
 import resource
 import signal
 import sys
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from functools import partial
 from importlib.machinery import ModuleSpec, SourceFileLoader
 from importlib.util import spec_from_file_location
@@ -35,6 +36,7 @@ MIN_CPU_S, CPU_FACTOR = (
 )  # of the time limit of a test: the factor times what it needs without a mutant, and 2 s more
 WALL_FACTOR = 30  # of the time limit: a machine may be busy, a mutant may wait for ever
 MAX_MEMORY = 8 << 30  # bytes of address space
+SAMPLE_SEED = 1
 PASSED, FAILED = 0, 1
 
 
@@ -71,8 +73,9 @@ class MutatedModule(SourceFileLoader):
 class ForkedTests:
     """A pytest plugin that tests every mutant instead of the module."""
 
-    def __init__(self, loader: MutatedModule) -> None:
+    def __init__(self, loader: MutatedModule, names: Sequence[str]) -> None:
         self.results: list[dict[str, object]] = []
+        self._names = names
         self._loader = loader
         self._fixture_hits: dict[str, set[str]] = {}
 
@@ -104,7 +107,7 @@ class ForkedTests:
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         """Test every mutant."""
         durations, callers = self._trace(session.items)
-        for name in self._loader.mutated.mutant_names:
+        for name in self._names:
             function = f"{self._loader.name}.{mangled_name_from_mutant_name(name)}"
             first = sorted(callers.get(function, ()), key=lambda i: durations[i])
             # Tests that were not seen to call the function may do so, through something that is cached.
@@ -189,6 +192,7 @@ def main() -> None:
     parser.add_argument("module", help="below conf/, such as protocol/sequence")
     parser.add_argument("result", type=Path, help="a JSON file")
     parser.add_argument("--quick", action="store_true", help="without the tests that are marked slow")
+    parser.add_argument("--sample", type=int, metavar="N", help="N mutants at random instead of all; the seed is fixed")
     args = parser.parse_args()
     os.chdir(ROOT)
     sys.path.insert(0, str(ROOT))
@@ -196,12 +200,15 @@ def main() -> None:
     folder, _, name = f"tests/{args.module}".rpartition("/")
     loader = MutatedModule(f"conf.{args.module.replace('/', '.')}", ROOT / "conf" / f"{args.module}.py")
     sys.meta_path.insert(0, loader)
-    tests = ForkedTests(loader)
+    names = loader.mutated.mutant_names
+    if args.sample and args.sample < len(names):
+        names = random.Random(SAMPLE_SEED).sample(names, args.sample)
+    tests = ForkedTests(loader, names)
     options = ["-q", "-p", "no:cacheprovider", "--capture=no", "--assert=plain", "--tb=no"]
     if args.quick:
         options += ["-m", "not slow"]
     pytest.main([*options, f"{folder}/test_{name}.py"], plugins=[tests])
-    if len(tests.results) != len(loader.mutated.mutant_names):
+    if len(tests.results) != len(names):
         raise SystemExit("the tests cannot be collected")
     args.result.write_text(json.dumps(tests.results, indent=1))
 

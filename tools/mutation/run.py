@@ -56,12 +56,12 @@ def modules_of(argument: str) -> list[str]:
     return [file.relative_to(ROOT / "conf").with_suffix("").as_posix() for file in found]
 
 
-def run(module: str, *, quick: bool) -> None:
+def run(module: str, options: list[str]) -> None:
     """Test the mutants of a module in a process of its own."""
     result = result_of(module)
     result.parent.mkdir(parents=True, exist_ok=True)
     program = Path(__file__).with_name("forked_tests.py")
-    command = [sys.executable, str(program), module, str(result), *(["--quick"] if quick else [])]
+    command = [sys.executable, str(program), module, str(result), *options]
     if subprocess.run(command, stdout=subprocess.DEVNULL, check=False).returncode:
         raise SystemExit(f"conf/{module}.py could not be tested")
 
@@ -120,6 +120,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("modules", nargs="+", help="modules or packages below conf/, such as protocol/sequence")
     parser.add_argument("--quick", action="store_true", help="without the tests that are marked slow")
+    parser.add_argument("--sample", metavar="N", help="N mutants of each module at random; the seed is fixed")
     parser.add_argument("--report", action="store_true", help="read the results of earlier runs")
     parser.add_argument("--survivors", action="store_true", help="print the mutants that no test noticed")
     parser.add_argument("--constants", action="store_true", help="list the constants, which are not mutated, and stop")
@@ -130,8 +131,9 @@ def main() -> None:
             for text in constants(module):
                 print(f"{module}: {text}")
         return
+    options = [*(["--quick"] if args.quick else []), *(["--sample", args.sample] if args.sample else [])]
     for module in modules if not args.report else ():
-        run(module, quick=args.quick)
+        run(module, options)
     report(modules, survivors=args.survivors)
 
 

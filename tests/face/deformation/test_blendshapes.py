@@ -20,6 +20,11 @@ def test_names_and_offsets_are_read(tmp_path: Path) -> None:
     assert shapes.offsets.tolist() == OFFSETS.tolist()
 
 
+def test_a_single_name_needs_no_list(tmp_path: Path) -> None:
+    np.savez(tmp_path / "shapes.npz", names=np.array("smile"), offsets=OFFSETS[:1])
+    assert load_blendshapes(tmp_path / "shapes.npz", 4).names == ("smile",)
+
+
 @pytest.mark.parametrize(
     "arrays",
     [
@@ -33,7 +38,7 @@ def test_names_and_offsets_are_read(tmp_path: Path) -> None:
 )
 def test_other_arrays_raise_file_format_error(tmp_path: Path, arrays: dict[str, Any]) -> None:
     np.savez(tmp_path / "shapes.npz", **arrays)
-    with pytest.raises(FileFormatError, match="expected"):
+    with pytest.raises(FileFormatError, match=r"shapes\.npz: expected"):
         load_blendshapes(tmp_path / "shapes.npz", 4)
 
 

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from conf.face.deformation.blendshapes import load_blendshapes
 from conf.face.deformation.face_model import DeformerOptions, FaceModel
 from conf.face.loading import build_face, load_face
 from conf.face.mesh.surface_graph import SurfaceGraph
+from conf.face.similarity import SimilarityTransform
 
 CORNERS = control_point_indices("inner_lip_corner", "outer_lip_corner")
 
@@ -109,6 +112,28 @@ def test_noise_of_the_control_points_is_not_amplified(head: FaceModel) -> None:
     gain = np.linalg.norm(head.operator, axis=1)
     assert gain.mean() < 0.75
     assert gain.max() < 2.5
+
+
+def test_without_a_rig_the_deformation_is_the_operator_alone(head: FaceModel) -> None:
+    face = replace(head, rig=None)
+    displacements = np.random.default_rng(2).normal(size=(50, 3)) * 100
+    expected = head.neutral + head.operator @ (displacements * head.fapu.lengths())
+    assert face.deform(displacements) == pytest.approx(expected, abs=1e-4)
+
+
+def test_deformed_points_are_the_neutral_ones_plus_fapu_lengths(head: FaceModel) -> None:
+    displacements = np.random.default_rng(3).normal(size=(50, 3)) * 100
+    points = head.deformed_points(displacements)
+    assert points.dtype == np.float32
+    assert points == pytest.approx(head.control_points + displacements * head.fapu.lengths(), abs=1e-5)
+
+
+def test_file_coordinates_are_those_before_the_face_was_brought_to_model_centimetres(head: FaceModel) -> None:
+    face = replace(head, file_to_model=SimilarityTransform(np.eye(3)[[1, 2, 0]], 0.1, np.array([1.0, -2.0, 3.0])))
+    positions = face.file_to_model.apply(head.control_points)
+    found = face.to_file_coordinates(positions.astype(np.float32))
+    assert found.dtype == np.float64
+    assert found == pytest.approx(head.control_points, abs=1e-4)
 
 
 def test_deform_writes_to_the_given_array(head: FaceModel) -> None:
