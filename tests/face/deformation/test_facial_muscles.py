@@ -1,11 +1,21 @@
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
-from conf.face.control_points import CONTROL_POINT_INDEX
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
 from conf.face.deformation.face_model import FaceModel
-from conf.face.deformation.facial_muscles import MUSCLE_COURSES, SPHINCTER, MuscleDeformer, build_muscles
+from conf.face.deformation.facial_muscles import (
+    MUSCLE_COURSES,
+    RING_AXES,
+    RING_DEPTH,
+    RING_PROTRUSION,
+    SPHINCTER,
+    MuscleDeformer,
+    build_muscles,
+)
+from conf.face.deformation.waters_muscles import LinearMuscle, Sphincter
 from conf.face.loading import load_face
 
 MOVES = [  # muscle, control point, direction of its offset on the left side
@@ -42,6 +52,33 @@ def test_there_are_nine_pairs_and_the_sphincter() -> None:
         assert sum(course.insertion.values()) == pytest.approx(1.0)
 
 
+def test_the_ring_lies_around_the_mouth_in_half_mouth_widths() -> None:
+    points = np.random.default_rng(1).normal(size=(CONTROL_POINT_COUNT, 3))
+    points[CONTROL_POINT_INDEX["outer_lip_corner_l"]] = 5.0, 1.0, 0.0
+    points[CONTROL_POINT_INDEX["outer_lip_corner_r"]] = 1.0, 1.0, 0.0
+    points[CONTROL_POINT_INDEX["outer_lip_upper_mid"]] = 3.0, 2.0, 1.5
+    points[CONTROL_POINT_INDEX["outer_lip_lower_mid"]] = 3.0, -1.0, -2.5
+    ring = build_muscles(points)[SPHINCTER]
+    assert isinstance(ring, Sphincter)
+    assert ring.centre.tolist() == [3.0, 0.5, -0.5]
+    assert ring.axes[0] == pytest.approx([2.0 * RING_AXES[0], 0.0, 0.0])
+    assert ring.axes[1] == pytest.approx([0.0, 2.0 * RING_AXES[1] * 0.6, 2.0 * RING_AXES[1] * 0.8])
+    assert (ring.depth, ring.protrusion) == (2.0 * RING_DEPTH, 2.0 * RING_PROTRUSION)
+    points[CONTROL_POINT_INDEX["outer_lip_upper_mid"], 0] += 0.7  # a crooked mouth
+    crooked = build_muscles(points)[SPHINCTER]
+    assert isinstance(crooked, Sphincter)
+    assert crooked.axes[0] @ crooked.axes[1] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_muscle_has_the_angle_and_the_reach_of_its_course() -> None:
+    muscles = build_muscles(np.random.default_rng(1).normal(size=(CONTROL_POINT_COUNT, 3)))
+    for name, course in MUSCLE_COURSES.items():
+        for side in "lr":
+            muscle = muscles[f"{name}_{side}"]
+            assert isinstance(muscle, LinearMuscle)
+            assert (muscle.angle, muscle.start, muscle.end) == (np.radians(course.angle), course.start, course.end)
+
+
 def test_relaxed_muscles_give_the_neutral_face() -> None:
     face, muscles = head()
     np.testing.assert_array_equal(muscles.deform({}), face.neutral)
@@ -69,4 +106,18 @@ def test_muscles_leave_rigid_parts_still_and_the_jaw_moves_the_lower_teeth() -> 
     np.testing.assert_array_equal(pulled[face.rig.rigid], face.neutral[face.rig.rigid])
     opened = muscles.deform({}, jaw=0.2)
     teeth = face.mesh.group_vertices("teeth_lower")
+    assert opened.dtype == np.float32
     assert (opened[teeth, 1] < face.neutral[teeth, 1] - 0.5).all()
+
+
+def test_muscles_pull_what_the_jaw_has_moved() -> None:
+    face, muscles = head()
+    pulled = muscles.deform({"depressor_labii_l": 0.3})
+    both = muscles.deform({"depressor_labii_l": 0.3}, jaw=0.2)
+    np.testing.assert_allclose(both - pulled, muscles.deform({}, jaw=0.2) - face.neutral, atol=1e-5)
+
+
+@pytest.mark.slow
+def test_a_face_without_a_jaw_is_moved_by_its_muscles_only() -> None:
+    face = replace(head()[0], rig=None)
+    np.testing.assert_array_equal(MuscleDeformer(face).deform({}, jaw=0.2), face.neutral)

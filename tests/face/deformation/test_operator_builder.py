@@ -8,6 +8,7 @@ from conf.face.deformation.operator_builder import OperatorBuilder, choose_ancho
 from conf.face.deformation.rbf import KERNELS
 from conf.face.deformation.rig_builder import build_rig
 from conf.face.mesh.mesh import load_mesh
+from conf.face.similarity import SimilarityTransform
 from tests.support.sheet_face import SheetFace
 
 
@@ -42,6 +43,25 @@ def test_each_option_changes_the_operator(builder: OperatorBuilder) -> None:
     np.testing.assert_array_equal(builder.build(DeformerOptions()).matrix, default)
 
 
+def test_rigid_parts_are_not_moved_by_the_operator(builder: OperatorBuilder) -> None:
+    face = builder.build_face(DeformerOptions())
+    assert face.rig is not None
+    assert not face.operator[face.rig.rigid].any()
+
+
+@pytest.mark.slow
+def test_a_face_holds_what_it_was_built_from(face: SheetFace) -> None:
+    transform = SimilarityTransform(np.eye(3), 10.0, np.zeros(3))
+    builder = OperatorBuilder(face.mesh, face.points, file_to_model=transform)
+    options = DeformerOptions("gaussian", epsilon=0.05, smoothing=0.0, use_regions=False)
+    built, operator = builder.build_face(options), builder.build(options)
+    assert (built.mesh, built.control_points, built.rig) == (face.mesh, face.points, None)
+    assert built.file_to_model is transform
+    assert built.smoothing == operator.smoothing > 0
+    np.testing.assert_array_equal(built.operator, operator.matrix)
+    assert np.abs(operator.matrix - builder.build(DeformerOptions("gaussian", degree=1)).matrix).max() > 1e-3
+
+
 def test_a_singular_system_is_regularised(builder: OperatorBuilder) -> None:
     operator = builder.build(DeformerOptions("gaussian", epsilon=0.05, smoothing=0.0))
     assert operator.smoothing > 0
@@ -66,6 +86,19 @@ def test_initial_anchors_come_first_and_others_keep_their_distance(face: SheetFa
     anchors = choose_anchors(face.mesh.vertices, face.points, eye_distance=6.4, initial=initial)
     assert anchors[:2].tolist() == initial.tolist()
     assert np.linalg.norm(anchors[2:, None] - initial, axis=-1).min() > 0.55 * 6.4
+
+
+def test_anchors_are_the_farthest_vertices_first_until_all_are_near_one(face: SheetFace) -> None:
+    vertices, limit = face.mesh.vertices[::12], 0.55 * 8.0
+    anchors = choose_anchors(vertices, face.points, eye_distance=8.0)
+    assert 10 < len(anchors) < 32
+    fixed = face.points
+    for anchor in anchors:
+        distances = np.linalg.norm(vertices[:, None] - fixed, axis=-1).min(axis=1)
+        assert np.linalg.norm(anchor - fixed, axis=1).min() == pytest.approx(distances.max())
+        assert distances.max() > limit
+        fixed = np.concatenate([fixed, [anchor]])
+    assert np.linalg.norm(vertices[:, None] - fixed, axis=-1).min(axis=1).max() <= limit
 
 
 def test_a_mask_that_ends_with_its_points_has_no_anchors(face: SheetFace) -> None:

@@ -1,3 +1,5 @@
+import hashlib
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -46,10 +48,11 @@ def test_a_cached_operator_is_not_built_again() -> None:
         np.zeros(16, dtype=np.float32),
         np.zeros((4, 4), dtype=np.float32),
         np.full(17, np.nan, dtype=np.float32),
+        np.concatenate([np.array([np.nan]).view(np.float32), np.zeros(15, dtype=np.float32)]),
         np.array([{}] * 17, dtype=object),
         None,
     ],
-    ids=["empty", "cut", "text", "large", "float64", "short", "shape", "nan", "objects", "folder"],
+    ids=["empty", "cut", "text", "large", "float64", "short", "shape", "nan", "nan lambda", "objects", "folder"],
 )
 def test_a_damaged_file_is_replaced(damage: bytes | np.ndarray | None) -> None:
     build, calls = builder()
@@ -63,6 +66,35 @@ def test_a_damaged_file_is_replaced(damage: bytes | np.ndarray | None) -> None:
         np.save(path, damage, allow_pickle=True)
     assert cached_operator("key", SHAPE, build).matrix.tolist() == OPERATOR.matrix.tolist()
     assert len(calls) == 1
+
+
+class Touch:
+    """An object whose pickle makes a file when it is read."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __reduce__(self) -> tuple[Callable[[Path], None], tuple[Path]]:
+        return Path.touch, (self.path,)
+
+
+def test_a_pickle_in_the_cache_is_not_executed(tmp_path: Path) -> None:
+    cache_folder().mkdir(parents=True)
+    np.save(cache_folder() / "key.npy", np.array([Touch(tmp_path / "executed")], dtype=object), allow_pickle=True)
+    assert cached_operator("key", SHAPE, lambda: OPERATOR) is OPERATOR
+    assert not (tmp_path / "executed").exists()
+
+
+def test_a_large_operator_is_cached_too() -> None:
+    large = Operator(np.ones((2000, 3), dtype=np.float32), 0.25)
+    cached_operator("key", (2000, 3), lambda: large)
+    build, calls = builder()
+    assert cached_operator("key", (2000, 3), build).smoothing == 0.25
+    assert not calls
+
+
+def test_the_folder_is_the_user_s(tmp_path: Path) -> None:
+    assert cache_folder() == tmp_path / "conf" / "operators"
 
 
 def test_an_unwritable_cache_is_ignored(tmp_path: Path) -> None:
@@ -79,6 +111,14 @@ def test_only_the_newest_files_are_kept() -> None:
     assert len(list(cache_folder().iterdir())) == 16
 
 
+def test_the_oldest_file_is_removed_whatever_its_name() -> None:
+    for i in range(16):
+        cached_operator(f"key{99 - i}", SHAPE, lambda: OPERATOR)
+        os.utime(cache_folder() / f"key{99 - i}.npy", (i, i))
+    cached_operator("another", SHAPE, lambda: OPERATOR)
+    assert {path.stem for path in cache_folder().iterdir()} == {"another", *(f"key{99 - i}" for i in range(1, 16))}
+
+
 def test_every_part_changes_the_key() -> None:
     keys = {
         cache_key(1, np.zeros(2), b""),
@@ -88,3 +128,4 @@ def test_every_part_changes_the_key() -> None:
         cache_key(1, np.zeros(1), np.zeros(1), b""),
     }
     assert len(keys) == 5
+    assert cache_key(np.zeros(2)) == cache_key(bytes(16)) == hashlib.sha256(b"16;" + bytes(16)).hexdigest()
