@@ -1,7 +1,9 @@
+from math import log10
+
 import numpy as np
 import pytest
 
-from conf.render.ui.charts import SIZE, Bar, bar_chart
+from conf.render.ui.charts import SIZE, Bar, axis_end, bar_chart
 
 pytestmark = pytest.mark.usefixtures("gl")
 
@@ -20,6 +22,21 @@ def test_the_length_of_a_bar_is_logarithmic() -> None:
     lengths = [float(np.median(mask[start].sum(axis=1))) for start in starts]
     assert len(lengths) == 3
     assert lengths[0] - lengths[1] == pytest.approx(lengths[1] - lengths[2], rel=0.03)
+
+
+@pytest.mark.parametrize("text", ["7 B", "691,200 B, 82,944.0 kbit/s", "a very long label, " * 4])
+def test_no_label_is_clipped(text: str) -> None:
+    pixels = bar_chart("bytes", [("raw", 700_000.0, text), ("coded", 5.0, "5 B")])
+    bar = np.flatnonzero(blue(pixels).sum(axis=1) > 200)  # rows of the first bar
+    row = pixels[bar[0] : bar[-1], : SIZE[0] - 24].max(axis=(0, 2))  # without the plot's frame
+    bright = np.flatnonzero(row > 120)
+    assert bright[-1] < len(row) - 4  # px: the label ends before the frame
+
+
+def test_the_axis_leaves_room_for_every_label() -> None:
+    end = axis_end(1.0, [10.0, 1000.0], [0.75, 0.1])
+    assert log10(10) / log10(end) + 0.75 == pytest.approx(1) and log10(1000) / log10(end) + 0.1 <= 1
+    assert axis_end(1.0, [100.0], [2.0]) == pytest.approx(1e10)
 
 
 @pytest.mark.parametrize("bars", [[], [("a", 0.0, "0")]])
