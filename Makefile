@@ -11,7 +11,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 PYTEST := $(BIN)/python -m pytest -n auto
-PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
+# twice --quiet: errors only
+PIP := $(BIN)/python -m pip install --quiet --quiet --disable-pip-version-check --constraint constraints.txt
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
@@ -58,8 +59,10 @@ $(STAMP): pyproject.toml constraints.txt
 	  || { echo "conf needs Python 3.11 or newer: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV) \
 	  || { echo "no venv module: type  apt-get install python3-venv"; exit 1; }
-	$(PIP) --upgrade pip
-	$(PIP) --editable '.[dev]'
+	@echo "installing conf and its packages into $(VENV), which takes a minute or two"
+	@$(PIP) --upgrade pip
+	@$(PIP) --editable '.[dev]'
+	@$(BIN)/python tools/packaging/shell_files.py $(VENV) # an editable installation leaves them out
 	@touch $(STAMP)
 
 clean:

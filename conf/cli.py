@@ -67,7 +67,7 @@ def build_parser() -> argparse.ArgumentParser:
     """Return the parser of all commands; each sets `run` to the function that executes it."""
     parser = SuggestingParser(prog="conf", description="A video conference for links that cannot carry video.")
     parser.add_argument("--version", action=_PrintVersion, nargs=0, help="print the version and exit")
-    subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
+    subparsers = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for name, command in COMMANDS.items():
         subparser = subparsers.add_parser(name, help=command.HELP, description=command.HELP)
         command.add_arguments(subparser)

@@ -54,7 +54,7 @@ class Check:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--camera", default="0", metavar="N", help="number or device of the camera (default 0)")
     add_listen(parser)
-    parser.add_argument("--check", choices=CHECKS, help="make only this check, in this process")
+    parser.add_argument("--check", choices=list(CHECKS), help="make only this check, in this process")
     add_json(parser)
 
 
