@@ -16,6 +16,7 @@ from conf.face.mesh.mesh import Mesh
 from conf.face.mesh.winding import orient_outwards
 from conf.render.camera import ViewState, clip_matrix, view_rotation
 from conf.render.control_point_markers import ControlPointMarkers
+from conf.render.drawn_area import covered_bands
 from conf.render.gpu_object import GpuObject
 from conf.render.lighting import STUDIO, Lighting
 from conf.render.materials import EYE, MOUTH, SKIN, group_triangles, material_of
@@ -79,13 +80,15 @@ class FaceRenderer(GpuObject):
 
         vertices : (V, 3) float32, face axes, cm
         """
-        interleaved = self._normals.interleaved(self._neck.apply(vertices, pose))
+        bent = self._neck.apply(vertices, pose)
+        interleaved = self._normals.interleaved(bent)
         points = self._markers.positions(vertices)
         self._vertices.orphan()
         self._vertices.write(interleaved)
         _, _, width, height = framebuffer.viewport
         self.target = target = self._target_of((width, height))
-        clip = to_column_major(clip_matrix(pose, view, aspect=width / height))
+        clip_to_image = clip_matrix(pose, view, aspect=width / height)
+        clip = to_column_major(clip_to_image)
         rotation = view_rotation(pose, view)
         matrices = {"clip": clip, "rotation": to_column_major(rotation)}
         if view.wireframe:
@@ -102,7 +105,7 @@ class FaceRenderer(GpuObject):
             for part in self._parts:
                 self._textures.use(part.number, 0)
                 part.draw(**matrices)
-        target.resolve(framebuffer)
+        target.resolve(framebuffer, covered_bands(bent, clip_to_image, target.size))
         if view.points:
             self._markers.draw(points, clip, target.depth)
 

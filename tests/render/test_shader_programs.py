@@ -9,7 +9,8 @@ from tests.support.image_measures import box
 PAIRS = [
     ("face_shadowed", "skin"), ("face_shadowed", "cloth"),
     ("face", "eye"), ("face", "mouth"), ("face", "hair"), ("face", "wireframe"),
-    ("markers", "markers"), ("depth_only", "depth_only"), ("fullscreen", "compose"), ("fullscreen", "antialias"),
+    ("fullscreen", "copy"), ("fullscreen", "edges"), ("fullscreen", "antialias"),
+    ("markers", "markers"), ("depth_only", "depth_only"),
     ("imgui", "imgui"), ("vertex_colour", "vertex_colour"), ("portrait", "portrait"), ("portrait", "portrait_mouth"),
 ]  # fmt: skip
 CORNERS = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)

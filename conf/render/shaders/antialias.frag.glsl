@@ -4,8 +4,8 @@
 #include "compose.glsl"
 
 const float SUBPIXEL = 0.5;    // blend weight of a single pixel that differs from all neighbours
-const int STEPS = 8;
-const float DISTANCES[STEPS] = float[](1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0);
+const int STEPS = 5;
+const float DISTANCES[STEPS] = float[](1.0, 2.0, 3.0, 5.0, 12.0);
 
 // Return the length of the edge in the direction of `step`, pixels, and the brightness difference at its end.
 float edge_length(vec2 side, vec2 step, vec2 level_tolerance, out float difference) {
@@ -19,7 +19,7 @@ float edge_length(vec2 side, vec2 step, vec2 level_tolerance, out float differen
 
 void main() {
     vec3 centre = texture(image, uv).rgb;
-    float h = dot(centre, LUMA);
+    float h = centre.g;
     vec4 nsew = neighbours(uv);
     vec2 across_to = vec2(pixel.x, -pixel.y);
     float ne = luma(uv + pixel), nw = luma(uv - across_to), se = luma(uv + across_to), sw = luma(uv - pixel);

@@ -17,7 +17,7 @@ void main() {
 
     vec3 wrapped = clamp((dot(n, KEY) + WRAP) / (1.0 + WRAP), 0.0, 1.0);
     float visible = light_visibility;
-    vec3 reached = vec3(mix(visible, sqrt(visible), 0.3), visible, visible);  // red light is scattered into shadows
+    vec3 reached = vec3(visible * (1.3 - 0.3 * visible), visible, visible);  // red light is scattered into shadows
     float fill = clamp(dot(n, FILL) * 0.6 + 0.4, 0.0, 1.0);
     vec3 diffuse = albedo * (KEY_COLOUR * wrapped * wrapped * reached + FILL_COLOUR * fill + ambient(n));
 
