@@ -55,6 +55,10 @@ class ParticipantGrid(GpuObject):
         self._framing: dict[int, AutoFraming] = {}
         self._portraits: dict[int, PortraitRenderer] = {}
 
+    def set_scale(self, scale: float) -> None:
+        """Draw heads with this fraction of the window's resolution, 0 to 1; portraits are drawn in full."""
+        self._renderer.scale = scale
+
     def receive_portrait_object(self, participant: int, data: bytes) -> None:
         """Add an object of a participant's portrait; an invalid one is ignored."""
         if participant not in self._portraits:

@@ -30,7 +30,7 @@ from conf.render.vertex_normals import VertexNormals
 from conf.render.wireframe import WireframeRenderer
 
 CLIP_TO_TEXTURE = np.array([[0.5, 0, 0, 0.5], [0, 0.5, 0, 0.5], [0, 0, 0.5, 0.5], [0, 0, 0, 1]])
-MAX_TARGETS = 6  # render targets kept, one per size: the cells of a grid of participants differ in size
+MAX_TARGETS = 6  # render targets kept, one per size and scale: the cells of a grid of participants differ in size
 
 
 class FaceRenderer(GpuObject):
@@ -40,13 +40,14 @@ class FaceRenderer(GpuObject):
         images = MeshImages(face.mesh)
         mesh = optimise_vertex_cache(orient_outwards(separate_transparent(face.mesh, images)))
         self.background = "wall"  # a key of render_target.BACKDROPS or SOLID_COLOURS
+        self.scale = 1.0  # of the width and height in which the face is drawn, before it is enlarged to the viewport
         self.target: RenderTarget | None = None  # of the last draw
         self._ctx = ctx
         self._mesh = mesh
         self._lighting = lighting
         self._neck = NeckBend(mesh)
         self._normals = VertexNormals(mesh.triangles, mesh.render_vertices)
-        self._targets: dict[tuple[tuple[int, int], str], RenderTarget] = {}
+        self._targets: dict[tuple[tuple[int, int], float, str], RenderTarget] = {}
         self._textures = MeshTextures(ctx, images)
         self._vertices = ctx.buffer(reserve=len(mesh.render_vertices) * 24)
         count = len(mesh.render_vertices)
@@ -123,11 +124,12 @@ class FaceRenderer(GpuObject):
         super().release()
 
     def _target_of(self, size: tuple[int, int]) -> RenderTarget:
-        key = (size, self.background)
+        key = (size, self.scale, self.background)
         if key not in self._targets:
             if len(self._targets) >= MAX_TARGETS:  # the window was resized
                 self._release_targets()
-            self._targets[key] = RenderTarget(self._ctx, size, self.background)
+            scaled = max(1, round(size[0] * self.scale)), max(1, round(size[1] * self.scale))
+            self._targets[key] = RenderTarget(self._ctx, scaled, self.background, full_size=size)
         return self._targets[key]
 
     def _release_targets(self) -> None:

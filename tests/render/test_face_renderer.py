@@ -151,3 +151,17 @@ def test_a_rotated_head_shows_its_other_side(window: OffscreenWindow, face: Face
     eyes = (slice(80, 100), slice(125, 195))
     front_pixels, back_pixels = (rendered(window, face, at)[eyes].astype(int) for at in (pose(), back))
     assert (np.abs(front_pixels - back_pixels).max(axis=2) > 40).mean() > 0.02
+
+
+def test_a_smaller_internal_resolution_shows_the_same_face_in_the_same_size(
+    window: OffscreenWindow, face: FaceModel
+) -> None:
+    images = []
+    with FaceRenderer(window.ctx, face) as renderer:
+        for scale in (1.0, 0.5):
+            renderer.scale = scale
+            window.begin()
+            renderer.draw(face.neutral, pose(), ViewState(), window.framebuffer)
+            assert renderer.target and renderer.target.size == (SIZE[0] * scale, SIZE[1] * scale)
+            images.append(window.read().astype(int))
+    assert 0.1 < np.abs(images[0] - images[1]).mean() < 3.0

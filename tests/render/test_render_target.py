@@ -1,6 +1,6 @@
 import numpy as np
 
-from conf.render.render_target import BACKDROPS, RenderTarget, paint_background
+from conf.render.render_target import BACKDROPS, RenderTarget, paint_background, sample_background
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.stand_in_head import SIZE
 
@@ -41,3 +41,25 @@ def test_a_hard_edge_is_anti_aliased_and_uniform_areas_are_unchanged(window: Off
     columns = grey[:, 80:240]
     assert ((columns > 80) & (columns < 230)).sum(axis=0).mean() > 0.5  # most columns cross the edge through a grey
     assert (grey[200:212, 200:280] == 255).all()
+
+
+def test_a_smaller_target_is_enlarged_into_its_viewport_only(window: OffscreenWindow) -> None:
+    x, y, width, height = viewport = (40, 20, 200, 160)
+    target = RenderTarget(window.ctx, (100, 80), "light", full_size=(width, height))
+    window.begin()
+    window.framebuffer.viewport = viewport
+    target.begin()
+    target.resolve(window.framebuffer, [(10, 10, 50, 30)])
+    window.framebuffer.viewport = (0, 0, *SIZE)
+    target.release()
+    pixels = window.read()[::-1].astype(int)
+    inside = pixels[y : y + height, x : x + width]
+    expected = paint_background((width, height), "light")[..., 2::-1]
+    assert np.abs(inside - expected).max() <= 4
+    inside[:] = 0
+    assert not pixels.any()
+
+
+def test_a_background_with_fewer_pixels_keeps_its_colours_and_its_dither() -> None:
+    full, small = paint_background((640, 480)).astype(int), sample_background((320, 240), (640, 480), "wall")
+    np.testing.assert_array_equal(small, full[::2, ::2])

@@ -1,7 +1,7 @@
 import pytest
 
 from conf.errors import NetworkError
-from conf.sender.fault_tolerance import FaultTolerance
+from conf.transport.fault_tolerance import FaultTolerance
 
 ERROR = NetworkError("nothing can be sent")
 
