@@ -32,6 +32,11 @@ class ReceiverEndpoint:
         running = sum(leg.rejected for leg in self.streams.values())
         return self._sessions.dropped.total() + self._ended_rejected + running
 
+    @property
+    def callers(self) -> set[Address]:
+        """The addresses of all callers."""
+        return {peer.address for peer in self._sessions.sessions.values()}
+
     def receive_datagram(self, data: bytes, address: Address, now: float) -> None:
         """Process a datagram, whatever its bytes: at worst it is counted."""
         self._sessions.receive_datagram(data, address, now)

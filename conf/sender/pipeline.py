@@ -59,6 +59,7 @@ class SenderLoop:
         self._face = False
         self._note = "calling"
         self._network = FaultTolerance(NETWORK_LIMIT_S)
+        self._receiving = FaultTolerance(NETWORK_LIMIT_S)
         self._camera = FaultTolerance(CAMERA_LIMIT_S)
         self._on_status: Callable[[SenderStatus], None] | None = None
         self._status_due = 0.0
@@ -118,7 +119,7 @@ class SenderLoop:
             face=self._face,
             calibrated=self._source.calibrated,
             link=self._connection.status(now),
-            note=self._camera.note or self._network.note or self._note,
+            note=self._camera.note or self._network.note or self._receiving.note or self._note,
         )
 
     def _steps(self) -> Iterator[float]:
@@ -157,8 +158,7 @@ class SenderLoop:
     def _exchange_until(self, until: float) -> Iterator[float]:
         """Receive and send datagrams until a time, at least once."""
         while True:
-            for datagram in self._socket.receive():
-                self._connection.receive_datagram(datagram.data, datagram.address, self._now)
+            self._receive()
             self._transmit()
             while event := self._connection.next_event():
                 self._note = describe_event(event)
@@ -179,6 +179,17 @@ class SenderLoop:
             outbound.parameters = replace(outbound.parameters, fapu=self._source.fapu_lengths)
             self._connection.send_frame(motion, self._now)
         self._transmit()
+
+    def _receive(self) -> None:
+        """Process the datagrams received. Raises NetworkError if receiving has failed for too long."""
+        try:
+            datagrams = self._socket.receive()
+        except NetworkError as error:
+            self._receiving.on_failure(error, self._now)
+            return
+        self._receiving.on_success()
+        for datagram in datagrams:
+            self._connection.receive_datagram(datagram.data, datagram.address, self._now)
 
     def _transmit(self) -> None:
         """Send what is due. Raises NetworkError if that has failed for too long."""

@@ -12,10 +12,11 @@ class FaultTolerance:
     note : what to tell the user while it lasts, "" otherwise
     """
 
-    def __init__(self, limit_s: float) -> None:
+    def __init__(self, limit_s: float, *, has_worked: bool = False) -> None:
+        """has_worked : the first failure is accepted too"""
         self.note = ""
         self._limit_s = limit_s
-        self._has_worked = False
+        self._has_worked = has_worked
         self._failing_since: float | None = None
 
     def on_success(self) -> None:

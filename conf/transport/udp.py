@@ -4,6 +4,7 @@ Strategy. A name such as `localhost` has several addresses. A listening socket i
 sends to all of them until one answers; from then on only that one counts. Above, there is one peer with one address.
 """
 
+import errno
 import ipaddress
 import select
 import socket
@@ -106,8 +107,12 @@ class UdpSocket:
         return host, port
 
     def receive(self, limit: int = 4096) -> list[ReceivedDatagram]:
-        """Return the datagrams that have arrived, at most `limit` for each address family."""
+        """Return the datagrams that have arrived, at most `limit` for each address family.
+
+        Raises NetworkError if there are none because this machine cannot receive.
+        """
         datagrams: list[ReceivedDatagram] = []
+        failure: OSError | None = None
         # The clock of the timestamps.
         now = time.clock_gettime(time.CLOCK_REALTIME) if sys.platform == "linux" else 0.0
         for handle in self._sockets.values():
@@ -116,30 +121,39 @@ class UdpSocket:
                     datagrams.append(self._known(_receive_one(handle, now)))
                 except ConnectionError:  # of a datagram sent earlier: nobody listens on the peer's port
                     continue
-                except OSError:  # nothing more
+                except BlockingIOError:  # nothing more
                     break
+                except OSError as error:
+                    if error.errno == errno.EMSGSIZE:  # Windows: junk longer than MAX_DATAGRAM
+                        continue
+                    failure = error
+                    break
+        if failure is not None and not datagrams:
+            reason = failure.strerror or failure
+            raise NetworkError(f"nothing can be received ({reason}): check this machine's network") from failure
         return datagrams
 
     def send(self, datagrams: list[tuple[bytes, Address]]) -> None:
         """Send datagrams. One that the network cannot carry is lost.
 
-        Raises NetworkError, after all were tried, if this machine could send none of those to `remote`.
+        Raises NetworkError, after all were tried, if this machine could send none of them; a socket that was opened
+        to a peer counts only those to it.
         """
-        failure: OSError | None = None
+        failure: tuple[OSError, Address] | None = None
         tried = sent = 0
         for data, address in datagrams:
             targets = self._candidates if address == self.remote else [address]
             for target in targets:
-                tried += address == self.remote
+                tried += self.remote in (None, address)
                 try:
                     self._socket_for(target).sendto(data, target)
                     sent += 1
                 except (BlockingIOError, ConnectionError):
                     sent += 1  # lost on its way, as any other may be
                 except OSError as error:
-                    failure = error
+                    failure = failure or (error, target)
         if failure is not None and tried and not sent:
-            raise NetworkError(_send_failure(failure, self._candidates[0])) from failure
+            raise NetworkError(_send_failure(*failure)) from failure[0]
 
     def wait(self, seconds: float) -> None:
         """Sleep until a datagram arrives, at most `seconds`."""

@@ -1,3 +1,4 @@
+import errno
 import socket
 import sys
 import time
@@ -159,6 +160,38 @@ def test_what_keeps_datagrams_from_the_peer_is_named(error: OSError, text: str) 
     sender.send([(b"x", (LOOPBACK, 10))])  # to anybody else: lost
     with pytest.raises(NetworkError, match=text):
         sender.send([(b"x", (LOOPBACK, 9)), (b"y", (LOOPBACK, 9))])
+
+
+def test_a_listening_socket_that_can_answer_nobody_says_so() -> None:
+    handle = Failing(PermissionError(1, "Operation not permitted"), but=(LOOPBACK, 10))
+    receiver = UdpSocket([handle])  # type: ignore[list-item]
+    receiver.send([])
+    receiver.send([(b"x", (LOOPBACK, 9)), (b"y", (LOOPBACK, 10))])  # one of two callers is reached
+    with pytest.raises(NetworkError, match=r"this machine may not send to 127\.0\.0\.1:9: check its firewall"):
+        receiver.send([(b"x", (LOOPBACK, 9))])
+    assert handle.sent == [b"y"]
+
+
+class FailingToReceive(Failing):
+    """A socket that raises errors in turn, then has nothing more."""
+
+    def __init__(self, *errors: OSError) -> None:
+        super().__init__(errors[0])
+        self.errors = [*errors]
+
+    def recvmsg(self, size: int, control: int) -> object:
+        raise self.errors.pop(0) if self.errors else BlockingIOError
+
+    recvfrom = recvmsg
+
+
+def test_a_machine_that_cannot_receive_says_so_and_junk_is_no_such_error() -> None:
+    down = UdpSocket([FailingToReceive(OSError(100, "Network is down"))])  # type: ignore[list-item]
+    with pytest.raises(NetworkError, match=r"nothing can be received \(Network is down\): check this machine's network"):
+        down.receive()
+    assert down.receive() == []
+    junk = [ConnectionResetError(), OSError(errno.EMSGSIZE, "too long")]
+    assert UdpSocket([FailingToReceive(*junk)]).receive() == []  # type: ignore[list-item]
 
 
 def test_one_address_that_works_is_enough() -> None:
