@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +21,8 @@ if TYPE_CHECKING:
     from conf.transport.udp import UdpSocket
 
 HELP = "accept calls and show the participants"
-SIZE = (640, 480)
+WINDOW_SIZE = (1280, 720)
+HEADLESS_SIZE = (640, 480)
 WINDOW_FPS = 60.0
 HEADLESS_FPS = 30.0
 
@@ -102,11 +104,11 @@ def receive(
     endpoint = ReceiverEndpoint(SessionServer(code, os.urandom))
     idle_text = f"listening on {format_address(socket.address)}   code  {code}"
     if options.headless is None:
-        loop_options = LoopOptions(WINDOW_FPS, idle_text, on_event=options.on_event)
-        with GlfwWindow(*SIZE, "conf") as window:
+        loop_options = LoopOptions(WINDOW_FPS, idle_text, on_event=options.on_event, draw_clock=time.perf_counter)
+        with GlfwWindow(*WINDOW_SIZE, "conf") as window:
             loop = ReceiverLoop(window, model, endpoint, socket, loop_options)
             return _run(loop, options.seconds, should_continue)
-    with OffscreenWindow(*SIZE) as window, VideoWriter(options.headless, fps=HEADLESS_FPS) as video:
+    with OffscreenWindow(*HEADLESS_SIZE) as window, VideoWriter(options.headless, fps=HEADLESS_FPS) as video:
         loop_options = LoopOptions(
             HEADLESS_FPS, idle_text, lambda window, now: video.write_at(window.read, now), options.on_event
         )

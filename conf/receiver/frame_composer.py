@@ -1,31 +1,48 @@
-"""Compose one frame of a call: the participants' faces, then statistics, names, help and messages over them."""
+"""Compose one frame of a call: the participants' faces, then the panels over them."""
+
+from collections.abc import Callable
 
 from conf.face.deformation.face_model import FaceModel
 from conf.protocol.messages import MotionFrame
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
+from conf.receiver.call_panels import CallPanels
 from conf.receiver.call_stats import CallStatsCollector
+from conf.receiver.panel_layout import Rect
 from conf.receiver.participant_grid import ParticipantGrid, Viewport
-from conf.receiver.stats_overlay import draw_stats
+from conf.receiver.resolution_control import ResolutionControl
 from conf.receiver.viewer_controls import ViewerControls, help_lines
 from conf.render.gpu_object import GpuObject
-from conf.render.ui.hud import draw_help, draw_label, draw_toast
 from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.render.window import Window
-
-TOAST_MARGIN = 10.0  # pixels at scale 1 below a message
-HELP_OPACITY = 0.88  # more than other panels: the help may cover the statistics
 
 
 class FrameComposer(GpuObject):
     """Draws frames of a call into a window.
 
     names : text of the label of each participant, by its session
+    note : a lasting message, such as that of a network error; "" for none
     """
 
-    def __init__(self, window: Window, face: FaceModel, endpoint: ReceiverEndpoint, *, idle_text: str = "") -> None:
-        """idle_text : message while there is no call, such as where to call and with which code"""
+    def __init__(
+        self,
+        window: Window,
+        face: FaceModel,
+        endpoint: ReceiverEndpoint,
+        *,
+        idle_text: str = "",
+        draw_clock: Callable[[], float] | None = None,
+    ) -> None:
+        """Prepare drawing.
+
+        idle_text : message while there is no call, such as where to call and with which code
+        draw_clock : seconds, to measure how long drawing takes; given one, the resolution of the heads is adapted so
+            that 30 frames a second are drawn
+        """
         self.controls = ViewerControls(window)
         self.names: dict[int, str] = {}
+        self.note = ""
+        self._draw_clock = draw_clock
+        self._resolution = ResolutionControl()
         self._window = window
         self._endpoint = endpoint
         self._idle_text = idle_text
@@ -37,6 +54,20 @@ class FrameComposer(GpuObject):
 
     def draw(self, now: float) -> None:
         """Process input and draw the frame at `now`; the window still has to present it."""
+        if self._draw_clock is None:
+            self._draw(now)
+            return
+        began = self._draw_clock()
+        self._draw(now)
+        self._window.ctx.finish()
+        self._grid.set_scale(self._resolution.on_frame(self._draw_clock() - began))
+
+    def present(self, now: float) -> None:
+        """Present the frame."""
+        self._window.end()
+        self._stats.on_frame_drawn(now)
+
+    def _draw(self, now: float) -> None:
         controls, streams = self.controls, self._endpoint.streams
         controls.process_events(now)
         if not controls.paused:
@@ -50,23 +81,29 @@ class FrameComposer(GpuObject):
             if stream.received_objects:  # one object per frame: the photo takes as long as several frames
                 self._grid.receive_portrait_object(session, stream.received_objects.popleft())
         cells = self._grid.draw(frames, controls.view, now)
+        panels = self._panels(cells, now)
+        if not controls.is_capturing:
+            with self._overlay.frame(self._window):
+                panels.draw(self._overlay)
+            return
         with self._overlay.frame(self._window):
-            self._draw_panels(cells, now)
+            panels.draw_captured(self._overlay)
         controls.on_frame_drawn(now)
+        with self._overlay.frame(self._window):
+            panels.draw_others(self._overlay)
 
-    def present(self, now: float) -> None:
-        """Present the frame."""
-        self._window.end()
-        self._stats.on_frame_drawn(now)
-
-    def _draw_panels(self, cells: dict[int, Viewport], now: float) -> None:
-        overlay, view, (width, height) = self._overlay, self.controls.view, self._window.size
-        if len(cells) > 1:
-            for session, (x, y, _, _) in cells.items():
-                draw_label(overlay, self.names.get(session, ""), (x, height - y))
-        if view.stats:
-            draw_stats(overlay, self._stats.collect(now, paused=self.controls.paused))
-        if view.help:
-            draw_help(overlay, help_lines(), (width / 2, height / 2), opacity=HELP_OPACITY)
-        if toast := self.controls.toast(now) or ("" if self._endpoint.streams else self._idle_text):
-            draw_toast(toast, (width / 2, height - TOAST_MARGIN * overlay.scale))
+    def _panels(self, cells: dict[int, Viewport], now: float) -> CallPanels:
+        controls, height = self.controls, self._window.size[1]
+        named = cells if len(cells) > 1 else {}
+        idle_text = "" if self._endpoint.streams else self._idle_text
+        return CallPanels(
+            stats=self._stats.collect(now, paused=controls.paused),
+            is_open=controls.view.stats,
+            names=[
+                (self.names.get(session, ""), Rect(x, height - y - cell_height, width, cell_height))
+                for session, (x, y, width, cell_height) in named.items()
+            ],
+            messages=[text for text in (self.note, controls.toast(now) or idle_text) if text],
+            recordings=controls.recordings(now),
+            help=help_lines() if controls.view.help else [],
+        )

@@ -4,13 +4,15 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from conf.errors import NetworkError
 from conf.face.deformation.face_model import FaceModel
 from conf.protocol.call_report import CallReport
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.session.events import AddressChanged, Connected, Event, SessionEnded, WrongCode
 from conf.receiver.frame_composer import FrameComposer
 from conf.render.window import Window
-from conf.transport.udp import UdpSocket
+from conf.transport.fault_tolerance import NETWORK_LIMIT_S, FaultTolerance
+from conf.transport.udp import ReceivedDatagram, UdpSocket
 
 RECEIVE_BATCH = 512  # datagrams in one step: a few milliseconds of junk
 
@@ -22,13 +24,15 @@ class LoopOptions:
     fps : maximum frame rate; a window on a display also waits for the display
     idle_text : message while there is no call
     on_frame : called with the window, its frame drawn but not yet presented, and the time
-    on_event : called with a short text when a caller comes, goes, moves or has a wrong code
+    on_event : called with a short text when a caller comes, goes, moves or has a wrong code, or the network fails
+    draw_clock : seconds, to adapt the resolution to the time that drawing takes; None draws all in full
     """
 
     fps: float
     idle_text: str = ""
     on_frame: Callable[[Window, float], None] | None = None
     on_event: Callable[[str], None] | None = None
+    draw_clock: Callable[[], float] | None = None
 
 
 class ReceiverLoop:
@@ -41,7 +45,11 @@ class ReceiverLoop:
         self._endpoint = endpoint
         self._socket = socket
         self._options = options
-        self._composer = FrameComposer(window, face, endpoint, idle_text=options.idle_text)
+        self._composer = FrameComposer(
+            window, face, endpoint, idle_text=options.idle_text, draw_clock=options.draw_clock
+        )
+        # The socket is bound: what fails from now on may pass.
+        self._sending, self._receiving = (FaultTolerance(NETWORK_LIMIT_S, has_worked=True) for _ in range(2))
         self._frame_due: float | None = None
         self._flood_deadline = 0.0
         self._drawing_since: float | None = None
@@ -103,13 +111,44 @@ class ReceiverLoop:
 
     def _exchange_datagrams(self, now: float) -> bool:
         """Process the datagrams received and send the answers. Returns whether a full batch was received."""
-        datagrams = self._socket.receive(RECEIVE_BATCH)
+        datagrams = self._receive(now)
         for data, address, queued_s in datagrams:
             self._endpoint.receive_datagram(data, address, now - queued_s)
-        self._socket.send(self._endpoint.datagrams_to_send(now))
+        self._send(now)
         while event := self._endpoint.next_event():
             self._handle_event(event, now)
+        self._show_note(self._sending.note or self._receiving.note)
         return len(datagrams) == RECEIVE_BATCH
+
+    def _receive(self, now: float) -> list[ReceivedDatagram]:
+        try:
+            datagrams = self._socket.receive(RECEIVE_BATCH)
+        except NetworkError as error:
+            self._receiving.on_failure(error, now)
+            return []
+        self._receiving.on_success()
+        return datagrams
+
+    def _send(self, now: float) -> None:
+        """Send what is due. What cannot be sent to anybody but the callers ends no call: its sender may be forged."""
+        datagrams = self._endpoint.datagrams_to_send(now)
+        is_to_caller = not self._endpoint.callers.isdisjoint(address for _, address in datagrams)
+        try:
+            self._socket.send(datagrams)
+        except NetworkError as error:
+            if is_to_caller:
+                self._sending.on_failure(error, now)
+            else:
+                self._composer.controls.show_toast(str(error), now)
+        else:
+            if is_to_caller or not self._endpoint.callers:
+                self._sending.on_success()
+
+    def _show_note(self, note: str) -> None:
+        """Show a note of the network in the window; report its first appearance and its end."""
+        if self._options.on_event and bool(note) != bool(self._composer.note):
+            self._options.on_event(note or "the network works again")
+        self._composer.note = note
 
     def _handle_event(self, event: Event, now: float) -> None:
         """Label the participants, and tell the viewer about a session event."""

@@ -1,13 +1,15 @@
-"""Stats overlay: a panel over the image with the call's bit rate and what raw video would need."""
+"""Statistics over the image: one line, or a panel with the call's bit rate and what raw video would need."""
 
 import numpy as np
 from imgui_bundle import imgui, implot
 
 from conf.receiver.call_stats import CallStats
+from conf.render.ui.hud import Size, figure_width, padded
 from conf.render.ui.imgui_overlay import (
     ACCENT,
     MUTED,
     PADDING,
+    TEXT,
     TITLE_PX,
     ImGuiOverlay,
     interface_scale,
@@ -15,12 +17,15 @@ from conf.render.ui.imgui_overlay import (
     panel,
 )
 
+Colour = tuple[float, float, float, float]
+
 # Pixels at scale 1.
 WIDTH = 158.0  # of the panel's content
 CURVE_HEIGHT = 46.0
 MARGIN = 8.0
 SMALL_HEIGHT = 400.0  # in an image less high only SMALL_ROWS lines are shown
 SMALL_ROWS = 4
+LINE_GAP = 12.0  # between two figures of the line
 
 STATE_COLOURS = {
     "receiving": (0.35, 0.90, 0.50, 1.0),
@@ -67,15 +72,44 @@ def covered_width(size: tuple[int, int], pixel_ratio: float) -> float:
     return (MARGIN + WIDTH + 2 * PADDING) * interface_scale(size, pixel_ratio)
 
 
+def line_parts(stats: CallStats) -> list[tuple[str, Colour | None]]:
+    """Return the figures of the one line, each with its colour; None is that of text."""
+    parts: list[tuple[str, Colour | None]] = [(stats.state, STATE_COLOURS.get(stats.state, ACCENT))]
+    if stats.traffic.datagrams:
+        parts.append((format_bitrate(stats.traffic.wire_kbps), None))
+    if stats.traffic.ratio > 0:
+        parts.append((f"{stats.traffic.ratio:,.0f} : 1", None))
+    return [*parts, (f"{stats.fps:.0f} fps", MUTED), ("M: more", MUTED)]
+
+
+def stats_size(overlay: ImGuiOverlay, stats: CallStats, *, is_open: bool) -> Size:
+    """Return the size of the line, or of the panel if it is open. Call it inside `overlay.frame`."""
+    if is_open:
+        return padded(WIDTH * overlay.scale, _panel_height(overlay, stats))
+    widths = [figure_width(text) for text, _ in line_parts(stats)]
+    return padded(sum(widths) + LINE_GAP * overlay.scale * (len(widths) - 1), lines_height(1))
+
+
+def draw_stats_line(overlay: ImGuiOverlay, stats: CallStats) -> None:
+    """Draw the line in the upper left corner. Call it inside `overlay.frame`."""
+    width, height = stats_size(overlay, stats, is_open=False)
+    padding = imgui.get_style().window_padding
+    corner = (MARGIN * overlay.scale, MARGIN * overlay.scale)
+    with panel("stats line", corner, (0.0, 0.0), (width - 2 * padding.x, height - 2 * padding.y)):
+        left = padding.x
+        for number, (text, colour) in enumerate(line_parts(stats)):
+            if number:
+                imgui.same_line(left)
+            _coloured(colour or TEXT, text)
+            left += figure_width(text) + LINE_GAP * overlay.scale
+
+
 def draw_stats(overlay: ImGuiOverlay, stats: CallStats) -> None:
     """Draw the panel in the upper left corner. Call it inside `overlay.frame`."""
     scale = overlay.scale
-    is_small = overlay.size[1] / scale < SMALL_HEIGHT
+    is_small = _is_small(overlay)
     lines = stat_lines(stats)[: SMALL_ROWS if is_small else None]
-    spacing = imgui.get_style().item_spacing.y
-    height = lines_height(len(lines) + 2) + TITLE_PX * scale + spacing
-    if not is_small:
-        height += CURVE_HEIGHT * scale + spacing + lines_height(1) + spacing
+    height = _panel_height(overlay, stats)
     with panel("stats", (MARGIN * scale, MARGIN * scale), (0.0, 0.0), (WIDTH * scale, height)):
         _coloured(STATE_COLOURS.get(stats.state, ACCENT), stats.state)
         _right(f"{stats.fps:.0f} fps", MUTED)
@@ -89,6 +123,19 @@ def draw_stats(overlay: ImGuiOverlay, stats: CallStats) -> None:
         for name, value in lines:
             _coloured(MUTED, name)
             _right(value)
+
+
+def _is_small(overlay: ImGuiOverlay) -> bool:
+    return overlay.size[1] / overlay.scale < SMALL_HEIGHT
+
+
+def _panel_height(overlay: ImGuiOverlay, stats: CallStats) -> float:
+    """Return the height of the panel's content."""
+    is_small = _is_small(overlay)
+    lines = len(stat_lines(stats)[: SMALL_ROWS if is_small else None])
+    spacing = imgui.get_style().item_spacing.y
+    height = lines_height(lines + 2) + TITLE_PX * overlay.scale + spacing
+    return height if is_small else height + CURVE_HEIGHT * overlay.scale + 2 * spacing + lines_height(1)
 
 
 def _draw_curve(stats: CallStats, scale: float) -> None:
@@ -115,7 +162,7 @@ def _draw_curve(stats: CallStats, scale: float) -> None:
     _right(f"peak {format_bitrate(float(values.max()))}", MUTED)
 
 
-def _coloured(colour: tuple[float, float, float, float], text: str) -> None:
+def _coloured(colour: Colour, text: str) -> None:
     imgui.text_colored(imgui.ImVec4(*colour), text)
 
 

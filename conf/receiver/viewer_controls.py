@@ -24,7 +24,7 @@ KEYS = {
     "space": ("pause", "pause and go on"),
     "w": ("wireframe", "wireframe"),
     "p": ("points", "control points"),
-    "m": ("stats", "call statistics"),
+    "m": ("stats", "call statistics in full, or one line"),
     "v": ("portrait", "the caller's own picture, or the head"),
     "c": ("centred", "centre the head, or as sent"),
     "s": ("save image", "save a picture (JPG)"),
@@ -80,6 +80,17 @@ class ViewerControls:
         self._save_requested = False
         self._video: VideoWriter | None = None
         self._motion: MotionRecorder | None = None
+        self._video_since = self._motion_since = 0.0
+
+    @property
+    def is_capturing(self) -> bool:
+        """Whether the next frame is saved or recorded."""
+        return self._save_requested or self._video is not None
+
+    def recordings(self, now: float) -> list[tuple[str, float]]:
+        """Return the key of each running recording and the seconds since its start."""
+        started = (("R", self._video, self._video_since), ("D", self._motion, self._motion_since))
+        return [(key, now - since) for key, recorder, since in started if recorder is not None]
 
     def process_events(self, now: float) -> None:
         """Carry out the input events since the last frame."""
@@ -93,8 +104,10 @@ class ViewerControls:
                 case "save image":
                     self._save_requested = True
                 case "record video":
+                    self._video_since = now
                     self._try(self._toggle_video, now)
                 case "record motion":
+                    self._motion_since = now
                     self._try(self._toggle_motion, now)
                 case "full screen":
                     self._window.toggle_full_screen()

@@ -32,6 +32,7 @@ class ViewState:
     yaw, pitch : rotation of the head by the viewer, rad, towards the image's right and up
     zoom : magnification about the image's centre
     pan : shift in image heights, x right, y up
+    stats : whether the call statistics are a panel instead of one line
     """
 
     yaw: float = 0.0
@@ -40,7 +41,7 @@ class ViewState:
     pan: tuple[float, float] = (0.0, 0.0)
     wireframe: bool = False
     points: bool = False
-    stats: bool = True
+    stats: bool = False
     help: bool = False
     centred: bool = True
     portrait: bool = True

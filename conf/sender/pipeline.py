@@ -14,9 +14,9 @@ from conf.protocol.send_leg import LinkStatus
 from conf.protocol.sender_connection import SenderConnection
 from conf.protocol.session.events import Connected, Event, NoAnswer, Refused, SessionEnded, WrongCode
 from conf.protocol.session.handshake import Refusal
-from conf.transport.fault_tolerance import CAMERA_LIMIT_S, NETWORK_LIMIT_S, FaultTolerance
 from conf.sender.frame_pacer import FramePacer
 from conf.sender.motion_source import MotionSource
+from conf.transport.fault_tolerance import CAMERA_LIMIT_S, NETWORK_LIMIT_S, FaultTolerance
 from conf.transport.udp import UdpSocket
 
 STATUS_INTERVAL_S = 0.25

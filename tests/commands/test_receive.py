@@ -3,7 +3,7 @@ from pathlib import Path
 import cv2
 import pytest
 
-from conf.commands.receive import HEADLESS_FPS, SIZE, ReceiveOptions, has_display, receive
+from conf.commands.receive import HEADLESS_FPS, HEADLESS_SIZE, ReceiveOptions, has_display, receive
 from conf.errors import ConfError
 from conf.transport.udp import UdpSocket
 
@@ -17,7 +17,7 @@ def test_headless_drawing_writes_a_clip_and_an_image(gl: None, tmp_path: Path) -
         traffic = receive(link, CODE, options)
     assert traffic.datagrams == 0
     image = cv2.imread(str(tmp_path / "call.jpg"))
-    assert image is not None and image.shape[1::-1] == SIZE
+    assert image is not None and image.shape[1::-1] == HEADLESS_SIZE
     clip = cv2.VideoCapture(str(tmp_path / "call.avi"))
     assert clip.get(cv2.CAP_PROP_FPS) == HEADLESS_FPS and clip.read()[0]
 

@@ -1,3 +1,6 @@
+from functools import partial
+from itertools import count
+
 import numpy as np
 import pytest
 
@@ -32,7 +35,35 @@ def test_keys_switch_the_panels_over_the_image(
             images[key] = composed(composer, window, 0.1)
             press(key)
             composed(composer, window, 0.2)
-    assert (images["m"][:, :100] != first[:, :100]).any() and (images["h"][100:140] != first[100:140]).any()
+    assert (images["m"][60:, :100] != first[60:, :100]).any() and (images["h"][100:140] != first[100:140]).any()
+
+
+def test_the_recording_sign_is_in_the_window_and_not_in_the_recorded_file(
+    monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, face: FaceModel
+) -> None:
+    recorded: list[Pixels] = []
+    with FrameComposer(window, face, make_receiver()) as composer:
+        controls = composer.controls
+        without = composed(composer, window, 0.0)
+        monkeypatch.setattr(type(controls), "is_capturing", True)
+        monkeypatch.setattr(controls, "recordings", lambda now: [("R", now)])
+        monkeypatch.setattr(controls, "on_frame_drawn", lambda now: recorded.append(window.read()))
+        shown = composed(composer, window, 0.1)
+    corner = np.s_[5:40, 240:]
+    assert (shown[corner] != without[corner]).any()
+    np.testing.assert_array_equal(recorded[0][corner], without[corner])
+    assert (recorded[0] != without).any(), "the line of statistics is not recorded"
+
+
+def test_the_resolution_of_the_heads_follows_the_drawing_time(window: OffscreenWindow, face: FaceModel) -> None:
+    """Each frame takes 50 ms, then 1 ms."""
+    for draw_s, scale in ((0.05, 0.5), (0.001, 1.0)):
+        clock = count(0.0, draw_s)
+        with FrameComposer(window, face, make_receiver(), draw_clock=partial(next, clock)) as slow:
+            for frame in range(60):
+                composed(slow, window, frame / 30)
+            assert slow._grid._renderer.target is not None
+            assert slow._grid._renderer.target.size == (window.size[0] * scale, window.size[1] * scale)
 
 
 @pytest.mark.slow
@@ -47,5 +78,6 @@ def test_a_paused_image_does_not_change(window: OffscreenWindow, face: FaceModel
         composer.controls.paused = True
         now = exchange(endpoint, caller, now, 0.3)
         moving.append(composed(composer, window, now))
-    assert (moving[0] != moving[1]).any()
-    np.testing.assert_array_equal(moving[1], moving[2])
+    below = [image[40:] for image in moving]  # the line of statistics
+    assert (below[0] != below[1]).any()
+    np.testing.assert_array_equal(below[1], below[2])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from conf.errors import NetworkError
 from conf.face.deformation.face_model import FaceModel
 from conf.protocol.address import Address
 from conf.protocol.call_report import CallReport
@@ -82,10 +83,10 @@ class LoopRunner:
                 caller.is_on = what in MOTIONS
                 caller.motion = MOTIONS.get(what or "")
 
-        composer = "conf.receiver.frame_composer"
-        self._patch.setattr(f"{composer}.draw_stats", record_stats)
-        self._patch.setattr(f"{composer}.draw_toast", lambda text, anchor: shown.toasts.append(text))
-        self._patch.setattr(f"{composer}.draw_label", lambda _, text, at: shown.labels.add(text))
+        panels = "conf.receiver.call_panels"
+        self._patch.setattr(f"{panels}.draw_stats_line", record_stats)
+        self._patch.setattr(f"{panels}.draw_toast", lambda text, anchor, **_: shown.toasts.append(text))
+        self._patch.setattr(f"{panels}.draw_label", lambda text, corner: shown.labels.add(text))
         options = LoopOptions(FPS, "listening", record_image, shown.events.append)
         loop = ReceiverLoop(self._window, self._face, make_receiver(), socket, options)  # type: ignore[arg-type]
         shown.traffic = loop.run(seconds=seconds, clock=socket.clock)
@@ -135,6 +136,56 @@ def test_several_callers_are_labelled_with_their_addresses(runner: LoopRunner) -
     shown = runner.run(FakeSocket(*callers), 1.5, {})
     assert sorted(shown.events) == ["a call from 10.0.0.7", "a call from 10.0.0.9"]
     assert shown.labels == {"10.0.0.7:1234", "10.0.0.9:4321"}
+
+
+class FailingSocket(FakeSocket):
+    """A socket of a machine that cannot send, or receive, for some time."""
+
+    def __init__(self, caller: SimulatedSender, verb: str, times: tuple[float, float]) -> None:
+        super().__init__(caller)
+        self.verb, self.times = verb, times
+
+    def fail(self, verb: str) -> None:
+        if verb == self.verb and self.times[0] < self.now < self.times[1]:
+            raise NetworkError(f"nothing can be {verb}")
+
+    def receive(self, limit: int) -> list[ReceivedDatagram]:
+        self.fail("received")
+        return super().receive(limit)
+
+    def send(self, datagrams: Datagrams) -> None:
+        if datagrams:
+            self.fail("sent")
+        super().send(datagrams)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("verb", ["sent", "received"])
+def test_a_network_failure_that_passes_is_shown_and_survived(runner: LoopRunner, verb: str) -> None:
+    caller = SimulatedSender(0.0, address=ADDRESS)
+    shown = runner.run(FailingSocket(caller, verb, (2.0, 5.0)), 8.0, {})
+    assert shown.events[0] == "a call from 10.0.0.7"
+    assert shown.events[1] == f"nothing can be {verb} (trying for 10 s more)"
+    assert shown.events[2:] == ["the network works again"]
+    assert any(toast.startswith(f"nothing can be {verb} (trying for") for toast in shown.toasts)
+    assert shown.states[-1] == "receiving"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("verb", ["sent", "received"])
+def test_a_network_failure_that_lasts_ends_the_program(runner: LoopRunner, verb: str) -> None:
+    socket = FailingSocket(SimulatedSender(0.0, address=ADDRESS), verb, (2.0, 99.0))
+    with pytest.raises(NetworkError, match=f"nothing can be {verb}"):
+        runner.run(socket, 30.0, {})
+    assert 11.9 < socket.now < 13.0
+
+
+def test_an_answer_to_a_stranger_that_cannot_be_sent_ends_nothing(runner: LoopRunner) -> None:
+    """The source of a first datagram may be forged: there is no such address."""
+    socket = FailingSocket(SimulatedSender(0.0, address=ADDRESS), "sent", (0.0, 99.0))
+    shown = runner.run(socket, 14.0, {})
+    assert shown.events == [] and set(shown.states) == {"waiting"}
+    assert "nothing can be sent" in shown.toasts
 
 
 def test_the_loop_ends_when_it_should_not_continue(window: OffscreenWindow, face: FaceModel) -> None:

@@ -7,7 +7,17 @@ from hypothesis import strategies as st
 
 from conf.protocol.statistics import TrafficSnapshot
 from conf.receiver.call_stats import CallStats
-from conf.receiver.stats_overlay import MARGIN, WIDTH, draw_stats, format_bitrate, format_saved, stat_lines
+from conf.receiver.stats_overlay import (
+    MARGIN,
+    WIDTH,
+    draw_stats,
+    draw_stats_line,
+    format_bitrate,
+    format_saved,
+    line_parts,
+    stat_lines,
+    stats_size,
+)
 from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.image_measures import Pixels, box
@@ -81,3 +91,27 @@ def test_a_history_of_any_length_is_drawn(history: tuple[float, ...]) -> None:
     with OffscreenWindow(640, 480) as window, ImGuiOverlay(window.ctx) as overlay:
         pixels = drawn(window, overlay, replace(STATS, history=history))
     assert np.any(pixels != 255)
+
+
+def test_the_line_has_the_state_the_bit_rate_and_the_ratio() -> None:
+    assert [text for text, _ in line_parts(STATS)] == ["receiving", "5.8 kbit/s", "4,783 : 1", "30 fps", "M: more"]
+
+
+def test_without_traffic_the_line_has_no_figures_of_a_call() -> None:
+    nothing = TrafficSnapshot(0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0.0, 0.0)
+    waiting = replace(STATS, state="waiting", traffic=nothing)
+    assert [text for text, _ in line_parts(waiting)] == ["waiting", "30 fps", "M: more"]
+
+
+@pytest.mark.parametrize("size", [(320, 240), (640, 480), (1280, 720)])
+@pytest.mark.parametrize("is_open", [False, True])
+def test_the_statistics_have_the_size_that_is_told(size: tuple[int, int], is_open: bool) -> None:
+    with OffscreenWindow(*size) as window, ImGuiOverlay(window.ctx) as overlay:
+        window.begin((1.0, 1.0, 1.0, 1.0))
+        with overlay.frame(window):
+            draw_stats(overlay, STATS) if is_open else draw_stats_line(overlay, STATS)
+            width, height = stats_size(overlay, STATS, is_open=is_open)
+            one_line = overlay.scale * 40
+        left, top, right, bottom = box((window.read() != 255).any(axis=2))
+    assert (right - left, bottom - top) == pytest.approx((width, height), abs=2)
+    assert is_open or height < one_line

@@ -42,8 +42,11 @@ def test_keys_and_mouse_change_the_state(
     monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, tmp_path: Path
 ) -> None:
     viewer = ViewerControls(window, tmp_path)
+    assert not viewer.view.stats, "one line until M opens the statistics"
     press(monkeypatch, viewer, window, "space", "w", "m", Dragged("orbit", 0.1, 0.0))
-    assert viewer.paused and viewer.view.wireframe and not viewer.view.stats and viewer.view.yaw > 0
+    assert viewer.paused and viewer.view.wireframe and viewer.view.stats and viewer.view.yaw > 0
+    press(monkeypatch, viewer, window, "m")
+    assert not viewer.view.stats
     press(monkeypatch, viewer, window, "space")
     assert not viewer.paused and not viewer.quit_requested
     press(monkeypatch, viewer, window, "escape")
@@ -115,6 +118,21 @@ def test_a_video_plays_at_the_speed_of_the_call(
     assert capture.get(cv2.CAP_PROP_FPS) == VIDEO_FPS and len(frames) == VIDEO_FPS + 1
     for now in (0.1, 0.6, 1.0):
         assert frames[round(now * VIDEO_FPS)].mean() == pytest.approx(255 * now, abs=4)
+
+
+def test_running_recordings_have_clocks(
+    monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, tmp_path: Path
+) -> None:
+    viewer = ViewerControls(window, tmp_path)
+    assert viewer.recordings(0.0) == [] and not viewer.is_capturing
+    press(monkeypatch, viewer, window, "r")
+    assert viewer.recordings(7.5) == [("R", 7.5)] and viewer.is_capturing
+    press(monkeypatch, viewer, window, "d")
+    assert viewer.recordings(9.0) == [("R", 9.0), ("D", 9.0)]
+    press(monkeypatch, viewer, window, "r")
+    assert viewer.recordings(9.0) == [("D", 9.0)] and not viewer.is_capturing
+    press(monkeypatch, viewer, window, "s", "d")
+    assert viewer.recordings(9.0) == [] and viewer.is_capturing
 
 
 def test_closing_completes_a_recording(

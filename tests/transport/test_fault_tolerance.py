@@ -32,3 +32,9 @@ def test_success_ends_the_note_and_starts_the_time_anew() -> None:
     faults.on_failure(ERROR, 10.9)
     with pytest.raises(NetworkError):
         faults.on_failure(ERROR, 11.0)
+
+
+def test_what_has_worked_before_may_fail_at_first() -> None:
+    faults = FaultTolerance(10.0, has_worked=True)
+    faults.on_failure(ERROR, 0.0)
+    assert faults.note.startswith("nothing can be sent")

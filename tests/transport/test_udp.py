@@ -187,7 +187,9 @@ class FailingToReceive(Failing):
 
 def test_a_machine_that_cannot_receive_says_so_and_junk_is_no_such_error() -> None:
     down = UdpSocket([FailingToReceive(OSError(100, "Network is down"))])  # type: ignore[list-item]
-    with pytest.raises(NetworkError, match=r"nothing can be received \(Network is down\): check this machine's network"):
+    with pytest.raises(
+        NetworkError, match=r"nothing can be received \(Network is down\): check this machine's network"
+    ):
         down.receive()
     assert down.receive() == []
     junk = [ConnectionResetError(), OSError(errno.EMSGSIZE, "too long")]

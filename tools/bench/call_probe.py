@@ -23,7 +23,7 @@ from typing import IO, Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from conf.commands.receive import SIZE, WINDOW_FPS
+from conf.commands.receive import HEADLESS_SIZE, WINDOW_FPS
 from conf.commands.send import SendOptions
 from conf.commands.send import send as send_face
 from conf.errors import NetworkError
@@ -61,7 +61,7 @@ class WatchedWindow(OffscreenWindow):
     """
 
     def __init__(self, host: ReceiverEndpoint) -> None:
-        super().__init__(*SIZE)
+        super().__init__(*HEADLESS_SIZE)
         self.pictures: list[tuple[float, float, float]] = []
         self.portraits: dict[int, float] = {}
         self._host = host

@@ -1,0 +1,100 @@
+"""The panels over the image of a call: statistics, names, messages, recording sign, help."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from conf.receiver.call_stats import CallStats
+from conf.receiver.panel_layout import MARGIN, PanelLayout, PanelSizes, Rect, free_left, lay_out, shorten
+from conf.receiver.stats_overlay import draw_stats, draw_stats_line, stats_size
+from conf.render.ui.hud import (
+    draw_help,
+    draw_label,
+    draw_recording_sign,
+    draw_toast,
+    figure_width,
+    help_size,
+    label_size,
+    padded,
+    sign_size,
+    toast_size,
+)
+from conf.render.ui.imgui_overlay import ImGuiOverlay
+
+HELP_OPACITY = 0.88  # more than other panels: many lines have to be read
+
+
+@dataclass(frozen=True)
+class CallPanels:
+    """What is shown over one frame.
+
+    is_open : whether the statistics are a panel rather than one line
+    names : text and cell of each participant that is labelled
+    messages : from top to bottom
+    recordings : key and running seconds of each
+    help : keys and what they do; none while it is closed
+    """
+
+    stats: CallStats
+    is_open: bool = False
+    names: Sequence[tuple[str, Rect]] = ()
+    messages: Sequence[str] = ()
+    recordings: Sequence[tuple[str, float]] = ()
+    help: Sequence[tuple[str, str]] = ()
+
+    def draw(self, overlay: ImGuiOverlay) -> None:
+        """Draw all panels. Call it, as the next two, inside `overlay.frame`."""
+        layout = self.layout(overlay)
+        self._draw_captured(overlay, layout)
+        self._draw_others(overlay, layout)
+
+    def draw_captured(self, overlay: ImGuiOverlay) -> None:
+        """Draw what saved images and recordings show: names, and the statistics if they are open."""
+        self._draw_captured(overlay, self.layout(overlay))
+
+    def draw_others(self, overlay: ImGuiOverlay) -> None:
+        """Draw the panels that `draw_captured` leaves out."""
+        self._draw_others(overlay, self.layout(overlay))
+
+    def layout(self, overlay: ImGuiOverlay) -> PanelLayout:
+        """Return where the panels stand."""
+        return lay_out(overlay.size, overlay.scale, self._sizes(overlay))
+
+    def _sizes(self, overlay: ImGuiOverlay) -> PanelSizes:
+        max_width = self._message_width(overlay)
+        return PanelSizes(
+            stats=stats_size(overlay, self.stats, is_open=self.is_open),
+            is_open=self.is_open,
+            recording=sign_size(overlay, [*self.recordings]) if self.recordings else None,
+            help=help_size(overlay, [*self.help]) if self.help else None,
+            messages=[toast_size(text, max_width=max_width) for text in self.messages],
+            names=[(cell, label_size(self._name(text, cell))) for text, cell in self.names],
+        )
+
+    def _message_width(self, overlay: ImGuiOverlay) -> float:
+        """Return the width in pixels after which a message is wrapped."""
+        stats = PanelSizes(stats_size(overlay, self.stats, is_open=self.is_open), self.is_open)
+        free = overlay.size[0] - free_left(overlay.scale, stats) - 2 * MARGIN * overlay.scale
+        return max(free - padded(0, 0)[0], 1.0)
+
+    def _name(self, text: str, cell: Rect) -> str:
+        return shorten(text, cell.width - 3 * padded(0, 0)[0] / 2, figure_width)
+
+    def _draw_captured(self, overlay: ImGuiOverlay, layout: PanelLayout) -> None:
+        for (text, cell), rect in zip(self.names, layout.names, strict=True):
+            if rect is not None:
+                draw_label(self._name(text, cell), (rect.left, rect.top))
+        if self.is_open:
+            draw_stats(overlay, self.stats)
+
+    def _draw_others(self, overlay: ImGuiOverlay, layout: PanelLayout) -> None:
+        if not self.is_open:
+            draw_stats_line(overlay, self.stats)
+        if layout.recording is not None:
+            draw_recording_sign(overlay, [*self.recordings], (layout.recording.left, layout.recording.top))
+        if layout.help is not None:
+            centre = layout.help.left + layout.help.width / 2, layout.help.top + layout.help.height / 2
+            draw_help(overlay, [*self.help], centre, opacity=HELP_OPACITY)
+        max_width = self._message_width(overlay)
+        for number, (text, rect) in enumerate(zip(self.messages, layout.messages, strict=True)):
+            anchor = rect.left + rect.width / 2, rect.bottom
+            draw_toast(text, anchor, max_width=max_width, name=f"message {number}")
