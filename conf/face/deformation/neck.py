@@ -16,23 +16,27 @@ from conf.face.mesh.mesh import Mesh
 TORSO = "shirt"  # faces without this group have no shoulders and are drawn in one piece
 # Model centimetres.
 PIVOT = np.array([0.0, -13.0, -8.0], dtype=np.float32)  # in the middle of the neck
-TOP, BOTTOM = -10.0, -19.0  # y between which the neck bends
-NECK_RADIUS = 6.0  # beyond it are the shoulders, which follow the head less than the neck at the same height
+# The neck bends between two planes y = level + SLOPE z, which fall towards the front as collar and jaw do. Below
+# the lower one, a centimetre above the collar, skin and shirt turn as one, so that neither comes through the other.
+SLOPE = -0.35
+TOP, BOTTOM = -10.1, -16.1
 SHOULDER_WEIGHT = 0.22  # of the head's rotation
 
 
 def head_weights(vertices: NDArray[np.floating], /) -> NDArray[np.float64]:
     """Return the (V,) weight by which each vertex (V, 3) follows the head: 1 head, 0 shoulders."""
-    beside = np.maximum(np.hypot(vertices[:, 0] - PIVOT[0], vertices[:, 2] - PIVOT[2]) - NECK_RADIUS, 0.0)
-    depth = (TOP - vertices[:, 1]) / (TOP - BOTTOM) * (1.0 + 0.5 * beside)
-    return np.asarray(1.0 - smoothstep(depth))
+    level = vertices[:, 1] - SLOPE * vertices[:, 2]
+    return np.asarray(1.0 - smoothstep((TOP - level) / (TOP - BOTTOM)))
 
 
 class NeckBend:
     """Rotates neck and shoulders of one mesh back."""
 
     def __init__(self, mesh: Mesh) -> None:
-        weights = head_weights(mesh.vertices) if TORSO in mesh.groups else np.ones(len(mesh.vertices))
+        weights = np.ones(len(mesh.vertices))
+        if TORSO in mesh.groups:
+            weights = head_weights(mesh.vertices)
+            weights[mesh.group_vertices(TORSO)] = 0.0
         self._below = np.flatnonzero(weights < 1.0)
         self._fraction = ((1.0 - SHOULDER_WEIGHT) * (1.0 - weights[self._below])).astype(np.float32)[:, None]
         self._bent = mesh.vertices.astype(np.float32)
