@@ -98,7 +98,7 @@ MAX_MODULES = 17  # per folder, without __init__.py
 WITHOUT_TEST = {"sender/capture/frame.py"}
 # Tests of several modules together, of documents and of the whole program.
 WITHOUT_MODULE = {
-    *("face/formats/test_gltf_faults.py", "face/formats/test_mesh_faults.py"),
+    *("face/formats/test_gltf_faults.py", "face/formats/test_mesh_faults.py", "sender/capture/test_clip_faults.py"),
     *("protocol/codec/test_golden.py", "protocol/portrait/test_in_a_call.py"),
     *("protocol/session/test_golden.py", "protocol/session/test_state_machine.py"),
     *("protocol/test_capture.py", "protocol/test_golden.py", "protocol/test_wire_document.py", "test_end_to_end.py"),

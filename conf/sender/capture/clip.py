@@ -10,7 +10,9 @@ returned without a corruption flag are used.
 import contextlib
 import glob
 import math
+import os
 import re
+import stat
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,20 +21,20 @@ from typing import IO, Any, Self
 
 import av
 import av.error
-import av.filter
 import av.logging
 import av.video.reformatter
 import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import CameraError
+from conf.sender.capture.deinterlacer import Deinterlacer
 from conf.sender.capture.frame import Frame
+from conf.sender.capture.geometry import fit_into, square_pixel_size, turn_by_matrix
+from conf.sender.capture.presentation_time import PlausibleTime, TimestampChoice
 
 DEFAULT_FPS = 25.0  # of files without a frame rate
 MAX_FPS = 1000.0  # of high-speed cameras
-MAX_PAUSE_S = 5.0  # a longer step between two frames is a fault of the file
 MAX_PIXELS = 8192 * 4608  # of a coded picture; more is refused before memory is allocated
-MAX_ASPECT = 8.0  # a pixel aspect ratio beyond this, either way, is a fault of the file
 MAX_BAD_PACKETS = 300  # damaged packets in a row before reading ends
 SOUND_RATE = 48000
 MAX_SOUND_GAP_S = 0.05  # a longer one between two decoded blocks is a gap in the sound, not rounding
@@ -70,13 +72,13 @@ class Clip:
         self._first = next(self._frames, None)
         if self._first is None:
             self._decoder.close()
-            raise CameraError(f"{name} has no frame that can be decoded: it may be damaged or end too early.")
+            advice = "it may be damaged or end too early; copy it again or convert it."
+            raise CameraError(f"{name} has no frame that can be decoded: {advice}")
         self.fps = self._decoder.fps
         self.frame_count = self._decoder.frame_count
         self.size: tuple[int, int] = (self._first.pixels.shape[1], self._first.pixels.shape[0])
-        self._offset = -self._first.timestamp  # what is added to the file's times; grows with each round
-        self.round = Round(0, 0.0, self._offset)
-        self._last: float | None = None
+        self._times = PlausibleTime(self._first.timestamp)
+        self.round = Round(0, 0.0, self._times.offset)
 
     def read(self) -> Frame | None:
         """Return the next frame, or None at the end. Timestamps are seconds from the first frame and never fall."""
@@ -88,9 +90,8 @@ class Clip:
         if frame is None:
             return None
         if frame.pixels.shape[1::-1] != self.size:
-            frame = Frame(_resize(frame.pixels, self.size), frame.timestamp)
-        self._last = self._timestamp(frame.timestamp)
-        return Frame(frame.pixels, self._last)
+            frame = Frame(fit_into(frame.pixels, self.size), frame.timestamp)
+        return Frame(frame.pixels, self._times.of(frame.timestamp, self.fps))
 
     def close(self) -> None:
         """Close the file."""
@@ -105,30 +106,18 @@ class Clip:
     ) -> None:
         self.close()
 
-    def _timestamp(self, stated: float) -> float:
-        """Return the time of a frame: the file's if it is plausible, else that of the last plus 1/fps."""
-        if self._last is None:
-            return 0.0
-        at = self._offset + stated
-        if math.isfinite(at) and 0 < at - self._last <= MAX_PAUSE_S:
-            return at
-        at = self._last + 1 / self.fps
-        if math.isfinite(stated):
-            self._offset = at - stated
-        return at
-
     def _rewind(self) -> Frame | None:
         """Start again by opening the file anew: seeking to the start is not exact in every container."""
-        if not self._loop or self._last is None:
+        if not self._loop or self._times.last is None:
             return None
         self.close()
         self._decoder = _Decoder(self._name, self._turns)
         self._frames = self._decoder.frames()
         frame = next(self._frames, None)
         if frame is not None:
-            start = self._last + 1 / self.fps
-            self._offset = start - frame.timestamp
-            self.round = Round(self.round.number + 1, start, self._offset)
+            start = self._times.last + 1 / self.fps
+            self._times.restart(frame.timestamp, start)
+            self.round = Round(self.round.number + 1, start, self._times.offset)
         return frame
 
 
@@ -139,11 +128,7 @@ class _Decoder:
         self._turns = turns
         self._file, self._container = _open_container(name)
         try:
-            self._stream: Any = next((s for s in self._container.streams.video if not _is_cover(s)), None)
-            if self._stream is None:
-                raise CameraError(f"{name} has no picture: give a video.")
-            if self._stream.codec_context is None:
-                raise CameraError(f"{name} has a picture in a coding that this program has no decoder for: convert it.")
+            self._stream = _choose_stream(name, self._container.streams.video)
             self._stream.codec_context.options = _DECODER_OPTIONS
             self._stream.thread_type = "AUTO"
         except BaseException:
@@ -151,7 +136,8 @@ class _Decoder:
             raise
         self.fps = _sane_fps(self._stream.average_rate or self._stream.guessed_rate)
         self.frame_count = self._count()
-        self._graph: av.filter.Graph | None = None
+        self._deinterlacer = Deinterlacer(self._stream)
+        self._choice = TimestampChoice(has_presentation_times=self._container.format.name != "avi")
         self._reformatter = av.video.reformatter.VideoReformatter()  # one for all frames: its tables are made once
         self._next_time = 0.0
 
@@ -173,46 +159,26 @@ class _Decoder:
         for decoded in _decode_all(self._container, self._stream):
             if decoded is not None and decoded.is_corrupt:
                 continue
-            for frame in self._progressive(decoded):
+            if decoded is not None:
+                decoded.pts = self._choice.choose(decoded.pts, decoded.dts)
+            for frame in self._deinterlacer.push(decoded):
                 stated = frame.time
                 self._next_time = (self._next_time if stated is None else float(stated)) + 1 / self.fps
-                yield Frame(self._upright(frame), self._next_time - 1 / self.fps)
+                pixels = self._to_bgr(frame)
+                if pixels is not None:
+                    yield Frame(pixels, self._next_time - 1 / self.fps)
 
-    def _progressive(self, frame: Any) -> Iterator[Any]:
-        """Deinterlace: one frame for each frame, at the time of its first field. Source: FFmpeg's filter bwdif."""
-        if self._graph is None and (frame is None or not frame.interlaced_frame):
-            if frame is not None:
-                yield frame
-            return
-        if self._graph is None:
-            self._graph = av.filter.Graph()
-            source = self._graph.add_buffer(template=self._stream)
-            filter_ = self._graph.add("bwdif", "mode=send_frame:parity=auto:deint=interlaced")
-            sink = self._graph.add("buffersink")
-            source.link_to(filter_)
-            filter_.link_to(sink)
-            self._graph.configure()
-        self._graph.push(frame)
-        while True:
-            try:
-                yield self._graph.pull()
-            except (av.error.BlockingIOError, av.error.EOFError):
-                return
-
-    def _upright(self, frame: Any) -> NDArray[np.uint8]:
+    def _to_bgr(self, frame: Any) -> NDArray[np.uint8] | None:
+        """Return the upright image with square pixels, or None if its pixel format cannot be converted."""
         aspect = float(self._stream.sample_aspect_ratio or 1)
-        if not 1 / MAX_ASPECT <= aspect <= MAX_ASPECT:
-            aspect = 1.0
-        width, height = frame.width, frame.height
-        if aspect > 1:
-            width = round(width * aspect)
-        elif aspect < 1:
-            height = round(height / aspect)
-        # Threads of its own would cost more than they save at the sizes of webcams.
-        image = self._reformatter.reformat(frame, width=width, height=height, format="bgr24", threads=1)
-        pixels = np.asarray(image.to_ndarray(), np.uint8)
-        turns = (round(frame.rotation / 90) + self._turns) % 4
-        return np.ascontiguousarray(np.rot90(pixels, turns)) if turns else pixels
+        width, height = square_pixel_size(frame.width, frame.height, aspect, max_pixels=MAX_PIXELS)
+        try:
+            # Threads of its own would cost more than they save at the sizes of webcams.
+            image = self._reformatter.reformat(frame, width=width, height=height, format="bgr24", threads=1)
+        except _CLIP_ERRORS:
+            return None
+        pixels = turn_by_matrix(np.asarray(image.to_ndarray(), np.uint8), _display_matrix(frame))
+        return np.ascontiguousarray(np.rot90(pixels, self._turns)) if self._turns else pixels
 
 
 def open_clip(path: Path | str, /, *, loop: bool = False, turns: int = 0) -> Clip:
@@ -239,7 +205,7 @@ def read_sound(path: Path | str, /, *, rate: int = SOUND_RATE) -> Generator[tupl
         stream = next(iter(container.streams.audio), None)
         if stream is None or stream.codec_context is None:
             return
-        resampler = av.AudioResampler(format="s16", layout="mono", rate=rate)
+        resampler = _Resampler(rate)
         at: float | None = None
         expected = 0.0  # time of the next decoded sample if there is no gap; the resampler holds back a few samples
         for decoded in _decode_all(container, stream):
@@ -248,10 +214,33 @@ def read_sound(path: Path | str, /, *, rate: int = SOUND_RATE) -> Generator[tupl
                 at = stated if at is None or abs(stated - expected) > MAX_SOUND_GAP_S else at
                 expected = stated + decoded.samples / (decoded.sample_rate or rate)
             at = at or 0.0
-            for block in resampler.resample(decoded):
-                samples = np.asarray(block.to_ndarray(), np.int16).reshape(-1)
+            for samples in resampler.resample(decoded):
                 yield at, samples
                 at += len(samples) / rate
+
+
+class _Resampler:
+    """Converts decoded sound to mono at one rate, though its rate, channels or format may change in the middle."""
+
+    def __init__(self, rate: int) -> None:
+        self._rate = rate
+        self._format: tuple[str, str, int] | None = None
+        self._resampler: av.AudioResampler | None = None
+
+    def resample(self, decoded: Any) -> Iterator[NDArray[np.int16]]:
+        """Yield what is ready, (n,) samples; None flushes."""
+        format_ = decoded and (decoded.format.name, decoded.layout.name, decoded.sample_rate)
+        try:
+            blocks = self._resampler.resample(None) if self._resampler and format_ != self._format else []
+            if decoded and format_ != self._format:
+                self._resampler = av.AudioResampler(format="s16", layout="mono", rate=self._rate)
+            self._format = format_
+            if decoded and self._resampler:
+                blocks += self._resampler.resample(decoded)
+        except _CLIP_ERRORS:
+            self._format = self._resampler = None
+            return
+        yield from (np.asarray(block.to_ndarray(), np.int16).reshape(-1) for block in blocks)
 
 
 def _decode_all(container: Any, stream: Any) -> Iterator[Any]:
@@ -276,6 +265,7 @@ def _open_container(name: str) -> tuple[IO[bytes] | None, Any]:
     if "%" in name and not Path(name).exists():
         return None, _open_pattern(name)
     try:
+        _check_is_file(name)
         file = open(name, "rb")
     except FileNotFoundError:
         raise CameraError(_missing(name)) from None
@@ -289,6 +279,15 @@ def _open_container(name: str) -> tuple[IO[bytes] | None, Any]:
         raise CameraError(
             f"{name} is not a video that can be read ({_reason(error)}): give one such as MP4, MKV, AVI or MPG."
         ) from error
+
+
+def _check_is_file(name: str) -> None:
+    """Raise CameraError for what could be opened but would never end, or block. Raises OSError, ValueError."""
+    mode = os.stat(name).st_mode
+    if stat.S_ISCHR(mode):
+        raise CameraError(f"{name} is a device, not a file: if it is a camera, give it with --camera.")
+    if stat.S_ISFIFO(mode) or stat.S_ISSOCK(mode):
+        raise CameraError(f"{name} is a pipe, not a file: write the clip to a file first, then give its path.")
 
 
 def _open_pattern(name: str) -> Any:
@@ -319,12 +318,33 @@ def _is_cover(stream: Any) -> bool:
     return bool(stream.disposition & av.stream.Disposition.attached_pic)
 
 
+def _choose_stream(name: str, streams: Any) -> Any:
+    """Return the video stream to show: the one marked as default, else the largest. Raises CameraError."""
+    moving = [stream for stream in streams if not _is_cover(stream)]
+    if not moving:
+        raise CameraError(f"{name} has no picture: give a video.")
+    decodable = [stream for stream in moving if stream.codec_context is not None]
+    if not decodable:
+        raise CameraError(f"{name} has a picture in a coding that this program has no decoder for: convert it.")
+    chosen = max(decodable, key=lambda s: (bool(s.disposition & av.stream.Disposition.default), s.width * s.height))
+    if chosen.width * chosen.height > MAX_PIXELS:
+        raise CameraError(
+            f"{name} has pictures of {chosen.width} x {chosen.height} pixels, more than can be read: make them smaller."
+        )
+    return chosen
+
+
+def _display_matrix(frame: Any) -> NDArray[np.int32] | None:
+    """Return the nine numbers of a frame's display matrix, or None if it has none."""
+    try:
+        data = frame.side_data.get("DISPLAYMATRIX")
+    except ValueError:  # PyAV does not know every kind of side data, such as that of EXIF
+        turns = round(frame.rotation / 90) % 4
+        a, b = ((1, 0), (0, -1), (-1, 0), (0, 1))[turns]
+        return np.array((a, b, 0, -b, a, 0, 0, 0, 1), np.int32)
+    return None if data is None else np.frombuffer(data, np.int32)
+
+
 def _sane_fps(rate: Any) -> float:
     fps = float(rate) if rate else 0.0
     return fps if math.isfinite(fps) and 0 < fps <= MAX_FPS else DEFAULT_FPS
-
-
-def _resize(pixels: NDArray[np.uint8], size: tuple[int, int]) -> NDArray[np.uint8]:
-    """Return an image at another size: a clip may change its size, the tracker and the portrait may not."""
-    frame = av.VideoFrame.from_ndarray(pixels, format="bgr24")
-    return np.asarray(frame.reformat(width=size[0], height=size[1]).to_ndarray(), np.uint8)
