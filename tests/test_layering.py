@@ -55,6 +55,7 @@ FACE_LEVELS = (
 PURE_STANDARD_LIBRARY = {
     *(
         "array",
+        "base64",
         "bisect",
         "codecs",
         "collections",

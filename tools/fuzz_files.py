@@ -83,7 +83,7 @@ def main() -> None:
     sys.exit(any(o.exceptions or o.killed or o.too_slow for o in outcomes.values()))
 
 
-SHARES = {"avi": 0.25, "mp4": 0.25, "mkv": 0.25, "ts": 0.25}  # clips take longest
+SHARES = {"avi": 0.5, "mp4": 0.5, "mkv": 0.5, "ts": 0.5}  # clips take longest
 
 
 def fuzz(kind: str, sample: bytes, cases: int, seed: int, folder: Path) -> Outcome:
@@ -136,12 +136,12 @@ def note(outcome: Outcome, result: tuple[str, float, float], case: str) -> None:
 def run_cases(kind: str, sample: bytes, cases: range, seed: int, folder: Path, results: Any) -> None:
     """Mutate and read, in a process of its own."""
     read = READERS[kind]
-    # The text readers of meshes may look for files beside the mesh, so each worker has its own folder with an MTL.
+    # The readers of meshes may look for files beside the mesh, so each worker has its own folder with an MTL.
     own = Path(tempfile.mkdtemp(dir=folder))
     (own / "head.mtl").write_bytes((ASSETS / "head" / "head.mtl").read_bytes())
     suffix = "obj" if kind == "mtl" else kind
     path = own / f"case.{suffix}"
-    for case in cases:
+    for case in cases:  # a case depends on its number alone
         data = mutate(sample, random.Random(f"{kind} {seed} {case}"), text=kind in TEXTS)
         if kind == "mtl":
             (own / "head.mtl").write_bytes(data)
@@ -242,10 +242,11 @@ def _read_clip(path: Path) -> None:
 
 READERS: dict[str, Callable[[Path], object]] = {
     "obj": load_mesh, "mtl": load_mesh, "ply": load_mesh, "glb": load_mesh, "stl": load_mesh,
+    "gltf": load_mesh, "vrm": load_mesh,
     "ppc": read_ppc, "dpc": read_dpc, "epc": read_epc,
     "avi": _read_clip, "mp4": _read_clip, "mkv": _read_clip, "ts": _read_clip,
 }  # fmt: skip
-TEXTS = {"obj", "mtl", "ppc", "dpc", "epc"}
+TEXTS = {"obj", "mtl", "gltf", "ppc", "dpc", "epc"}
 
 
 def make_samples(folder: Path) -> dict[str, bytes]:
@@ -259,6 +260,9 @@ def make_samples(folder: Path) -> dict[str, bytes]:
     lines += [f"f {a}/{a} {b}/{b} {c}/{c}" for a, b, c in ball.faces + 1]
     samples = {"obj": "\n".join(lines).encode(), "mtl": (ASSETS / "head" / "head.mtl").read_bytes()}
     samples |= {kind: ball.export(file_type=kind) for kind in ("ply", "glb", "stl")}
+    ball.visual = textured(ball)
+    samples["vrm"] = ball.export(file_type="glb")
+    samples["gltf"] = trimesh.exchange.gltf.export_gltf(ball.scene(), embed_buffers=True)["model.gltf"]
     samples["ppc"] = (ASSETS / "head" / "head.ppc").read_bytes()
     samples["epc"] = (ASSETS / "emotions" / "joy.epc").read_bytes()
     rng = np.random.default_rng(1)
@@ -268,6 +272,18 @@ def make_samples(folder: Path) -> dict[str, bytes]:
     for kind, codec in (("avi", "mjpeg"), ("mp4", "mpeg4"), ("mkv", "libx264"), ("ts", "mpeg2video")):
         samples[kind] = make_clip(folder / f"sample.{kind}", codec)
     return samples
+
+
+def textured(mesh: Any) -> Any:
+    """Return texture coordinates and a material with an image for a mesh of trimesh."""
+    import trimesh
+    from PIL import Image
+
+    image = Image.fromarray(np.arange(8 * 8 * 4, dtype=np.uint8).reshape(8, 8, 4))
+    material = trimesh.visual.material.PBRMaterial(
+        baseColorTexture=image, baseColorFactor=[0.9, 0.5, 0.4, 1.0], alphaMode="BLEND"
+    )
+    return trimesh.visual.TextureVisuals(uv=(mesh.vertices[:, :2] + 1) / 2, material=material)
 
 
 def make_clip(path: Path, codec: str) -> bytes:

@@ -1,6 +1,6 @@
 """Read PLY, STL, GLB, VRM and glTF meshes with trimesh."""
 
-import json
+import io
 import logging
 import struct
 import warnings
@@ -13,6 +13,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from conf.errors import FileFormatError
+from conf.face.formats.gltf import plain_gltf
 from conf.face.formats.mtl import MeshMaterial, find_file
 from conf.face.formats.obj import DEFAULT_GROUP, MAX_TRIANGLES, MAX_VERTICES, RawMesh, drop_unusable, with_materials
 from conf.face.formats.text import check_file
@@ -25,15 +26,6 @@ _READ_ERRORS = (
 _GLTF_SUFFIXES = (".glb", ".vrm", ".gltf")
 _MAX_IMAGE_PIXELS = 1 << 26  # of an embedded image, 8192 x 8192
 _MAX_PARTS = 10_000
-_GLB_HEADER = struct.Struct("<4sII")
-_GLB_CHUNK = struct.Struct("<I4s")
-_UNSIGNED_BYTE = 5121  # of OpenGL
-# Extensions without which the vertices cannot be read, and how to write the file without them.
-_COMPRESSION = {
-    "KHR_draco_mesh_compression": "export it without Draco compression (in Blender: Data, Compression off)",
-    "EXT_meshopt_compression": "export it without mesh compression (meshopt)",
-    "KHR_meshopt_compression": "export it without mesh compression (meshopt)",
-}
 
 
 def read_with_trimesh(path: Path, /) -> RawMesh:
@@ -45,12 +37,17 @@ def read_with_trimesh(path: Path, /) -> RawMesh:
     check_file(path)
     suffix = path.suffix.lower()
     is_gltf = suffix in _GLTF_SUFFIXES
-    kind, is_linear = _check_gltf(path) if is_gltf else (suffix[1:], False)
     resolver = _Resolver(path.parent)
     try:
-        with path.open("rb") as file, warnings.catch_warnings(), np.errstate(all="ignore"):
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
-            scene = trimesh.load_scene(file, file_type=kind, process=False, maintain_order=True, resolver=resolver)
+            kind, data, is_linear, notes = suffix[1:], path.read_bytes(), False, list[str]()
+            if is_gltf:
+                kind, data, is_linear, notes = plain_gltf(path, data, resolver.get)
+            scene = trimesh.load_scene(
+                io.BytesIO(data), file_type=kind, process=False, maintain_order=True, resolver=resolver
+            )
+            notes += [f"the image {name} was not found: put it beside the mesh" for name in resolver.missing]
             if len(scene.graph.nodes_geometry) > _MAX_PARTS:
                 raise FileFormatError(path, None, f"expected at most {_MAX_PARTS} parts")
             _check_size(path, (scene.geometry[scene.graph[node][1]] for node in scene.graph.nodes_geometry))
@@ -58,6 +55,7 @@ def read_with_trimesh(path: Path, /) -> RawMesh:
             return _join(
                 path,
                 [part for part in parts if isinstance(part, trimesh.Trimesh) and len(part.faces)],
+                notes,
                 is_linear=is_linear,
             )
     except FileFormatError:
@@ -100,63 +98,6 @@ class _Resolver(trimesh.resolvers.Resolver):
         return []
 
 
-def _check_gltf(path: Path) -> tuple[str, bool]:
-    """Return the kind of file, "glb" or "gltf" whatever its suffix, and whether its vertex colours are linear.
-
-    By the standard they are, but programs that write bytes write sRGB there: linear bytes would band in the dark.
-    Raises FileFormatError for a file that is no glTF, damaged, or compressed in a way that cannot be read.
-    """
-    data = path.read_bytes()
-    is_binary = data[:4] == b"glTF"
-    text = _glb_json(path, data) if is_binary else data
-    try:
-        header = json.loads(text.decode("utf-8-sig"))
-        version = int(float(header["asset"]["version"]))
-    except (ValueError, KeyError, TypeError, RecursionError, OverflowError) as error:
-        message = "expected a GLB mesh, found a damaged one: export it again"
-        if not is_binary:
-            message = "expected a GLB or glTF mesh, found something else"
-        raise FileFormatError(path, None, message) from error
-    if version != 2:
-        raise FileFormatError(path, None, f"expected a glTF of version 2, found version {version}: convert it")
-    try:
-        accessors, primitives = header.get("accessors", []), _primitives(header)
-        for name, advice in _COMPRESSION.items():
-            uses = any(
-                name in primitive.get("extensions", {})
-                and "bufferView" not in accessors[primitive["attributes"]["POSITION"]]
-                for primitive in primitives
-            )
-            if uses or name in header.get("extensionsRequired", []):
-                raise FileFormatError(path, None, f"requires {name}, which is not supported: {advice}")
-        if sum(int(accessor["count"]) for accessor in accessors if "bufferView" not in accessor) > 3 * MAX_TRIANGLES:
-            raise FileFormatError(path, None, f"expected at most {MAX_TRIANGLES} triangles")
-        colours = [primitive["attributes"].get("COLOR_0") for primitive in primitives]
-        types = {accessors[number]["componentType"] for number in colours if number is not None}
-    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        raise FileFormatError(path, None, "expected a GLB mesh, found a damaged one: export it again") from error
-    return "glb" if is_binary else "gltf", types != {_UNSIGNED_BYTE}
-
-
-def _primitives(header: Any) -> list[Any]:
-    return [primitive for mesh in header.get("meshes", []) for primitive in mesh["primitives"]]
-
-
-def _glb_json(path: Path, data: bytes) -> bytes:
-    """Return the JSON of a GLB file. Raises FileFormatError if it ends too early."""
-    if len(data) < _GLB_HEADER.size + _GLB_CHUNK.size:
-        raise FileFormatError(path, None, f"expected a GLB mesh, found only {len(data)} bytes: copy it again")
-    _, version, length = _GLB_HEADER.unpack_from(data)
-    if version == 2 and length > len(data):
-        message = f"expected a GLB mesh of {length} bytes, found only {len(data)} of them: copy or download it again"
-        raise FileFormatError(path, None, message)
-    size, kind = _GLB_CHUNK.unpack_from(data, _GLB_HEADER.size)
-    start = _GLB_HEADER.size + _GLB_CHUNK.size
-    if version == 2 and (kind != b"JSON" or start + size > len(data)):
-        raise FileFormatError(path, None, "expected a GLB mesh, found a damaged one: export it again")
-    return data[start : start + size] if version == 2 else b'{"asset": {"version": "%d"}}' % version
-
-
 def _check_size(path: Path, parts: Iterable[Any]) -> None:
     vertices = triangles = 0
     for part in parts:
@@ -167,14 +108,13 @@ def _check_size(path: Path, parts: Iterable[Any]) -> None:
             raise FileFormatError(path, None, message)
 
 
-def _join(path: Path, parts: list[trimesh.Trimesh], *, is_linear: bool) -> RawMesh:
+def _join(path: Path, parts: list[trimesh.Trimesh], notes: list[str], *, is_linear: bool) -> RawMesh:
     if not parts:
         raise FileFormatError(path, None, "expected a mesh with triangles, found only points or lines")
     positions = np.concatenate([np.asarray(part.vertices, dtype=np.float64) for part in parts])
     triangles = [np.asarray(part.faces, dtype=np.int64) for part in parts]
     if positions.shape[1:] != (3,) or any(t.shape[1:] != (3,) for t in triangles):
         raise FileFormatError(path, None, "expected a mesh of triangles in three dimensions")
-    notes: list[str] = []
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     ends = np.cumsum([0, *(len(t) for t in triangles)])
     corners = np.concatenate([t + start for t, start in zip(triangles, starts, strict=False)])
