@@ -25,6 +25,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import trimesh
+from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
@@ -251,8 +253,7 @@ TEXTS = {"obj", "mtl", "gltf", "ppc", "dpc", "epc"}
 
 def make_samples(folder: Path) -> dict[str, bytes]:
     """Return one small valid file of each format."""
-    import trimesh
-
+    gltf: Any = trimesh.exchange.gltf
     ball = trimesh.creation.icosphere(subdivisions=2)
     lines = [f"v {x:.4f} {y:.4f} {z:.4f}" for x, y, z in ball.vertices]
     lines += [f"vt {x:.3f} {y:.3f}" for x, y, _ in ball.vertices]
@@ -262,7 +263,7 @@ def make_samples(folder: Path) -> dict[str, bytes]:
     samples |= {kind: ball.export(file_type=kind) for kind in ("ply", "glb", "stl")}
     ball.visual = textured(ball)
     samples["vrm"] = ball.export(file_type="glb")
-    samples["gltf"] = trimesh.exchange.gltf.export_gltf(ball.scene(), embed_buffers=True)["model.gltf"]
+    samples["gltf"] = gltf.export_gltf(ball.scene(), embed_buffers=True)["model.gltf"]
     samples["ppc"] = (ASSETS / "head" / "head.ppc").read_bytes()
     samples["epc"] = (ASSETS / "emotions" / "joy.epc").read_bytes()
     rng = np.random.default_rng(1)
@@ -276,14 +277,12 @@ def make_samples(folder: Path) -> dict[str, bytes]:
 
 def textured(mesh: Any) -> Any:
     """Return texture coordinates and a material with an image for a mesh of trimesh."""
-    import trimesh
-    from PIL import Image
-
+    visual: Any = trimesh.visual
     image = Image.fromarray(np.arange(8 * 8 * 4, dtype=np.uint8).reshape(8, 8, 4))
-    material = trimesh.visual.material.PBRMaterial(
+    material = visual.material.PBRMaterial(
         baseColorTexture=image, baseColorFactor=[0.9, 0.5, 0.4, 1.0], alphaMode="BLEND"
     )
-    return trimesh.visual.TextureVisuals(uv=(mesh.vertices[:, :2] + 1) / 2, material=material)
+    return visual.TextureVisuals(uv=(mesh.vertices[:, :2] + 1) / 2, material=material)
 
 
 def make_clip(path: Path, codec: str) -> bytes:

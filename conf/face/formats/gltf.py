@@ -204,9 +204,10 @@ class _Rewriting:
     def _values(self, accessor: Any) -> NDArray[np.float64]:
         """Return the (count, columns) values of an accessor, normalised and with its sparse values."""
         count, columns = int(accessor["count"]), _COLUMNS[accessor["type"]]
-        values = np.zeros((count, columns))
         if "bufferView" in accessor:
-            values[:] = self._array(accessor, accessor["componentType"], count, columns)
+            values = self._array(accessor, accessor["componentType"], count, columns).astype(np.float64)
+        else:
+            values = np.zeros((count, columns))
         sparse = accessor.get("sparse")
         if sparse:
             number = int(sparse["count"])

@@ -6,7 +6,7 @@ tell which part is an eye or a tooth. A line that cannot be used is skipped, cou
 """
 
 from array import array
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from conf.errors import FileFormatError
 from conf.face.formats.mtl import MeshMaterial, read_material_libraries
+from conf.face.formats.polygons import split_concave
 from conf.face.formats.text import read_lines
 
 MAX_VERTICES = 1_000_000
@@ -63,19 +64,21 @@ def read_obj(path: Path, /) -> RawMesh:
     Raises FileFormatError if the file holds nothing that can be drawn, or is too large.
     """
     text = _ObjText(path)
-    for number, line in _joined_lines(path):
+    lines = read_lines(path, on_long_line=lambda number: text.skip("lines of over 64 KB", number))
+    for number, line in _joined(lines):
         words = line.split(b"#", 1)[0].split()
         if words:
             text.read(words, line, number)
     return text.result()
 
 
-def _joined_lines(path: Path) -> Iterator[tuple[int, bytes]]:
+def _joined(lines: Iterable[tuple[int, bytes]]) -> Iterator[tuple[int, bytes]]:
     """Yield the lines; up to a hundred that end in a backslash are joined with the next."""
     parts: list[bytes] = []
-    for number, line in read_lines(path):
-        if line.endswith(b"\\"):
-            parts.append(line[:-1])
+    number = 0
+    for number, line in lines:
+        if line.endswith((b"\\", b"\\ ", b"\\\t")):
+            parts.append(line.rstrip()[:-1])
             if len(parts) <= 100:
                 continue
             line = b""
@@ -98,6 +101,7 @@ class _ObjText:
     colours: "array[float]" = field(default_factory=lambda: array("f"))  # three per vertex, up to the last with colour
     uvs: "array[float]" = field(default_factory=lambda: array("d"))  # two per texture coordinate
     corners: "array[int]" = field(default_factory=lambda: array("q"))  # six per triangle, as in RawMesh
+    polygons: "array[int]" = field(default_factory=lambda: array("q"))  # two per polygon, as in split_concave
     group_runs: list[tuple[int, list[str]]] = field(default_factory=list)
     material_runs: list[tuple[int, str]] = field(default_factory=list)
     object_name: str = DEFAULT_GROUP
@@ -110,6 +114,9 @@ class _ObjText:
         """Read one line; words : the line without its comment, split at blanks."""
         keyword = words[0]
         reader = _KEYWORDS.get(keyword)
+        if reader is None and keyword.isupper():  # some programs write V and F
+            keyword = keyword.lower()
+            reader = _KEYWORDS.get(keyword)
         if reader is not None:
             reader(self, words[1:], number)
         elif keyword in _NAMES:
@@ -165,6 +172,8 @@ class _ObjText:
             del self.corners[6 * first :]
             self.skip("faces that cannot be read", number)
             return
+        if count > 1:
+            self.polygons.extend((first, count))
         if not self.group_runs or self.group_runs[-1][1] is not self.groups:
             self.group_runs.append((first, self.groups))
         if not self.material_runs or self.material_runs[-1][1] != self.material:
@@ -201,6 +210,8 @@ class _ObjText:
         positions = np.array(self.positions).reshape(-1, 3)
         uvs = np.array(self.uvs).reshape(-1, 2)
         corners = np.array(self.corners, dtype=np.int64).reshape(-1, 3, 2)
+        if self.polygons:
+            split_concave(positions, corners, np.array(self.polygons, dtype=np.int64).reshape(-1, 2))
         notes = list(self.notes())
         kept = drop_unusable(self.path, positions, corners[..., 0], notes)
         usable_uvs = np.append((np.abs(uvs) <= _MAX_NUMBER).all(axis=1), [True])

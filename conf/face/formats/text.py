@@ -2,7 +2,7 @@
 
 import codecs
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import IO
@@ -27,10 +27,11 @@ def check_file(path: Path, /, *, max_bytes: int = MAX_FILE_BYTES) -> None:
         raise FileFormatError(path, None, f"expected at most {max_bytes >> 20} MB, found {size >> 20} MB")
 
 
-def read_lines(path: Path, /) -> Iterator[tuple[int, bytes]]:
+def read_lines(path: Path, /, *, on_long_line: Callable[[int], None] | None = None) -> Iterator[tuple[int, bytes]]:
     """Yield (line number from 1, line without its line break), whatever the program that wrote the file.
 
     A byte-order mark is dropped, UTF-16 becomes UTF-8, and lines may end as on Windows, Unix or old Macs.
+    on_long_line : called with the number of a line that is too long, which is then left out
     Raises FileFormatError if the file cannot be read, or a line is too long.
     """
     check_file(path)
@@ -48,8 +49,13 @@ def read_lines(path: Path, /) -> Iterator[tuple[int, bytes]]:
             number = 0
             while line := file.readline(_MAX_LINE_BYTES):
                 number += 1
-                if len(line) == _MAX_LINE_BYTES:
-                    raise FileFormatError(path, number, f"expected text lines under {_MAX_LINE_BYTES} bytes")
+                if len(line) == _MAX_LINE_BYTES and not line.endswith(b"\n"):
+                    if on_long_line is None:
+                        raise FileFormatError(path, number, f"expected text lines under {_MAX_LINE_BYTES} bytes")
+                    on_long_line(number)
+                    while line and not line.endswith(b"\n"):
+                        line = file.readline(_MAX_LINE_BYTES)
+                    continue
                 yield number, line.rstrip(b"\r\n")
     except OSError as error:
         raise FileFormatError(path, None, f"cannot be read: {error}") from error

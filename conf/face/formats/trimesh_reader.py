@@ -16,6 +16,7 @@ from conf.errors import FileFormatError
 from conf.face.formats.gltf import plain_gltf
 from conf.face.formats.mtl import MeshMaterial, find_file
 from conf.face.formats.obj import DEFAULT_GROUP, MAX_TRIANGLES, MAX_VERTICES, RawMesh, drop_unusable, with_materials
+from conf.face.formats.repair import repair
 from conf.face.formats.text import check_file
 
 # What trimesh's and Pillow's readers raise for damaged files.
@@ -41,7 +42,8 @@ def read_with_trimesh(path: Path, /) -> RawMesh:
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
-            kind, data, is_linear, notes = suffix[1:], path.read_bytes(), False, list[str]()
+            kind, is_linear, notes = suffix[1:], False, list[str]()
+            data = repair(kind, path.read_bytes(), notes)
             if is_gltf:
                 kind, data, is_linear, notes = plain_gltf(path, data, resolver.get)
             scene = trimesh.load_scene(

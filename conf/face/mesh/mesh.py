@@ -89,6 +89,9 @@ def load_mesh(path: Path | str, /) -> Mesh:
         raise FileFormatError(path, None, f"expected finite coordinates of at most {_MAX_COORDINATE:g}")
     if raw.corners[..., 0].min() < 0 or raw.corners[..., 0].max() >= len(raw.positions):
         raise FileFormatError(path, None, "expected triangles between the file's vertices")
+    a, b, c = (raw.positions[raw.corners[:, corner, 0]] for corner in range(3))
+    if not np.cross(b - a, c - a).any():
+        raise FileFormatError(path, None, "expected a mesh, found only triangles without area: export it again")
     return build_mesh(_with_consistent_winding(raw))
 
 

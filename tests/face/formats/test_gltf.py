@@ -89,13 +89,14 @@ def test_normalised_texture_coordinates_are_scaled(tmp_path: Path) -> None:
 
 
 def test_sparse_positions_replace_those_of_the_base(tmp_path: Path) -> None:
-    header = gltf((CORNERS, SQUARE, np.array([2], np.uint16), np.array([[3, 4, 5]], np.float32)), {"POSITION": 1})
+    new = np.array([[6, 0, 0], [3, 4, 5]], np.float32)
+    header = gltf((CORNERS, SQUARE, np.array([1, 2], np.uint16), new), {"POSITION": 1})
     header["accessors"][1]["sparse"] = {
-        "count": 1, "indices": {"bufferView": 2, "componentType": 5123}, "values": {"bufferView": 3},
+        "count": 2, "indices": {"bufferView": 2, "componentType": 5123}, "values": {"bufferView": 3},
     }  # fmt: skip
-    assert read(tmp_path, header).vertices[2].tolist() == [3, 4, 5]
+    assert read(tmp_path, header).vertices.tolist() == [[0, 0, 0], [6, 0, 0], [3, 4, 5], [0, 1, 0]]
     del header["accessors"][1]["bufferView"]
-    assert read(tmp_path, header).vertices.tolist() == [[0, 0, 0], [0, 0, 0], [3, 4, 5], [0, 0, 0]]
+    assert read(tmp_path, header).vertices.tolist() == [[0, 0, 0], [6, 0, 0], [3, 4, 5], [0, 0, 0]]
 
 
 def test_interleaved_arrays_are_read(tmp_path: Path) -> None:

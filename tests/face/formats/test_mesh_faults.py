@@ -8,6 +8,7 @@ import pytest
 import trimesh
 from PIL import Image
 
+from conf.errors import FileFormatError
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.default_head import DEFAULT_HEAD
 from conf.face.formats.dpc import MotionClip, read_dpc, write_dpc
@@ -19,6 +20,7 @@ from conf.face.mesh.mesh import Mesh, load_mesh
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 UVS = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
 TWO_FACES = "usemtl skin\nf 1/1 2/2 3/3\nusemtl eye\nf 1/1 3/3 4/4\n"
+APART = "v 5 5 5\nv 6 5 5\nv 5 6 5\n"
 BOM = b"\xef\xbb\xbf"
 
 
@@ -270,6 +272,19 @@ def test_mixed_winding_becomes_one(tmp_path: Path, seed: int) -> None:
         ("\x1a\x00\x00\n", None),
         ("v 5 5 5 1 1 1 1 1\n", None),
         ("f 1,0 2 3\n", "skipped 1 faces that cannot be read (first in line 13)"),
+        ("v 1e400 0 0\nf 1 2 5\n", "skipped 1 vertices without three finite coordinates (first in line 13)"),
+        ("v 1e30 0 0\nf 1 2 5\n", "skipped 1 triangles whose vertices are missing"),
+        ("f 0 1 2\n", "skipped 1 triangles whose vertices are missing"),
+        ("f -9 1 2\n", "skipped 1 triangles whose vertices are missing"),
+        ("# " + "x" * 70_000 + "\nf 1 2 3\n", "skipped 1 lines of over 64 KB (first in line 13)"),
+        ("f 1 1 2\nf 2 2 2\n", None),
+        ("v 0 0 0\nv 1 1 0\n", None),
+        (APART + "f\t5\t6\t7\n", None),
+        (APART + "f 5 6 \\\n7\n", None),
+        (APART + "f 5 6 \\ \n7\n", None),
+        (APART + "F 5 6 7\nVN 0 0 1\n", None),
+        (APART + "f -3 -2 -1\n", None),
+        ("l 1 2 3\np 1\n", None),
     ],
 )
 def test_an_odd_line_is_skipped_and_named(tmp_path: Path, text: str, note: str | None) -> None:
@@ -283,6 +298,27 @@ def test_an_odd_line_is_skipped_and_named(tmp_path: Path, text: str, note: str |
 def test_faces_before_their_vertices_and_decimal_commas_are_read(tmp_path: Path) -> None:
     mesh = read(tmp_path, "f 1 2 3\nv 0 0 0\nv 0,5 0 0\nv 0 1,5 0\n")
     assert mesh.vertices.tolist() == [[0, 0, 0], [0.5, 0, 0], [0, 1.5, 0]] and mesh.notes == ()
+
+
+def test_a_concave_face_is_not_covered_from_outside(tmp_path: Path) -> None:
+    mesh = read(tmp_path, "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 0.5 0\nv 0 2 0\nf 1 2 3 4 5\n")
+    a, b, c = (mesh.vertices[mesh.triangles[:, i]] for i in range(3))
+    areas = np.cross(b - a, c - a)[:, 2] / 2
+    assert (areas > 0).all() and areas.sum() == pytest.approx(2.5)
+
+
+@pytest.mark.parametrize("text", ["f 1 1 1\n", "v 2 0 0\nf 1 2 5\n"])
+def test_a_mesh_without_area_is_refused(tmp_path: Path, text: str) -> None:
+    with pytest.raises(FileFormatError, match="expected a mesh, found only triangles without area: export it again"):
+        read(tmp_path, SQUARE + text)
+
+
+@pytest.mark.slow
+def test_a_mesh_of_many_vertices_is_read_and_one_of_too_many_is_refused(tmp_path: Path) -> None:
+    rows = "v 0 0 0\nv 1 0 0\nv 0 1 0\n" * 100_000
+    assert len(read(tmp_path, rows + "f 1 2 300000\n").vertices) == 300_000
+    with pytest.raises(FileFormatError, match="expected at most 1000000 vertices"):
+        read(tmp_path, rows * 4)
 
 
 def test_the_default_head_has_no_notes_and_one_texture() -> None:

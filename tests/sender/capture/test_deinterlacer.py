@@ -27,7 +27,7 @@ def interlaced_frames(count: int, **options: Any) -> list[Any]:
     source.link_to(mark)
     mark.link_to(sink)
     graph.configure()
-    frames = []
+    frames: list[Any] = []
     for number in range(count):
         graph.push(frame(number, **options))
         frames.append(graph.pull())
