@@ -2,14 +2,15 @@
 
     python tools/fuzz_files.py [--cases 200000] [--seed 1] [--only obj,mp4] [--json]
 
-For each case a small valid file is mutated (bits, bytes, numbers, lines, truncation) and read as the program reads
-it. A reader must return data or raise one of the program's errors with a message. Counted: data, errors, other
-exceptions, killed processes, cases over 5 s, peak memory. Cases run in a worker process that is replaced when it
+For each case a small valid file is mutated (bits, bytes, numbers, lines, values of JSON, truncation) and read as the
+program reads it. A reader must return data or raise one of the program's errors with a message. Counted: data, errors,
+other exceptions, killed processes, cases over 5 s, peak memory. Cases run in a worker process that is replaced when it
 dies. A case is known by its format, seed and number, and is written beside the temporary folder if it fails. Exit
 status 1 if anything but data or an error was seen.
 """
 
 import argparse
+import copy
 import json
 import multiprocessing
 import random
@@ -18,7 +19,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -144,7 +145,11 @@ def run_cases(kind: str, sample: bytes, cases: range, seed: int, folder: Path, r
     suffix = "obj" if kind == "mtl" else kind
     path = own / f"case.{suffix}"
     for case in cases:  # a case depends on its number alone
-        data = mutate(sample, random.Random(f"{kind} {seed} {case}"), text=kind in TEXTS)
+        rng = random.Random(f"{kind} {seed} {case}")
+        if kind in GLTFS and rng.random() < 0.6:
+            data = mutate_gltf(sample, rng)
+        else:
+            data = mutate(sample, rng, text=kind in TEXTS)
         if kind == "mtl":
             (own / "head.mtl").write_bytes(data)
             data = b"mtllib head.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
@@ -171,6 +176,37 @@ def mutate(sample: bytes, rng: random.Random, *, text: bool) -> bytes:
             break
         rng.choice(TEXT_MUTATIONS if text and rng.random() < 0.7 else BYTE_MUTATIONS)(data, rng)
     return bytes(data)
+
+
+def mutate_gltf(sample: bytes, rng: random.Random) -> bytes:
+    """Return a glTF or GLB file of which some values of the JSON are changed, removed or copied."""
+    is_binary = sample[:4] == b"glTF"
+    size = int.from_bytes(sample[12:16], "little")
+    header = json.loads(sample[20 : 20 + size] if is_binary else sample)
+    for _ in range(rng.choice((1, 1, 1, 2, 4))):
+        container, key = rng.choice(list(_entries(header)))
+        match rng.randrange(6):
+            case 0:
+                del container[key]
+            case 1:
+                other, name = rng.choice(list(_entries(header)))
+                container[key] = copy.deepcopy(other[name])
+            case _:
+                container[key] = copy.deepcopy(rng.choice(JSON_VALUES))
+    text = json.dumps(header).encode()
+    if not is_binary:
+        return text
+    text += b" " * (-len(text) % 4)
+    rest = len(text).to_bytes(4, "little") + b"JSON" + text + sample[20 + size :]
+    return sample[:8] + (12 + len(rest)).to_bytes(4, "little") + rest
+
+
+def _entries(value: Any) -> Iterator[tuple[Any, Any]]:
+    """Yield each list or object inside a JSON value with each of its indices or keys."""
+    keys = list(value) if isinstance(value, dict) else range(len(value)) if isinstance(value, list) else ()
+    for key in keys:
+        yield value, key
+        yield from _entries(value[key])
 
 
 def _flip(data: bytearray, rng: random.Random) -> None:
@@ -228,6 +264,11 @@ def _near_start(data: bytearray, rng: random.Random) -> int:
     return rng.randrange(min(len(data), 500) if rng.random() < 0.5 else len(data))
 
 
+JSON_VALUES: tuple[Any, ...] = (
+    *(0, 1, 2, 3, -1, 5, 255, 5120, 5121, 5123, 5125, 5126, 2**31, 10**12, 0.5, -2.5, 1e300, float("nan")),
+    *("", "x", "SCALAR", "VEC2", "VEC3", "MAT4", "MASK", "gone.png", "data:;base64,AAAA", None, True, [], {}),
+    *([1e9, 0, 0], [0, 0, 0, 0], {"index": 0}, {"count": 3}, {"KHR_texture_transform": {"scale": [2, 0]}}),
+)
 BYTE_MUTATIONS = (_flip, _flip, _set_integer, _truncate, _delete, _repeat, _noise)
 TEXT_MUTATIONS = (_number, _number, _lines)
 
@@ -248,6 +289,7 @@ READERS: dict[str, Callable[[Path], object]] = {
     "ppc": read_ppc, "dpc": read_dpc, "epc": read_epc,
     "avi": _read_clip, "mp4": _read_clip, "mkv": _read_clip, "ts": _read_clip,
 }  # fmt: skip
+GLTFS = {"glb", "vrm", "gltf"}
 TEXTS = {"obj", "mtl", "gltf", "ppc", "dpc", "epc"}
 
 
