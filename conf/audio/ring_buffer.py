@@ -4,11 +4,13 @@ One thread writes, one reads, nobody waits: a callback that waits for a lock hel
 positions only grow and each is set by one side, after the samples are copied.
 """
 
+from collections import deque
+
 import numpy as np
 
 from conf.audio.samples import SAMPLE_RATE, Samples, to_int16
 
-_FADE = SAMPLE_RATE // 200  # samples of the fades around an underrun, 5 ms
+_FADE_S = 0.005  # of the fades around an underrun
 
 
 class RingBuffer:
@@ -49,6 +51,29 @@ class RingBuffer:
         return samples
 
 
+class CaptureBuffer(RingBuffer):
+    """A ring buffer that keeps the blocks it was filled with and when each was complete."""
+
+    def __init__(self, capacity: int) -> None:
+        super().__init__(capacity)
+        self._ends: deque[tuple[int, float]] = deque()  # samples and time of each block
+
+    def write_block(self, samples: Samples, end: float) -> None:
+        """Append a block whose last sample was captured at a time, s, if there is room for all of it."""
+        if len(self) + len(samples) > len(self._samples):
+            self.dropped += len(samples)
+            return
+        self.write(samples)
+        self._ends.append((len(samples), end))
+
+    def read_blocks(self) -> list[tuple[Samples, float]]:
+        """Return and remove all complete blocks, each with the time of its end."""
+        return [(self.read(count), end) for count, end in iter(self._next_end, None)]
+
+    def _next_end(self) -> tuple[int, float] | None:
+        return self._ends.popleft() if self._ends else None
+
+
 class PlaybackBuffer(RingBuffer):
     """A ring buffer that always has something to play: it fades out when it runs empty and in when sound returns.
 
@@ -56,8 +81,9 @@ class PlaybackBuffer(RingBuffer):
     missing : samples played without sound in them since the first underrun
     """
 
-    def __init__(self, capacity: int) -> None:
+    def __init__(self, capacity: int, *, rate: int = SAMPLE_RATE) -> None:
         super().__init__(capacity)
+        self._fade = round(_FADE_S * rate)
         self.underruns = 0
         self.missing = 0
         self._last = 0  # sample, before its gain
@@ -75,8 +101,8 @@ class PlaybackBuffer(RingBuffer):
             self._last = int(sound[-1])
         if not short and self._gain == 1.0:
             return sound
-        rising = np.minimum(1.0, self._gain + np.arange(1, len(sound) + 1) / _FADE)
+        rising = np.minimum(1.0, self._gain + np.arange(1, len(sound) + 1) / self._fade)
         self._gain = float(rising[-1]) if len(sound) else self._gain
-        falling = np.maximum(0.0, self._gain - np.arange(1, short + 1) / _FADE)
+        falling = np.maximum(0.0, self._gain - np.arange(1, short + 1) / self._fade)
         self._gain = float(falling[-1]) if short else self._gain
         return to_int16(np.concatenate([rising * sound, falling * self._last]))

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.audio.ring_buffer import PlaybackBuffer, RingBuffer
+from conf.audio.ring_buffer import CaptureBuffer, PlaybackBuffer, RingBuffer
 from tests.support.synthetic_voice import max_jump, tone
 
 operations = st.lists(st.tuples(st.booleans(), st.integers(0, 30)), max_size=60)
@@ -54,6 +54,22 @@ def test_two_threads_lose_nothing() -> None:
     writer.join()
     sys.setswitchinterval(interval)
     np.testing.assert_array_equal(np.concatenate(parts), numbers)
+
+
+def test_captured_blocks_keep_their_times() -> None:
+    buffer = CaptureBuffer(250)
+    blocks = [np.full(100, value, np.int16) for value in (1, 2, 3)]
+    for number, block in enumerate(blocks):
+        buffer.write_block(block, 0.5 + number)
+    read = buffer.read_blocks()
+    assert [(set(samples.tolist()), len(samples), end) for samples, end in read] == [({1}, 100, 0.5), ({2}, 100, 1.5)]
+    assert buffer.dropped == 100 and buffer.read_blocks() == []
+
+
+def test_the_fade_of_playback_has_the_same_time_at_every_rate() -> None:
+    buffer = PlaybackBuffer(1000, rate=48000)
+    buffer.write(np.full(400, 9600, np.int16))
+    assert (np.diff(buffer.pull(400)) > 0).sum() == 239
 
 
 def test_playback_starts_silent_and_fades_in_over_5_ms() -> None:

@@ -1,0 +1,249 @@
+"""Microphones and speakers, by miniaudio: PulseAudio, PipeWire, ALSA, JACK, Core Audio, WASAPI.
+
+Devices run at 48 kHz, their own rate nearly everywhere, and are resampled here: the system's resamplers are often poor.
+Their callbacks run in a thread of the library and only copy samples to or from a ring buffer; all else happens in the
+thread that calls `read` and `write`. A machine without devices is normal: lists are empty, opening raises AudioError.
+"""
+
+import time
+from collections import deque
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from conf.audio.drift import ClockAligner
+from conf.audio.resampling import Resampler
+from conf.audio.ring_buffer import CaptureBuffer, PlaybackBuffer, RingBuffer
+from conf.audio.samples import SAMPLE_RATE, AudioBlock, Samples
+from conf.errors import AudioError
+
+NULL_DEVICE = "null"  # the name of a microphone of silence and a speaker that nobody hears, in real time
+DEVICE_RATE = 48000
+PERIOD_MS = 20  # from callback to callback; shorter ones are lost on busy machines
+MISSING = "miniaudio is missing, so there is no sound: type  pip install miniaudio."
+
+_BUFFER_S = 2.0  # capacity of the ring buffers
+_PERIODS = 2  # of the device's own buffer, where the system asks for a number
+_DEAD_AFTER_S = 2.0  # without a callback a device is gone
+_ALSA_NULL = "Discard all samples"  # how ALSA names a device on machines that have none
+_GAP_S = 0.001
+
+
+@dataclass(frozen=True)
+class SoundDevice:
+    """A microphone or a speaker. number : what options take"""
+
+    number: int
+    name: str
+
+
+def list_microphones() -> tuple[SoundDevice, ...]:
+    """Return the microphones of this machine, none if there is no sound system."""
+    return tuple(device for device, _ in _find_devices("captures"))
+
+
+def list_speakers() -> tuple[SoundDevice, ...]:
+    """Return the speakers of this machine, none if there is no sound system."""
+    return tuple(device for device, _ in _find_devices("playbacks"))
+
+
+class _Device:
+    """An open device whose callbacks stamp a time. name : what the system calls it"""
+
+    def __init__(self, name: str, clock: Callable[[], float]) -> None:
+        self.name = name
+        self._clock = clock
+        self._called = clock()  # time of the last callback
+        self._device: Any = None
+
+    def close(self) -> None:
+        """Stop and close the device."""
+        self._device.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _check_alive(self, complaint: str) -> None:
+        if self._clock() - self._called > _DEAD_AFTER_S:
+            raise AudioError(f"{self.name} {complaint} any more: plug it in again, or name another device.")
+
+
+class Microphone(_Device):
+    """An open microphone."""
+
+    def __init__(self, name: str, device_id: object, clock: Callable[[], float]) -> None:
+        """Use `open_microphone` instead."""
+        super().__init__(name, clock)
+        self._buffer = CaptureBuffer(round(_BUFFER_S * DEVICE_RATE))
+        self._resampler = Resampler(DEVICE_RATE, SAMPLE_RATE)
+        self._aligner = ClockAligner()
+        self._aligned: deque[AudioBlock] = deque()
+        self._device = _start("CaptureDevice", "input_format", name, device_id, self._callback())
+
+    def read(self) -> AudioBlock | None:
+        """Return what was captured since the last call, at SAMPLE_RATE of the clock, or None; never wait.
+
+        A block's time stamp is the end of the one before, but after a dropout. Raises AudioError if the device is gone.
+        """
+        for samples, end in self._buffer.read_blocks():
+            start = end - len(samples) / DEVICE_RATE - self._resampler.delay_s
+            self._aligned.append(self._aligner.align(AudioBlock(start, self._resampler.process(samples))))
+        if not self._aligned:
+            self._check_alive("gives no sound")
+            return None
+        first = self._aligned.popleft()
+        parts, end = [first.samples], first.end
+        while self._aligned and abs(self._aligned[0].timestamp - end) < _GAP_S:
+            block = self._aligned.popleft()
+            parts.append(block.samples)
+            end = block.end
+        return AudioBlock(first.timestamp, np.concatenate(parts))
+
+    def _callback(self) -> Generator[None, bytearray, None]:
+        while True:
+            samples = np.frombuffer((yield), np.int16)
+            self._called = self._clock()
+            self._buffer.write_block(samples, self._called)
+
+
+class Speaker(_Device):
+    """An open speaker. It plays silence while nothing is written."""
+
+    def __init__(self, name: str, device_id: object, clock: Callable[[], float]) -> None:
+        """Use `open_speaker` instead."""
+        super().__init__(name, clock)
+        self._buffer = PlaybackBuffer(round(_BUFFER_S * DEVICE_RATE), rate=DEVICE_RATE)
+        self._resampler = Resampler(SAMPLE_RATE, DEVICE_RATE)
+        self._played = RingBuffer(round(_BUFFER_S * DEVICE_RATE))
+        self._played_resampler = Resampler(DEVICE_RATE, SAMPLE_RATE)
+        self._device = _start("PlaybackDevice", "output_format", name, device_id, self._callback())
+
+    @property
+    def queued_s(self) -> float:
+        """Return the duration of what was written and has not gone to the device, s."""
+        return len(self._buffer) / DEVICE_RATE
+
+    @property
+    def latency_s(self) -> float:
+        """Return the time until a sample written now is heard, s.
+
+        The system's part is one period, as measured through a null sink of PulseAudio: 17 to 23 ms.
+        """
+        return self.queued_s + self._resampler.delay_s + PERIOD_MS / 1000
+
+    @property
+    def underruns(self) -> int:
+        """Return how often there was nothing to play after sound had come."""
+        return self._buffer.underruns
+
+    def write(self, samples: Samples, /) -> None:
+        """Append samples to what is played; what exceeds two seconds is dropped.
+
+        Raises AudioError if the device is gone.
+        """
+        self._check_alive("plays no sound")
+        self._buffer.write(self._resampler.process(samples))
+
+    def read_played(self) -> Samples:
+        """Return what the device took since the last call, at SAMPLE_RATE: the reference of echo cancellation."""
+        return self._played_resampler.process(self._played.read(len(self._played)))
+
+    def _callback(self) -> Generator[Samples, int, None]:
+        samples = np.zeros(0, np.int16)
+        while True:
+            count = yield samples
+            self._called = self._clock()
+            samples = self._buffer.pull(count)
+            self._played.write(samples)
+
+
+def open_microphone(name: str | None = None, *, clock: Callable[[], float] = time.monotonic) -> Microphone:
+    """Open a microphone and start it.
+
+    name : number, name or part of the name; None is the system's default, NULL_DEVICE silence
+    Raises AudioError if there is none or it cannot be opened; the text says what to do.
+    """
+    found, device_id = _choose("microphone", name, _find_devices("captures"))
+    return Microphone(found, device_id, clock)
+
+
+def open_speaker(name: str | None = None, *, clock: Callable[[], float] = time.monotonic) -> Speaker:
+    """Open a speaker and start it. The parameters and errors are those of `open_microphone`."""
+    found, device_id = _choose("speaker", name, _find_devices("playbacks"))
+    return Speaker(found, device_id, clock)
+
+
+def _choose(kind: str, name: str | None, devices: list[tuple[SoundDevice, Any]]) -> tuple[str, Any]:
+    """Return name and id of the device that a user means."""
+    if name == NULL_DEVICE:
+        return NULL_DEVICE, None
+    if not devices:
+        _import_miniaudio()
+        raise AudioError(f"there is no {kind} here: plug one in, or go on without sound.")
+    if name is None:
+        return f"the default {kind}", None
+    if name.isdecimal():
+        matches = [pair for pair in devices if pair[0].number == int(name)]
+    else:
+        exact = [pair for pair in devices if pair[0].name == name]
+        matches = exact or [pair for pair in devices if name.lower() in pair[0].name.lower()]
+    if len(matches) != 1:
+        names = ", ".join(f"{device.number} {device.name}" for device, _ in matches or devices)
+        problem = f"{kind} {name!r} may be one of several" if matches else f"there is no {kind} {name!r}"
+        raise AudioError(f"{problem}: choose from {names}.")
+    return matches[0][0].name, matches[0][1]
+
+
+def _find_devices(kind: str) -> list[tuple[SoundDevice, Any]]:
+    """Return the devices with their ids. kind : captures or playbacks"""
+    try:
+        miniaudio = _import_miniaudio()
+    except AudioError:
+        return []
+    try:
+        system = miniaudio.Devices()
+        found = getattr(system, f"get_{kind}")()
+    except miniaudio.MiniaudioError:
+        return []
+    if system.backend == "Null":
+        return []
+    real = [device for device in found if not device["name"].startswith(_ALSA_NULL)]
+    return [(SoundDevice(number, device["name"]), device["id"]) for number, device in enumerate(real)]
+
+
+def _start(kind: str, format_option: str, name: str, device_id: object, callback: Generator[Any, Any, None]) -> Any:
+    """Open a device of miniaudio, mono, and start its callbacks."""
+    miniaudio = _import_miniaudio()
+    options: dict[str, Any] = {format_option: miniaudio.SampleFormat.SIGNED16, "device_id": device_id}
+    if name == NULL_DEVICE:
+        options["backends"] = [miniaudio.Backend.NULL]
+    next(callback)
+    try:
+        device = getattr(miniaudio, kind)(
+            nchannels=1,
+            sample_rate=DEVICE_RATE,
+            buffersize_msec=PERIOD_MS,
+            callback_periods=_PERIODS,
+            app_name="conf",
+            **options,
+        )
+        device.start(callback)
+    except miniaudio.MiniaudioError as error:
+        raise AudioError(f"{name} cannot be opened ({error}): close what uses it, or name another device.") from error
+    return device
+
+
+def _import_miniaudio() -> Any:
+    try:
+        import miniaudio
+    except ImportError as error:
+        raise AudioError(MISSING) from error
+    return miniaudio
