@@ -11,8 +11,9 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from conf.errors import ModelError
-from conf.sender.tracking.model_files import fetch_demo_clip, fetch_models
+from conf.sender.tracking.model_files import fetch_models
 from tests.support.opengl import gl, skip_or_fail
+from tools.bench.carphone import fetch_carphone
 
 __all__ = ["gl"]
 
@@ -53,9 +54,9 @@ def models() -> Path:
 
 @pytest.fixture(scope="session")
 def demo_clip() -> Path:
-    """The sample clip of `conf demo`, fetched when it is missing."""
+    """The Carphone sequence, a man talking in a car, fetched when it is missing."""
     try:
-        return fetch_demo_clip()
+        return fetch_carphone()
     except ModelError as error:
         skip_or_fail(error)
 

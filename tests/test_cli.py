@@ -119,12 +119,12 @@ def test_extract_writes_a_valid_dpc_file(demo_clip: Path, tmp_path: Path) -> Non
 
 
 @pytest.mark.slow
-def test_demo_without_a_display_writes_clip_image_and_figures(demo_clip: Path, tmp_path: Path) -> None:
+def test_demo_without_a_display_writes_clip_image_and_figures(tmp_path: Path) -> None:
     result = run("demo", "--seconds", "6", "--json", cwd=tmp_path)
     figures = json.loads(result.stdout)
     assert figures.keys() >= {"frames_received", "frames_lost", "frames_late", "fps", "wire_bytes_per_frame"}
     assert figures.keys() >= {"wire_kbps", "raw_bytes_per_frame", "raw_kbps", "ratio"}
-    assert figures["frames_received"] > 30
+    assert figures["frames_received"] > 10  # a still face sends few
     assert (tmp_path / "conf-demo.avi").stat().st_size > 100_000
     assert (tmp_path / "conf-demo.jpg").stat().st_size > 10_000
 

@@ -1,9 +1,14 @@
-"""`conf demo`: a call on one machine. The sample clip replaces the camera; the datagrams use real UDP."""
+"""`conf demo`: a call on one machine. The sample clip replaces the camera; the datagrams use real UDP.
+
+The clip, in which a man begins to smile, is short. It is played forwards and backwards in turn: as a loop from its end
+to its start his face would jump.
+"""
 
 from __future__ import annotations
 
 import argparse
 import os
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -59,12 +64,12 @@ def demo(*, seconds: float | None, headless: bool) -> DemoResult:
 
     clip = Path("conf-demo.avi") if headless else None
     picture = Path("conf-demo.jpg") if headless else None
-    sample_clip = str(fetch_demo_clip())
-    with UdpSocket.bind(LOOPBACK, 0) as socket:
+    with tempfile.TemporaryDirectory(prefix="conf-demo-") as folder, UdpSocket.bind(LOOPBACK, 0) as socket:
+        clip_file = there_and_back(fetch_demo_clip(), Path(folder) / "clip.mp4")
         code = generate_code(os.urandom)
         receiver = format_address(socket.address)
         # The code is not on the command line, because every user of the machine can read that.
-        arguments = ["send", receiver, "--file", sample_clip, "--loop", "--json"]
+        arguments = ["send", receiver, "--file", str(clip_file), "--loop", "--json"]
         with start_conf(arguments, environment={"CONF_CODE": code}) as sender:
             try:
                 receive_options = ReceiveOptions(clip, picture, seconds)
@@ -75,3 +80,18 @@ def demo(*, seconds: float | None, headless: bool) -> DemoResult:
     if not call.frames_received:
         raise ConfError(f"no frame was received: {message.strip() or 'the sender printed no reason'}")
     return DemoResult(call, clip, picture)
+
+
+def there_and_back(clip: Path, output: Path) -> Path:
+    """Write a clip that shows another one forwards and then backwards, without repeating the first and last frame.
+
+    Returns output. Raises CameraError, RecordingError.
+    """
+    from conf.output.media_writer import VideoWriter
+    from conf.sender.capture.clip import open_clip
+
+    with open_clip(clip) as source, VideoWriter(output, fps=source.fps) as writer:
+        frames = [frame.pixels for frame in iter(source.read, None)]
+        for pixels in [*frames, *frames[-2:0:-1]]:
+            writer.write(pixels)
+    return output

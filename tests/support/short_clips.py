@@ -1,4 +1,4 @@
-"""Fixtures: the first second of the sample clip, and a clip without a face."""
+"""Fixtures: the first second of the Carphone sequence, and a clip without a face."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ SHORT = 24
 
 @pytest.fixture(scope="session")
 def short_clip(models: Path, demo_clip: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The first SHORT frames of the sample clip, at its 30 frames a second."""
+    """The first SHORT frames of Carphone, at its 30 frames a second."""
     path = tmp_path_factory.mktemp("clips") / "short.avi"
     with open_clip(demo_clip) as clip, VideoWriter(path, fps=30.0) as writer:
         for _ in range(SHORT):

@@ -22,8 +22,8 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from conf.protocol.session.packet import Kind, handshake_datagram
-from conf.sender.tracking.model_files import fetch_demo_clip
 from tools.bench.call_probe import read_lines, split_address, start, start_receiver
+from tools.bench.carphone import fetch_carphone
 
 CODE = "amber-canoe-tiger-7"
 SETTLE_S = 3.0
@@ -59,7 +59,7 @@ def flood(address: tuple[str, int], rate: int, seconds: float, sent: Any) -> Non
 def call(rate: int, seconds: float) -> dict[str, Any]:
     """Make a call, flood it, and return its figures during the flood."""
     receiver, address = start_receiver(CODE, seconds + 60)
-    sender = start("send", address, CODE, seconds + 60, fetch_demo_clip())
+    sender = start("send", address, CODE, seconds + 60, fetch_carphone())
     received: Lines = []
     sent: Lines = []
     assert sender.stdout is not None and receiver.stdout is not None

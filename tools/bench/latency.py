@@ -16,7 +16,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from conf.sender.tracking.model_files import fetch_demo_clip
+from tools.bench.carphone import fetch_carphone
 from tools.network.impair import Faults
 from tools.network.soak import Lines, call
 
@@ -58,7 +58,7 @@ def main() -> None:
     parser.add_argument("--clip", type=Path)
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
-    result = figures(*call(options.clip or fetch_demo_clip(), options.seconds, Faults()))
+    result = figures(*call(options.clip or fetch_carphone(), options.seconds, Faults()))
     print(json.dumps(result) if options.json else "\n".join(f"{name:26} {value}" for name, value in result.items()))
 
 

@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from conf.sender.tracking.model_files import fetch_demo_clip
+from tools.bench.carphone import fetch_carphone
 from tools.network.impair import Faults
 from tools.network.soak import Lines, call
 
@@ -79,7 +79,7 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     faults = Faults(loss=options.loss, delay_ms=options.delay_ms, kbps=options.kbps)
-    clips = options.clips or [fetch_demo_clip()]
+    clips = options.clips or [fetch_carphone()]
     calls = []
     for number in range(options.calls):
         clip = clips[number % len(clips)]

