@@ -14,6 +14,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from typing import Any, NoReturn
 
+from conf import __version__
 from conf.commands import animate, demo, doctor, export, extract, fit, measure, models, receive, send
 from conf.commands.interruption import InterruptHandler, check_interrupt
 from conf.commands.suggesting_parser import SuggestingParser
@@ -77,9 +78,7 @@ def build_parser() -> argparse.ArgumentParser:
 
 class _PrintVersion(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
-        from importlib.metadata import version
-
-        print(f"conf {version('conf')}")
+        print(f"conf {__version__}")
         parser.exit()
 
 

@@ -133,7 +133,7 @@ def is_allowed(module: str, name: str) -> bool:
         return package not in PURE_IMPORTS or top in PURE_IMPORTS[package] or (module, top) in PURE_EXCEPTIONS
     if package == rest[0] == "face":
         return face_level(rest[1]) < face_level(inner[0]) or (len(inner) > 1 and inner[0] == rest[1])
-    return rest[0] in MAY_IMPORT.get(package, set()) | {package, "atomic_write", "errors", "lazy"}
+    return rest[0] in MAY_IMPORT.get(package, set()) | {package, "atomic_write", "errors", "lazy", "__version__"}
 
 
 def face_level(name: str) -> int:

@@ -1,10 +1,15 @@
 """Start `conf` again in a process of its own."""
 
+from __future__ import annotations
+
 import os
-import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import subprocess
 
 PACKAGES = Path(__file__).parents[2]  # the folder that this very `conf` was imported from
 
@@ -15,6 +20,8 @@ def start_conf(arguments: Sequence[str], /, *, environment: Mapping[str, str] | 
     environment : variables added to this process's own
     Its standard error is a pipe, and so is its standard output.
     """
+    import subprocess
+
     # -P: a file conf.py in the working folder, as Sphinx has, would be run instead
     command = [sys.executable, "-P", "-m", "conf", *arguments]
     paths = [str(PACKAGES), *filter(None, [os.environ.get("PYTHONPATH")])]

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -57,6 +56,8 @@ def demo(*, seconds: float | None, headless: bool) -> DemoResult:
 
     Raises ConfError if one of the two cannot run.
     """
+    import tempfile
+
     from conf.protocol.address import format_address
     from conf.protocol.session.pairing_code import generate_code
     from conf.sender.tracking.model_files import fetch_demo_clip

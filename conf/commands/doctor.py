@@ -5,20 +5,24 @@ or blocks the process costs its own check only, and a window opens in a process 
 which some drivers do not survive.
 """
 
+from __future__ import annotations
+
 import argparse
 import json
 import signal
-import statistics
-import subprocess
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from conf.commands import Terminal
 from conf.commands.arguments import add_json, add_listen
 from conf.commands.child_process import start_conf
 from conf.commands.receive import has_display
 from conf.errors import ConfError
+
+if TYPE_CHECKING:
+    import subprocess
 
 HELP = "what works on this machine, what does not, what to do"
 TIMED_FRAMES = 20
@@ -88,6 +92,8 @@ def _run_in_child(key: str, options: argparse.Namespace, show: Callable[[str], N
 
 def collect(check: Check, start: Callable[[], subprocess.Popen[str]], /) -> CheckResult:
     """Return what the process of a check has found, or how it ended without an answer and what to do about that."""
+    import subprocess
+
     with start() as process:
         try:
             output, errors = process.communicate(timeout=check.limit_s)
@@ -132,7 +138,7 @@ def _check_tracker(_: argparse.Namespace) -> str:
         start = time.perf_counter()
         network.predict(image, crop)
         times.append(time.perf_counter() - start)
-    return f"{describe_backend()}, {statistics.median(times) * 1000:.1f} ms a frame"
+    return f"{describe_backend()}, {float(np.median(times)) * 1000:.1f} ms a frame"
 
 
 def _check_camera(options: argparse.Namespace) -> str:

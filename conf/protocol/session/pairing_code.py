@@ -4,7 +4,6 @@ The code is a password of log2(256^3 x 100) = 30.6 bits. That is enough, as SPAK
 the receiver, which answers five wrong guesses a minute (flood_protection.py): a chance of one in 640 a year.
 """
 
-import difflib
 import re
 from collections.abc import Callable
 
@@ -55,6 +54,8 @@ def normalise_code(text: str) -> str:
     *words, last = parts
     for word in words:
         if word not in WORDS:
+            import difflib  # here: only errors need it, and `conf receive` must print its code at once
+
             close = difflib.get_close_matches(word, WORDS, n=1)
             suggestion = f": did you mean {close[0]!r}?" if close else ""
             raise ValueError(f"{word!r} is not a word of any code{suggestion}")
