@@ -70,7 +70,7 @@ def measure(
     from conf.protocol.codec.profiles import PROFILES
     from conf.protocol.loopback import LoopbackCall
     from conf.protocol.messages import StreamParameters
-    from conf.protocol.send_budget import RateOptions
+    from conf.protocol.rate_control.send_budget import RateOptions
     from conf.protocol.statistics import raw_frame_bytes
     from conf.sender.frame_pacer import FramePacer
     from conf.sender.motion.extractor import MotionExtractor

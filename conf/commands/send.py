@@ -129,7 +129,7 @@ def send(
     from conf.face.control_points import CONTROL_POINT_COUNT
     from conf.protocol.messages import StreamParameters
     from conf.protocol.portrait.object_sender import ObjectSender
-    from conf.protocol.send_budget import RateOptions
+    from conf.protocol.rate_control.send_budget import RateOptions
     from conf.protocol.sender_connection import SenderConnection
     from conf.protocol.session.client import SenderSession
     from conf.sender.pipeline import SenderLoop

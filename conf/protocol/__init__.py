@@ -13,22 +13,30 @@ from typing import TYPE_CHECKING
 from conf.lazy import lazy_attributes
 
 _SOURCES = {
+    "CallLeg": "call_leg",
     "Decoder": "codec.decoder",
     "Encoder": "codec.encoder",
     "LoopbackCall": "loopback",
     "MotionFrame": "messages",
     "ObjectSender": "portrait.object_sender",
     "PROFILES": "codec.profiles",
-    "RateOptions": "send_budget",
+    "RateOptions": "rate_control.send_budget",
+    "ReceiveLeg": "receive_leg",
     "ReceiverEndpoint": "receiver_endpoint",
+    "SendLeg": "send_leg",
     "SenderConnection": "sender_connection",
     "SenderSession": "session.client",
     "SessionServer": "session.server",
     "StreamParameters": "messages",
+    "VoiceFormat": "voice.formats",
+    "VoiceMode": "rate_control.rate_levels",
+    "VoicePacket": "voice.formats",
+    "VoiceState": "voice.formats",
     "generate_code": "session.pairing_code",
 }
 
 if TYPE_CHECKING:
+    from conf.protocol.call_leg import CallLeg as CallLeg
     from conf.protocol.codec.decoder import Decoder as Decoder
     from conf.protocol.codec.encoder import Encoder as Encoder
     from conf.protocol.codec.profiles import PROFILES as PROFILES
@@ -36,12 +44,18 @@ if TYPE_CHECKING:
     from conf.protocol.messages import MotionFrame as MotionFrame
     from conf.protocol.messages import StreamParameters as StreamParameters
     from conf.protocol.portrait.object_sender import ObjectSender as ObjectSender
+    from conf.protocol.rate_control.rate_levels import VoiceMode as VoiceMode
+    from conf.protocol.rate_control.send_budget import RateOptions as RateOptions
+    from conf.protocol.receive_leg import ReceiveLeg as ReceiveLeg
     from conf.protocol.receiver_endpoint import ReceiverEndpoint as ReceiverEndpoint
-    from conf.protocol.send_budget import RateOptions as RateOptions
+    from conf.protocol.send_leg import SendLeg as SendLeg
     from conf.protocol.sender_connection import SenderConnection as SenderConnection
     from conf.protocol.session.client import SenderSession as SenderSession
     from conf.protocol.session.pairing_code import generate_code as generate_code
     from conf.protocol.session.server import SessionServer as SessionServer
+    from conf.protocol.voice.formats import VoiceFormat as VoiceFormat
+    from conf.protocol.voice.formats import VoicePacket as VoicePacket
+    from conf.protocol.voice.formats import VoiceState as VoiceState
 else:
     __getattr__ = lazy_attributes(__name__, _SOURCES)
 

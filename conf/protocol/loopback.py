@@ -2,9 +2,9 @@
 
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.portrait.object_sender import ObjectSender
+from conf.protocol.rate_control.send_budget import RateOptions
 from conf.protocol.receive_leg import ReceiveLeg
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
-from conf.protocol.send_budget import RateOptions
 from conf.protocol.sender_connection import SenderConnection
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.handshake import RandomBytes

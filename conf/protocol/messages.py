@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.protocol.feedback import Report
+from conf.protocol.voice.formats import VoiceFormat, VoiceState
 
 
 @dataclass(frozen=True)
@@ -104,14 +105,38 @@ class PortraitAck:
 
 
 @dataclass(frozen=True)
-class MotionWithChunk:
-    """Motion and a portrait chunk in one datagram, which saves the headers of a second."""
+class VoicePayload:
+    """One packet of voice.
 
-    motion: MotionPayload
-    chunk: PortraitChunk
+    number : start of its first sample on the stream clock in units of 20 ms, modulo 512
+    begins : whether nothing was said before it: there is no packet that ends where this one starts
+    format_number : 0 to 15, of a VoiceFormatMessage
+    data : the frames, from conf.protocol.voice.packing
+    """
+
+    number: int
+    begins: bool
+    format_number: int
+    data: bytes
 
 
-Body = (
+@dataclass(frozen=True)
+class VoiceFormatMessage:
+    """The format of all voice with this format number, until another message changes it."""
+
+    format_number: int
+    format: VoiceFormat
+
+
+@dataclass(frozen=True)
+class VoiceStateMessage:
+    """What the microphone does. noise_level : of the background noise, -dBFS, 0 to 127"""
+
+    state: VoiceState
+    noise_level: int
+
+
+SingleBody = (
     MotionPayload
     | StreamParameters
     | KeepAlive
@@ -120,5 +145,17 @@ Body = (
     | Bye
     | PortraitChunk
     | PortraitAck
-    | MotionWithChunk
+    | VoicePayload
+    | VoiceFormatMessage
+    | VoiceStateMessage
 )
+
+
+@dataclass(frozen=True)
+class Composite:
+    """Several bodies in one datagram, which saves the headers of the others."""
+
+    bodies: tuple[SingleBody, ...]
+
+
+Body = SingleBody | Composite

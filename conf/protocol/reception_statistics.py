@@ -12,7 +12,10 @@ REPORT_INTERVAL_S = 0.5
 
 
 class ReceptionStatistics:
-    """Record the datagrams of one session and make reports of them."""
+    """Record the datagrams of one session and make reports of them.
+
+    quiet : datagrams since the last report that called for none
+    """
 
     def __init__(self) -> None:
         self.jitter = InterarrivalJitter()
@@ -20,14 +23,27 @@ class ReceptionStatistics:
         self._count = 0
         self._newest = -1
         self._highest_received_at = 0.0
-        self._due = float("-inf")
+        self._reported_at = float("-inf")
+        self._is_called_for = False
+        self.quiet = 0
 
-    def add(self, counter: int, now: float, *, timestamp: float | None = None, decodable: bool = True) -> None:
+    def add(
+        self,
+        counter: int,
+        now: float,
+        *,
+        timestamp: float | None = None,
+        decodable: bool = True,
+        calls_for_report: bool = True,
+    ) -> None:
         """Record an authenticated datagram.
 
         timestamp : of its newest frame, seconds on the sender's clock
         decodable : whether its body could be used; one that could not is neither lost nor acknowledged
+        calls_for_report : whether it carried more than reports and acknowledgements
         """
+        self._is_called_for |= calls_for_report
+        self.quiet += not calls_for_report
         self._count += 1
         self._newest = max(self._newest, counter)
         if not decodable:
@@ -43,12 +59,21 @@ class ReceptionStatistics:
         """Datagrams lost since the start."""
         return self._newest + 1 - self._count
 
+    def report_due(self, now: float, *, interval_s: float = REPORT_INTERVAL_S) -> bool:
+        """Return whether a report should be sent: some time after the last one, if something new called for it."""
+        is_time = now >= self._reported_at + interval_s
+        return self._is_called_for and is_time and self._window.highest >= 0
+
+    def on_reported(self, now: float) -> None:
+        """Record that a report has been sent."""
+        self._reported_at = now
+        self._is_called_for, self.quiet = False, 0
+
     def report(self, now: float) -> Report | None:
-        """Return a report if one is due: every half second after the first datagram."""
+        """Return a report, None before the first datagram that could be used."""
         highest = self._window.highest
-        if now < self._due or highest < 0:
+        if highest < 0:
             return None
-        self._due = now + REPORT_INTERVAL_S
         covered = min(highest, WINDOW - 1)
         return Report(
             highest=highest,

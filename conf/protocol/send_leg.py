@@ -1,22 +1,37 @@
-"""The sending half of a call: motion and portrait out, reports in, as message bodies. No I/O, no clock, no sealing."""
+"""The sending half of a call: motion, voice and portrait out, reports in, as bodies. No I/O, no clock, no sealing.
 
-from dataclasses import dataclass, replace
+Strategy. While somebody talks, motion waits for the voice packet of its time, so that one datagram carries both. In
+silence and without voice it leaves as soon as its datagram is full. CallLeg puts bodies that leave together into one
+datagram.
+"""
 
-from conf.errors import ProtocolError
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 from conf.protocol import messages
 from conf.protocol.codec.profiles import PROFILES
-from conf.protocol.motion.outbound import OutboundMotion, OutgoingBody
+from conf.protocol.feedback import Report
+from conf.protocol.motion.outbound import OutboundMotion
+from conf.protocol.outgoing import OutgoingBody
 from conf.protocol.portrait.object_sender import ObjectSender
-from conf.protocol.send_budget import DATAGRAM_OVERHEAD, RateOptions, SendBudget
-from conf.protocol.wire import decode_body, encode_body
+from conf.protocol.rate_control.send_budget import DATAGRAM_OVERHEAD, SEAL_BYTES, RateOptions, SendBudget
+from conf.protocol.reception_statistics import REPORT_INTERVAL_S
+from conf.protocol.statistics import HEADER_BYTES
+from conf.protocol.stream_clock import StreamClock
+from conf.protocol.voice.formats import VoiceFormat, VoicePacket, VoiceState
+from conf.protocol.voice.outbound import OutboundVoice
+from conf.protocol.wire import MAX_INNER_BODY, MOTION_BIT, VOICE_BIT, encode_body
 
-PIGGYBACK_BYTES = 2  # overhead of a chunk in a datagram with motion
-MAX_PIGGYBACK_MOTION = 255  # bytes of motion: its length is one byte
+PIGGYBACK_BYTES = 2  # overhead of a chunk in a datagram with motion: its kind and that of the composite
 # A chunk in a datagram with motion needs no headers; without motion for so long it is sent alone. During startup a
 # frame's time must do: a still face sends no motion, and its portrait would have to wait.
 MAX_PIGGYBACK_WAIT_S = 0.2
 STARTUP_PIGGYBACK_WAIT_S = 0.06
 ROUND_TRIP_INTERVAL_S = 10.0
+VOICE_LATENESS_S = 0.06  # of a voice packet, beyond half of its duration, for which motion still waits
+VOICE_HEADERS = HEADER_BYTES + SEAL_BYTES
+PACKETS_PER_REPORT = 4
+RIDE_WAIT_S = 0.25  # for which a report waits for a datagram
 
 
 @dataclass(frozen=True)
@@ -33,10 +48,9 @@ class LinkStatus:
 
 
 class SendLeg:
-    """Turn one person's motion and portrait into message bodies within the send budget.
+    """Turn one person's motion, voice and portrait into message bodies within the send budget.
 
-    The owner seals the bodies, reports each with `on_sent`, and hands in the bodies that it receives.
-    motion : the outgoing motion stream; budget : what may be sent
+    motion, voice : the outgoing streams, with one clock; budget : what may be sent
     """
 
     def __init__(
@@ -48,21 +62,31 @@ class SendLeg:
         portrait: ObjectSender | None = None,
     ) -> None:
         """portrait : the objects of the sender's portrait, None to send none"""
-        self.motion = OutboundMotion(parameters)
+        clock = StreamClock()
+        self.motion = OutboundMotion(parameters, clock=clock)
+        self.voice = OutboundVoice(clock)
         self.budget = SendBudget(rate or RateOptions(), now)
         self._portrait = portrait
         self._connected = False
         self._timestamp = 0.0
         self._piggybacked_at = float("-inf")
+        self._sent_at = float("-inf")  # the last body
+        self._voice_until = float("-inf")  # the next voice packet is due by then, if somebody talks
         self._sent_round_trip_ms = 0.0
         self._round_trip_due = now
         self._apply_level()
+
+    @property
+    def voice_format(self) -> VoiceFormat | None:
+        """The format to encode voice in now. None: voice is off, the limit has no room, or there is no session."""
+        return self.budget.voice_format if self._connected else None
 
     def start(self, now: float) -> None:
         """Begin to send in a new session, whose receiver knows nothing."""
         self._connected = True
         self.budget.restart(now)
         self.motion.restart()
+        self.voice.restart()
         if self._portrait:
             self._portrait.restart()
 
@@ -74,6 +98,7 @@ class SendLeg:
         """Send one frame; it is dropped while there is no session or the budget is stopped."""
         self._timestamp = frame.timestamp
         if self._may_send(now):
+            self.motion.wait_for_flush(self._voice_flows(now))
             self.motion.send_frame(frame, now)
 
     def send_no_face(self, timestamp: float, now: float) -> None:
@@ -82,38 +107,88 @@ class SendLeg:
         if self._may_send(now):
             self.motion.send_no_face(timestamp, now)
 
-    def bodies_to_send(self, now: float) -> list[OutgoingBody]:
-        """Return the bodies to send now. One that exceeds the user's limit is dropped, as if lost on the network."""
-        bodies = self.motion.drain() + self._round_trip_message(now)
-        if self._connected and self.budget.take_probe(now):
-            bodies = [self.motion.probe(self._timestamp)]
-        return self._within_limit(self._with_chunk(bodies, now), now)
+    def send_voice(self, packet: VoicePacket, now: float) -> None:
+        """Send encoded voice, which means that somebody talks; dropped as a frame is.
 
-    def closing_bodies(self, now: float) -> list[OutgoingBody]:
-        """Return the bodies that end the call: two, as one may be lost."""
-        return self._within_limit([OutgoingBody(encode_body(messages.Bye()))] * 2, now)
+        Raises ValueError if its frames are not as many and as long as its format says.
+        """
+        if self._may_send(now):
+            self.budget.on_voice(packet.format, self.voice.send(packet))
+            self._voice_until = now + 1.5 * packet.format.packet_s + VOICE_LATENESS_S
+
+    def set_voice_state(self, state: VoiceState, now: float, *, noise_level: int = 127) -> None:
+        """Announce what the microphone does. noise_level : of the background noise, -dBFS, 0 to 127"""
+        self.voice.set_state(state, noise_level, now)
+        if state is not VoiceState.TALKING:
+            self._voice_until = now
+
+    def bodies_to_send(self, now: float, *, reserved: int = 0) -> list[OutgoingBody]:
+        """Return the bodies to send now, those that need no datagram of their own last.
+
+        reserved : bytes that the datagram must leave for others
+        """
+        if self._connected and self.budget.take_probe(now):
+            return [self.motion.probe(self._timestamp)]
+        if self.voice.has_packet:
+            bodies, room = self._voice_and_motion(now, reserved)
+        elif self._voice_flows(now):
+            return []
+        else:
+            self.motion.wait_for_flush(False)
+            bodies, room = self.motion.drain(), None
+        bodies += self._round_trip_message(now)
+        bodies += self._chunk(bodies, now, room)
+        if self._may_send(now):
+            bodies += self.voice.state_bodies(now, alone=not bodies)
+        if bodies:
+            self._sent_at = now
+        return bodies
+
+    def room(self, now: float) -> float:
+        """Return the bytes that may go with the voice packets that wait, if any; otherwise no limit is known."""
+        if not self.voice.has_packet:
+            return float("inf")
+        return self.budget.room_beside_voice(VOICE_HEADERS + self.voice.waiting_bytes, now)
+
+    def report_interval_s(self, now: float) -> float:
+        """Return the seconds from one report to the next: in long voice packets reports would crowd out motion."""
+        voice_format = self.voice_format
+        if voice_format is None or not self._voice_flows(now):
+            return REPORT_INTERVAL_S
+        return max(REPORT_INTERVAL_S, PACKETS_PER_REPORT * voice_format.packet_s)
+
+    def ride_wait(self, now: float) -> float:
+        """Return the seconds that a report may wait for the next datagram, 0 if none is to be expected."""
+        if self._voice_flows(now):
+            return max(RIDE_WAIT_S, self._voice_until - now)
+        interval_s = self.motion.datagram_interval_s
+        return max(RIDE_WAIT_S, 1.25 * interval_s) if now < self._sent_at + 1.5 * interval_s else 0.0
+
+    def closing_bodies(self) -> list[OutgoingBody]:
+        """Return the bodies that end the call, each for a datagram of its own: two, as one may be lost."""
+        return [OutgoingBody(encode_body(messages.Bye()))] * 2
 
     def on_sent(self, counter: int, outgoing: OutgoingBody, now: float) -> None:
         """Record the counter of the datagram in which a body was sent."""
         self.motion.on_sent(counter, outgoing)
+        self.voice.on_sent(counter, outgoing)
         self.budget.round_trip.on_sent(counter, now)
 
-    def receive_body(self, data: bytes, now: float) -> int | None:
-        """Apply a body from the receiver; a malformed one is ignored.
+    def receive_report(self, feedback: messages.Feedback, now: float) -> None:
+        """Apply a report from the receiver."""
+        report: Report = feedback.report
+        self.budget.on_report(report, now)
+        if feedback.refresh:
+            self.motion.drop_references()
+        acknowledged = report.acknowledged()
+        self.motion.on_acknowledged(acknowledged)
+        self.voice.on_acknowledged(acknowledged)
+        self._apply_level()
 
-        Returns the newest counter that the receiver is now known to have, None if the body tells none.
-        """
-        try:
-            match decode_body(data):
-                case messages.Feedback() as feedback:
-                    self._apply_feedback(feedback, now)
-                    return feedback.report.highest
-                case messages.PortraitAck(data=ack) if self._portrait:
-                    if self._portrait.receive_ack(ack):
-                        self.budget.chunks.restart()
-        except ProtocolError:
-            pass
-        return None
+    def receive_portrait_ack(self, ack: messages.PortraitAck) -> None:
+        """Apply an acknowledgement of portrait chunks. Raises ProtocolError if it is malformed."""
+        if self._portrait and self._portrait.receive_ack(ack.data):
+            self.budget.chunks.restart()
 
     def status(self, now: float) -> LinkStatus:
         """Return the state of the link."""
@@ -131,19 +206,26 @@ class SendLeg:
     def _may_send(self, now: float) -> bool:
         return self._connected and not self.budget.is_stopped(now)
 
-    def _apply_feedback(self, feedback: messages.Feedback, now: float) -> None:
-        self.budget.on_report(feedback.report, now)
-        if feedback.refresh:
-            self.motion.drop_references()
-        self.motion.on_acknowledged(feedback.report.acknowledged())
-        self._apply_level()
+    def _voice_flows(self, now: float) -> bool:
+        """Return whether a voice packet is to be expected, for which motion waits."""
+        return self.voice.has_packet or now < self._voice_until
+
+    def _voice_and_motion(self, now: float, reserved: int) -> tuple[list[OutgoingBody], float]:
+        """Return the voice packets that wait and the motion that has room beside them, and the bytes still left."""
+        voice = self.voice.drain()
+        room = self.budget.room_beside_voice(VOICE_HEADERS + sum(len(body.body) + 1 for body in voice) + reserved, now)
+        waiting = sum(len(body.body) + 1 for body in self.motion.waiting)
+        self.motion.flush(room - waiting - 1)
+        bodies = []
+        for body in self.motion.drain():
+            if len(body.body) + 1 <= room:
+                room -= len(body.body) + 1
+                bodies.append(body)
+        return bodies + voice, room
 
     def _apply_level(self) -> None:
         level = self.budget.level
         self.motion.set_profile(PROFILES[level.profile], bundling=level.bundling)
-
-    def _within_limit(self, bodies: list[OutgoingBody], now: float) -> list[OutgoingBody]:
-        return [body for body in bodies if self.budget.take(len(body.body) + DATAGRAM_OVERHEAD, now)]
 
     def _round_trip_message(self, now: float) -> list[OutgoingBody]:
         """Return a message with the round trip time, seldom and only if it has changed: it costs a datagram."""
@@ -156,21 +238,17 @@ class SendLeg:
         self._round_trip_due, self._sent_round_trip_ms = now + ROUND_TRIP_INTERVAL_S, milliseconds
         return [OutgoingBody(encode_body(messages.RoundTripMessage(round(milliseconds))))]
 
-    def _with_chunk(self, bodies: list[OutgoingBody], now: float) -> list[OutgoingBody]:
-        """Add at most one portrait chunk, in the last motion's datagram where there is one."""
-        if self._portrait is None or not self._connected or not self.budget.allows_chunk(now):
-            return bodies
-        motion = bodies[-1].motion if bodies and len(bodies[-1].body) <= MAX_PIGGYBACK_MOTION else None
+    def _chunk(self, bodies: Sequence[OutgoingBody], now: float, room: float | None) -> list[OutgoingBody]:
+        """Return at most one portrait chunk, in the datagram of the bodies where they are motion or voice."""
+        if self._portrait is None or not self._connected or not self.budget.allows_chunk(now, room):
+            return []
+        rides = any(body.kind in (MOTION_BIT, VOICE_BIT) for body in bodies)
+        rides = rides and max(len(body.body) for body in bodies) <= MAX_INNER_BODY
         max_wait_s = STARTUP_PIGGYBACK_WAIT_S if self.budget.chunks.in_startup else MAX_PIGGYBACK_WAIT_S
-        if motion is None and now < self._piggybacked_at + max_wait_s:
-            return bodies
-        overhead = DATAGRAM_OVERHEAD if motion is None else PIGGYBACK_BYTES
+        if not rides and now < self._piggybacked_at + max_wait_s:
+            return []
+        overhead = PIGGYBACK_BYTES if rides else DATAGRAM_OVERHEAD
         data = self._portrait.next_chunk(now, self.budget.chunks, overhead=overhead)
-        if motion is not None or data is not None:
+        if rides or data is not None:
             self._piggybacked_at = now
-        if data is None:
-            return bodies
-        chunk = messages.PortraitChunk(data)
-        if motion is None:
-            return [*bodies, OutgoingBody(encode_body(chunk))]
-        return [*bodies[:-1], replace(bodies[-1], body=encode_body(messages.MotionWithChunk(motion, chunk)))]
+        return [] if data is None else [OutgoingBody(encode_body(messages.PortraitChunk(data)))]

@@ -1,22 +1,26 @@
-"""The sender's side of a call: its session and its sending half, in the shape of aioquic. No I/O, no clock."""
+"""The side of a call that calls: its session and its leg, in the shape of aioquic. No I/O, no clock."""
 
 from collections import deque
 
 from conf.protocol.address import Address
+from conf.protocol.call_leg import CallLeg
 from conf.protocol.messages import MotionFrame, StreamParameters
-from conf.protocol.motion.outbound import OutgoingBody
+from conf.protocol.outgoing import OutgoingBody
 from conf.protocol.portrait.object_sender import ObjectSender
-from conf.protocol.send_budget import RateOptions
+from conf.protocol.rate_control.send_budget import RateOptions
+from conf.protocol.receive_leg import ReceiveLeg
 from conf.protocol.send_leg import LinkStatus, SendLeg
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import BodyReceived, Connected, Event, SessionEnded
 from conf.protocol.statistics import HEADER_BYTES, RateWindow
+from conf.protocol.voice.formats import VoiceFormat, VoicePacket, VoiceState
 
 
 class SenderConnection:
     """One sender's call.
 
     outbound : the outgoing motion stream; traffic : bytes sent, headers included
+    stream : the receiving half, None if the call goes one way or there is no session yet
     """
 
     def __init__(
@@ -27,32 +31,49 @@ class SenderConnection:
         *,
         rate: RateOptions | None = None,
         portrait: ObjectSender | None = None,
+        two_way: bool = False,
     ) -> None:
-        """portrait : the objects of the sender's portrait, None to send none"""
+        """portrait : the objects of the sender's portrait, None to send none; two_way : whether to receive too"""
         self.traffic = RateWindow()
+        self.stream: ReceiveLeg | None = None
         self._session = session
-        self._leg = SendLeg(parameters, now, rate=rate, portrait=portrait)
-        self.outbound = self._leg.motion
+        self._send = SendLeg(parameters, now, rate=rate, portrait=portrait)
+        self._leg = CallLeg(send=self._send, sealed_bytes=session.sealed_bytes)
+        self._two_way = two_way
+        self.outbound = self._send.motion
         self._events: deque[Event] = deque()
 
     def send_frame(self, frame: MotionFrame, now: float) -> None:
         """Send one frame; it is dropped while there is no session."""
-        self._leg.send_frame(frame, now)
+        self._send.send_frame(frame, now)
 
     def send_no_face(self, timestamp: float, now: float) -> None:
         """Report that there is no face at `timestamp`."""
-        self._leg.send_no_face(timestamp, now)
+        self._send.send_no_face(timestamp, now)
+
+    @property
+    def voice_format(self) -> VoiceFormat | None:
+        """The format to encode voice in now. None: voice is off, the limit has no room, or there is no session."""
+        return self._send.voice_format
+
+    def send_voice(self, packet: VoicePacket, now: float) -> None:
+        """Send encoded voice, which means that somebody talks; it is dropped while there is no session."""
+        self._send.send_voice(packet, now)
+
+    def set_voice_state(self, state: VoiceState, now: float, *, noise_level: int = 127) -> None:
+        """Announce what the microphone does. noise_level : of the background noise, -dBFS, 0 to 127"""
+        self._send.set_voice_state(state, now, noise_level=noise_level)
 
     def receive_datagram(self, data: bytes, address: Address, now: float) -> None:
         """Process a datagram, whatever its bytes."""
         self._session.receive_datagram(data, address, now)
-        self._process_events(now)
+        self._process_events(len(data) + HEADER_BYTES, now)
 
     def datagrams_to_send(self, now: float) -> list[tuple[bytes, Address]]:
         """Return the datagrams to send now: the handshake's and the sealed bodies."""
-        budget = self._leg.budget
+        budget = self._send.budget
         datagrams = [d for d in self._session.datagrams_to_send(now) if budget.take(len(d[0]) + HEADER_BYTES, now)]
-        self._process_events(now)
+        self._process_events(0, now)
         datagrams += self._seal(self._leg.bodies_to_send(now), now)
         budget.on_datagrams_sent(self._count(datagrams, now), now)
         return datagrams
@@ -69,19 +90,22 @@ class SenderConnection:
 
     def status(self, now: float) -> LinkStatus:
         """Return the state of the link."""
-        return self._leg.status(now)
+        return self._send.status(now)
 
-    def _process_events(self, now: float) -> None:
+    def _process_events(self, wire_bytes: int, now: float) -> None:
+        """Apply the session's events. wire_bytes : of the datagram in which a body arrived"""
         while event := self._session.next_event():
             match event:
-                case BodyReceived(body=body):
-                    if (counter := self._leg.receive_body(body, now)) is not None:
-                        self._session.acknowledge(counter)
+                case BodyReceived(body=body, counter=counter):
+                    if (acknowledged := self._leg.receive_body(body, counter, wire_bytes, now)) is not None:
+                        self._session.acknowledge(acknowledged)
                     continue
                 case Connected():
-                    self._leg.start(now)
+                    self.stream = ReceiveLeg() if self._two_way else None
+                    self._leg = CallLeg(send=self._send, receive=self.stream, sealed_bytes=self._session.sealed_bytes)
+                    self._send.start(now)
                 case SessionEnded():
-                    self._leg.stop()
+                    self._send.stop()
             self._events.append(event)
 
     def _seal(self, bodies: list[OutgoingBody], now: float) -> list[tuple[bytes, Address]]:

@@ -2,10 +2,12 @@
 
 Strategy. The first byte is the kind. Motion is nearly all of the traffic, so its kind takes one byte together with the
 low seven bits of the frame number. Every other body is a kind below 128 and, for most, one msgpack array of small
-integers. `decode_body` returns a body or raises ProtocolError, whatever the bytes: any other exception is a bug.
+integers. A composite is a short body, whose length is the kind, and the rest of the bytes as another body, which may be
+a composite again: so each body more costs one byte. `decode_body` returns a body or raises ProtocolError, whatever the
+bytes: any other exception is a bug.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import msgpack
@@ -15,16 +17,21 @@ from conf.protocol.feedback import decode_report, encode_report
 from conf.protocol.messages import (
     Body,
     Bye,
+    Composite,
     Feedback,
     KeepAlive,
     MotionPayload,
-    MotionWithChunk,
     PortraitAck,
     PortraitChunk,
     Presence,
     RoundTripMessage,
+    SingleBody,
     StreamParameters,
+    VoiceFormatMessage,
+    VoicePayload,
+    VoiceStateMessage,
 )
+from conf.protocol.voice.formats import MAX_CODEC_NAME, MAX_FORMATS, MAX_NOISE_LEVEL, VoiceFormat, VoiceState
 
 NUMBER_BITS = 7
 MOTION_BIT = 1 << NUMBER_BITS
@@ -33,13 +40,35 @@ MAX_POINTS = 64
 MILLISECONDS = 1000  # per second
 FAPU_STEPS = 1000  # per centimetre
 FPS_STEPS = 100
-PARAMETERS, KEEP_ALIVE, REPORT, ROUND_TRIP, BYE, PORTRAIT_CHUNK, PORTRAIT_ACK, MOTION_WITH_CHUNK = range(8)
+(
+    PARAMETERS,
+    KEEP_ALIVE,
+    REPORT,
+    ROUND_TRIP,
+    BYE,
+    PORTRAIT_CHUNK,
+    PORTRAIT_ACK,
+    COMPOSITE,
+    VOICE_FORMAT,
+    VOICE_STATE,
+) = range(10)
+SHORT_COMPOSITE = 0x10  # kinds 10 to 3f: a composite whose first body has kind - 0f bytes
+VOICE_BIT = 0x40  # kinds 40 to 7f
+MAX_SHORT_FIRST = VOICE_BIT - SHORT_COMPOSITE
+MAX_INNER_BODY = 255  # of each body in a composite but the last: its length is one byte
+MAX_BODIES = 8  # in a composite
+VOICE_NUMBER_BITS = 9
+_VOICE_FIELDS = 2  # bytes before the data of a voice body
 
 
 def encode_body(body: Body) -> bytes:
-    """Return the bytes of a body."""
+    """Return the bytes of a body. Raises ValueError if a composite cannot hold its bodies."""
+    if isinstance(body, Composite):
+        return join_bodies([encode_body(inner) for inner in body.bodies])
     if isinstance(body, MotionPayload):
         return bytes((MOTION_BIT | body.frame_number & (MOTION_BIT - 1),)) + body.payload
+    if isinstance(body, VoicePayload):
+        return _encode_voice(body)
     kind, encode = _ENCODERS[type(body)]
     return bytes((kind,)) + encode(body)
 
@@ -48,8 +77,43 @@ def decode_body(data: bytes) -> Body:
     """Return the body. Raises ProtocolError."""
     if not 0 < len(data) <= MAX_BODY:
         raise ProtocolError("a body is empty or too long")
+    if data[0] == COMPOSITE or SHORT_COMPOSITE <= data[0] < VOICE_BIT:
+        return Composite(tuple(_decode_single(part) for part in _split_bodies(data)))
+    return _decode_single(data)
+
+
+def join_bodies(parts: Sequence[bytes]) -> bytes:
+    """Return the bytes of a composite of encoded bodies. Raises ValueError if it cannot hold them."""
+    if not 2 <= len(parts) <= MAX_BODIES or any(len(part) > MAX_INNER_BODY for part in parts[:-1]):
+        raise ValueError(f"a composite has 2 to {MAX_BODIES} bodies of up to {MAX_INNER_BODY} bytes before the last")
+    return b"".join(_composite_kind(len(part)) + part for part in parts[:-1]) + parts[-1]
+
+
+def _composite_kind(size: int) -> bytes:
+    return bytes((SHORT_COMPOSITE - 1 + size,)) if size <= MAX_SHORT_FIRST else bytes((COMPOSITE, size))
+
+
+def _split_bodies(data: bytes) -> list[bytes]:
+    parts: list[bytes] = []
+    at = 0
+    while at < len(data) and (data[at] == COMPOSITE or SHORT_COMPOSITE <= data[at] < VOICE_BIT):
+        is_long = data[at] == COMPOSITE
+        size = data[at + 1] if is_long and at + 1 < len(data) else data[at] - SHORT_COMPOSITE + 1
+        begin = at + 1 + is_long
+        at = begin + size
+        parts.append(data[begin:at])
+        if size < 1 or len(parts) == MAX_BODIES:
+            raise ProtocolError("a composite with an empty body or too many")
+    if at >= len(data):
+        raise ProtocolError("a composite cut off")
+    return [*parts, data[at:]]
+
+
+def _decode_single(data: bytes) -> SingleBody:
     if data[0] & MOTION_BIT:
         return MotionPayload(data[0] & (MOTION_BIT - 1), data[1:])
+    if data[0] & VOICE_BIT:
+        return _decode_voice(data)
     decoder = _DECODERS.get(data[0])
     if decoder is None:
         raise ProtocolError(f"unknown kind {data[0]}")
@@ -110,18 +174,49 @@ def _decode_bye(data: bytes) -> Bye:
     return Bye()
 
 
-def _encode_motion_with_chunk(body: MotionWithChunk) -> bytes:
-    motion = encode_body(body.motion)
-    return bytes((len(motion),)) + motion + body.chunk.data
+def _encode_voice(body: VoicePayload) -> bytes:
+    high, low = divmod(body.number & (1 << VOICE_NUMBER_BITS) - 1, 8)
+    return bytes((VOICE_BIT | high, low << 5 | body.begins << 4 | body.format_number)) + body.data
 
 
-def _decode_motion_with_chunk(data: bytes) -> MotionWithChunk:
-    end = 1 + data[0] if data else 1
-    if not 1 < end < len(data) or not data[1] & MOTION_BIT:
-        raise ProtocolError("not motion and a chunk")
-    return MotionWithChunk(MotionPayload(data[1] & (MOTION_BIT - 1), data[2:end]), PortraitChunk(data[end:]))
+def _decode_voice(data: bytes) -> VoicePayload:
+    if len(data) <= _VOICE_FIELDS:
+        raise ProtocolError("voice without data")
+    number = (data[0] & VOICE_BIT - 1) << 3 | data[1] >> 5
+    return VoicePayload(number, bool(data[1] >> 4 & 1), data[1] & 15, data[_VOICE_FIELDS:])
 
 
+def _encode_voice_format(body: VoiceFormatMessage) -> bytes:
+    voice = body.format
+    flags = voice.fixed_size + 2 * voice.redundant
+    fields = [body.format_number, voice.codec, voice.bit_rate, voice.frame_ms, voice.frames, flags]
+    return bytes(msgpack.packb(fields))
+
+
+def _decode_voice_format(data: bytes) -> VoiceFormatMessage:
+    limits: dict[str, Any] = dict(max_array_len=6, max_map_len=0, max_ext_len=0, max_bin_len=0)
+    try:
+        fields = msgpack.unpackb(data, max_str_len=MAX_CODEC_NAME, **limits)
+    except (ValueError, msgpack.UnpackException) as error:
+        raise ProtocolError("a voice format is not msgpack") from error
+    types = [int, str, int, int, int, int]
+    if type(fields) is not list or [type(field) for field in fields] != types:
+        raise ProtocolError("a voice format with fields of other types")
+    number, codec, bit_rate, frame_ms, frames, flags = fields
+    if not 0 <= number < MAX_FORMATS or not 0 <= flags < 4:
+        raise ProtocolError("a voice format out of range")
+    voice_format = VoiceFormat(codec, bit_rate, frame_ms, frames, bool(flags & 1), bool(flags & 2))
+    voice_format.check()
+    return VoiceFormatMessage(number, voice_format)
+
+
+def _decode_voice_state(data: bytes) -> VoiceStateMessage:
+    if len(data) != 2 or data[0] not in _VOICE_STATES or data[1] > MAX_NOISE_LEVEL:
+        raise ProtocolError("not a voice state and a noise level")
+    return VoiceStateMessage(VoiceState(data[0]), data[1])
+
+
+_VOICE_STATES = {VoiceState.OFF.value, VoiceState.SILENT.value}  # that somebody talks, the packets tell
 _PRESENCES = {presence.value for presence in Presence}
 _ENCODERS: dict[type, tuple[int, Callable[[Any], bytes]]] = {
     StreamParameters: (PARAMETERS, _encode_parameters),
@@ -131,9 +226,10 @@ _ENCODERS: dict[type, tuple[int, Callable[[Any], bytes]]] = {
     Bye: (BYE, lambda body: b""),
     PortraitChunk: (PORTRAIT_CHUNK, lambda body: body.data),
     PortraitAck: (PORTRAIT_ACK, lambda body: body.data),
-    MotionWithChunk: (MOTION_WITH_CHUNK, _encode_motion_with_chunk),
+    VoiceFormatMessage: (VOICE_FORMAT, _encode_voice_format),
+    VoiceStateMessage: (VOICE_STATE, lambda body: bytes((body.state.value, body.noise_level))),
 }
-_DECODERS: dict[int, Callable[[bytes], Body]] = {
+_DECODERS: dict[int, Callable[[bytes], SingleBody]] = {
     PARAMETERS: _decode_parameters,
     KEEP_ALIVE: _decode_keep_alive,
     REPORT: _decode_feedback,
@@ -141,5 +237,6 @@ _DECODERS: dict[int, Callable[[bytes], Body]] = {
     BYE: _decode_bye,
     PORTRAIT_CHUNK: PortraitChunk,
     PORTRAIT_ACK: PortraitAck,
-    MOTION_WITH_CHUNK: _decode_motion_with_chunk,
+    VOICE_FORMAT: _decode_voice_format,
+    VOICE_STATE: _decode_voice_state,
 }

@@ -46,4 +46,4 @@ def test_images_are_captured_and_sent_only_if_allowed(
     send(("127.0.0.1", 9), CODE, SendOptions(file=short_clip, portrait_kbps=portrait_kbps))
     ((source, connection),) = created
     assert (source._portrait_scheduler is not None) == (portrait_kbps is not None)
-    assert (connection._leg._portrait is not None) == (portrait_kbps is not None)
+    assert (connection._send._portrait is not None) == (portrait_kbps is not None)

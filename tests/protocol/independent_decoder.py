@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 ASSETS = Path(__file__).resolve().parents[2] / "conf" / "assets"
-PROFILES = ("live", "rich", "narrow")
-STEPS = {"live": 0.0074, "rich": 0.0044, "narrow": 0.0082}
+PROFILES = ("live", "rich", "narrow", "voice", "slow")
+STEPS = {"live": 0.0074, "rich": 0.0044, "narrow": 0.0082, "voice": 0.0074, "slow": 0.0102}
+TABLES = {"live": "live", "rich": "rich", "narrow": "narrow", "voice": "live", "slow": "narrow"}
+COUNTS = {"live": (1,), "rich": (2,), "narrow": (3,), "voice": (1, 2), "slow": (3, 6)}
 TOTAL = 1 << 15
 
 
@@ -115,6 +117,38 @@ def read_shape(data: bytes, outline_points: int) -> tuple[list[list[int]], list[
     return points, neutral, outline
 
 
+def split_composite(body: bytes) -> list[bytes]:
+    """Return the bodies of a composite, or the body alone."""
+    parts = []
+    while body[0] == 7 or 0x10 <= body[0] < 0x40:
+        size, body = (body[1], body[2:]) if body[0] == 7 else (body[0] - 0x0F, body[1:])
+        parts.append(body[:size])
+        body = body[size:]
+    return [*parts, body]
+
+
+def read_voice(body: bytes) -> tuple[int, bool, int, bytes]:
+    """Return number, begins, format number and frames of a voice body."""
+    head = f"{int.from_bytes(body[:2]):016b}"
+    assert head[:2] == "01" and len(body) > 2
+    return int(head[2:11], 2), head[11] == "1", int(head[12:], 2), body[2:]
+
+
+def read_voice_frames(data: bytes, count: int, *, fixed_bits: int | None) -> list[bytes]:
+    """Return the frames of a packet. fixed_bits : of each frame, None for a variable-size codec"""
+    if fixed_bits is None:
+        frames = []
+        for _ in range(count - 1):
+            frames.append(data[1 : 1 + data[0]])
+            data = data[1 + data[0] :]
+        return [*frames, data]
+    bits = "".join(f"{byte:08b}" for byte in data)
+    assert len(bits) - count * fixed_bits in range(8) and "1" not in bits[count * fixed_bits :]
+    parts = [bits[i * fixed_bits : (i + 1) * fixed_bits] for i in range(count)]
+    padded = [part.ljust(-(-fixed_bits // 8) * 8, "0") for part in parts]
+    return [bytes(int(part[i : i + 8], 2) for i in range(0, len(part), 8)) for part in padded]
+
+
 @dataclass(frozen=True)
 class PatchString:
     """The content of a patch's string."""
@@ -177,13 +211,12 @@ class PayloadReader:
     def read(self, payload: bytes, number: int) -> tuple[str, int, list[int]]:
         """Read a payload; return its profile, its stride and the numbers of its frames, for `motion`."""
         string = Range(payload)
-        profile = PROFILES[string.symbol(weighted([30, 2, 2]))]
-        usual = {"live": 1, "rich": 2, "narrow": 3}[profile]
-        count = 1 + string.symbol(weighted([300 if 1 + i == usual else 1 for i in range(8)]))
+        profile = PROFILES[string.symbol(weighted([30, 2, 2, 2, 2]))]
+        count = 1 + string.symbol(weighted([300 if 1 + i in COUNTS[profile] else 1 for i in range(8)]))
         stride = 1 + string.symbol(weighted([300, 3, 1, 1]))
         age = string.symbol(weighted([60, 15, 32, *[19 / i for i in range(3, 64)]]))
         has_second = age > 0 and string.symbol(weighted([1, 40])) == 1
-        default = [int(v) for v in self.arrays[f"{profile}_standing"]]
+        default = [int(v) for v in self.arrays[f"{TABLES[profile]}_standing"]]
         reference, second = Frame(default, number // (count * stride) % 2 == 1), None
         if age:
             reference = self.frames[profile, number - age]
@@ -207,9 +240,9 @@ class PayloadReader:
     def read_frame(self, string: Range, profile: str, context: tuple[Frame, Frame | None, int]) -> Frame:
         """Read one frame. context : reference, second reference, age"""
         reference, second, age = context
-        weights = self.arrays[f"{profile}_weights"][self.row(age, second)].tolist()
-        tables = self.arrays[f"{profile}_frequencies"].tolist()
-        coupling = int(self.arrays[f"{profile}_growth"])
+        weights = self.arrays[f"{TABLES[profile]}_weights"][self.row(age, second)].tolist()
+        tables = self.arrays[f"{TABLES[profile]}_frequencies"].tolist()
+        coupling = int(self.arrays[f"{TABLES[profile]}_growth"])
         old = reference.values
         moves = [abs(a - b) for a, b in zip(old, second.values, strict=True)] if second else [0] * len(old)
         shared = [
@@ -248,7 +281,7 @@ class PayloadReader:
         v = self._dequantise(frame)
         if earlier := self.frames.get((profile, at - stride)):
             d = self._dequantise(earlier) - v
-            shift = np.where(np.abs(d) <= 1, a[f"{profile}_lean"] * d, 0)
+            shift = np.where(np.abs(d) <= 1, a[f"{TABLES[profile]}_lean"] * d, 0)
             shift[6:] -= shift[:6] @ a["coupling"]
             v = v + shift
         step = STEPS[profile]

@@ -49,7 +49,8 @@ def test_twelve_ended_calls_and_one_present() -> None:
     world.run(6.0)
     meter, report = world.receiver.snapshot(world.now), world.receiver.report(world.now)
     alone = world.stream(present).snapshot(world.now)
-    assert meter == replace(alone, rejected=meter.rejected)
+    assert meter == replace(alone, rejected=meter.rejected, ratio=meter.ratio)
+    assert meter.ratio == pytest.approx(alone.ratio)
     assert meter.raw_kbps == pytest.approx(RAW_FRAME * PARAMETERS.fps * 8 / 1000)  # of one caller, not of thirteen
     assert world.receiver.ended_calls == 12
     assert [caller.connected for caller in report.callers] == [False] * 12 + [True]

@@ -4,7 +4,7 @@ import hashlib
 import hmac
 import random
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import msgpack
 import numpy as np
@@ -13,10 +13,13 @@ from cryptography.hazmat.primitives.ciphers.aead import AESCCM
 from spake2 import SPAKE2_A
 
 from conf.protocol.address import Address
-from tests.protocol.independent_decoder import PayloadReader
+from conf.protocol.rate_control.rate_levels import VoiceMode
+from conf.protocol.rate_control.send_budget import RateOptions
+from tests.protocol.independent_decoder import PayloadReader, read_voice, read_voice_frames, split_composite
 from tests.protocol.session.test_golden import hkdf_expand
 from tests.support.simulated_calls import SimulatedSender, World
 from tests.support.simulated_sessions import CODE, RECEIVER
+from tests.support.two_way_call import Losses, Talker, TwoWayCall
 
 FIELDS = {0: 48, 1: 16, 2: 40, 3: 25, 4: 25, 5: 10, 6: 1}
 COUNTS = {0: 10, 1: 2, 3: 1}  # fields of the bodies that are a plain array
@@ -51,7 +54,7 @@ def handshakes(capture: Capture) -> dict[int, bytes]:
         if data[0] != 0x93:
             continue
         kind = data[2]
-        assert data[:2] == b"\x93\x02" and data[3] == 0xC4 and data[4] == FIELDS[kind] + 4 == len(data) - 5
+        assert data[:2] == b"\x93\x03" and data[3] == 0xC4 and data[4] == FIELDS[kind] + 4 == len(data) - 5
         assert zlib.crc32(data[:-4]) == int.from_bytes(data[-4:])
         assert (source == RECEIVER) == (kind in {1, 2, 4, 5, 6})
         found[kind] = data[5:-4]
@@ -65,20 +68,25 @@ def secrets(handshake: dict[int, bytes], random_bytes: Callable[[int], bytes]) -
     share = spake.start()[1:]
     assert handshake[0][:8] == attempt and handshake[0][16:] == share
     key = spake.finish(b"B" + handshake[2][8:])
-    transcript = hashlib.sha256(b"\x02conf senderconf receiver" + attempt + share + handshake[2][8:]).digest()
+    transcript = hashlib.sha256(b"\x03conf senderconf receiver" + attempt + share + handshake[2][8:]).digest()
     material = hkdf_expand(hmac.digest(transcript, key, "sha256"), b"conf session", 128)
     return handshake[4][8], material[:32], material[32:64]
 
 
 def bodies(capture: Capture, session: int, secret: bytes, *, to_receiver: bool) -> Iterator[tuple[int, bytes]]:
-    """Open each data datagram of one direction in the order of sending: counter and body."""
+    """Open each data datagram of one direction in the order of sending: counter and body, those of composites apart."""
+    datagrams = (data for _, _, target, data in capture if data[0] == 0x94 and (target == RECEIVER) == to_receiver)
+    for counter, body in open_all(datagrams, session, secret):
+        yield from ((counter, part) for part in split_composite(body))
+
+
+def open_all(datagrams: Iterable[bytes], session: int, secret: bytes) -> Iterator[tuple[int, bytes]]:
+    """Open the data datagrams of one direction in the order of sending: counter and body."""
     material = hkdf_expand(secret, b"conf epoch", 53)
     cipher = AESCCM(material[:16], tag_length=8)
     counter = 0
-    for _, _, target, data in capture:
-        if data[0] != 0x94 or (target == RECEIVER) != to_receiver:
-            continue
-        assert data[:3] == bytes((0x94, 2, session)) and 10 <= len(data) <= 1200
+    for data in datagrams:
+        assert data[:3] == bytes((0x94, 3, session)) and 10 <= len(data) <= 1200
         if data[3] < 0x80:
             assert data[3] == counter & 0x7F
             at = 4
@@ -153,3 +161,57 @@ def test_every_report_is_as_wire_md_describes(capture: Capture) -> None:
         assert missing < 1 << min(highest, 63) and jitter < 100 and ack_delay < 600
         newest, lost, count = highest, lost_now, count + 1
     assert 18 <= count <= 23 and lost > 0
+
+
+# The order of bodies in a composite; motion is 0x80, voice 0x40.
+ORDER = [2, 6, 0, 3, 8, 9, 1, 0x80, 0x40, 4, 5]
+
+
+def kind(body: bytes) -> int:
+    return 0x80 if body[0] & 0x80 else 0x40 if body[0] & 0x40 else body[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kbps", [16.0, 6.0, 2.4])
+def test_every_byte_of_a_call_with_voice_is_as_wire_md_describes(kbps: float) -> None:
+    call = TwoWayCall(RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC), losses=Losses(0.15))
+    for second in range(30):
+        call.a.is_talking = second % 10 < 8
+        call.run(1)
+    kinds = read_talker(call.a)
+    assert kinds >= {0, 2, 3, 8, 9, 0x80, 0x40}
+
+
+def read_talker(talker: Talker) -> set[int]:
+    """Check all that a talker has sent; return the kinds of bodies."""
+    formats: dict[int, tuple[str, int, int, int, int]] = {}
+    reader, number, voice_number, ends, heard, found = PayloadReader(), 0, 0, set(), set(), set()
+    for _, body in open_all(talker.datagrams, 5, talker.secret):
+        parts = split_composite(body)
+        assert [ORDER.index(kind(part)) for part in parts] == sorted(ORDER.index(kind(part)) for part in parts)
+        for part in parts:
+            found.add(kind(part))
+            match kind(part):
+                case 0x80:
+                    number += (part[0] - number) & 0x7F
+                    reader.read(part[1:], number)
+                case 8:
+                    format_number, *fields = msgpack.unpackb(part[1:])
+                    formats[format_number] = tuple(fields)
+                case 9:
+                    assert part in (b"\x09\0\x7f", b"\x09\1\x3c")
+                case 0x40:
+                    low_bits, begins, format_number, data = read_voice(part)
+                    voice_number += (low_bits - voice_number) & 511
+                    codec, bit_rate, frame_ms, frames, flags = formats[format_number]
+                    assert codec in ("opus", "codec2") and begins == ((voice_number, format_number) not in ends)
+                    count = frames * (2 if flags & 2 and not begins else 1)
+                    fixed_bits = bit_rate * frame_ms // 1000 if flags & 1 else None
+                    for position, frame in enumerate(read_voice_frames(data, count, fixed_bits=fixed_bits)):
+                        at = position if position < frames else position - 2 * frames
+                        stamp = round(voice_number * 0.02 + at * frame_ms / 1000, 3)
+                        assert talker.sent[stamp] == frame
+                        heard.add(stamp)
+                    ends.add((voice_number + frame_ms * frames // 20, format_number))
+    assert len(heard) > 0.98 * len(talker.sent)
+    return found

@@ -5,7 +5,7 @@ import pytest
 
 from conf.protocol.loopback import ONE_WAY_S, LoopbackCall
 from conf.protocol.messages import MotionFrame, StreamParameters
-from conf.protocol.send_budget import RateOptions
+from conf.protocol.rate_control.send_budget import RateOptions
 from conf.protocol.statistics import HEADER_BYTES
 
 PARAMETERS = StreamParameters(176, 144, 15.0, 50, (6.4, 4.5, 3.0, 5.0, 1.1))

@@ -55,12 +55,40 @@ def test_lost_never_exceeds_the_highest_acknowledged() -> None:
     assert report is not None and (report.highest, report.lost, reception.lost) == (2, 2, 8)
 
 
-def test_reports_come_twice_a_second_after_the_first_datagram() -> None:
+@pytest.mark.parametrize(("interval_s", "times"), [(0.5, [0.0, 0.5, 1.0, 1.5, 2.0]), (0.9, [0.0, 0.9, 1.8])])
+def test_reports_are_due_at_intervals_if_something_new_called_for_one(interval_s: float, times: list[float]) -> None:
     reception = ReceptionStatistics()
-    assert reception.report(0.0) is None
-    reception.add(0, 0.2)
-    times = [t / 10 for t in range(31) if reception.report(t / 10) is not None]
-    assert times == pytest.approx([0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0])
+    assert reception.report(0.0) is None and not reception.report_due(0.0)
+    due = []
+    for tick in range(31):
+        now = tick / 10
+        if tick <= 20:
+            reception.add(tick, now)
+        if reception.report_due(now, interval_s=interval_s):
+            due.append(now)
+            reception.on_reported(now)
+    assert due[: len(times)] == pytest.approx(times) and len(due) <= len(times) + 1
+
+
+def test_a_datagram_of_acknowledgements_counts_but_calls_for_no_report() -> None:
+    reception = ReceptionStatistics()
+    for counter in range(3):
+        reception.add(counter, 0.0, calls_for_report=False)
+    report = reception.report(0.0)
+    assert not reception.report_due(9.0) and reception.quiet == 3
+    assert report is not None and report.highest == 2
+    reception.add(3, 9.0)
+    assert reception.report_due(9.0)
+    reception.on_reported(9.0)
+    assert not reception.report_due(99.0) and reception.quiet == 0
+
+
+def test_a_datagram_that_could_not_be_used_calls_for_a_report_of_those_that_could() -> None:
+    reception = ReceptionStatistics()
+    reception.add(0, 0.0, decodable=False)
+    assert not reception.report_due(0.0)
+    reception.add(1, 0.0, calls_for_report=False)
+    assert reception.report_due(0.0)
 
 
 def test_delay_and_jitter_are_in_milliseconds_and_bounded() -> None:

@@ -2,32 +2,44 @@
 
 import pytest
 
-from conf.protocol.circuit_breaker import OPEN_AFTER_S
+from conf.protocol.call_leg import CallLeg
 from conf.protocol.feedback import Report
 from conf.protocol.messages import (
     Body,
     Bye,
+    Composite,
     Feedback,
     KeepAlive,
     MotionPayload,
-    MotionWithChunk,
     PortraitAck,
     PortraitChunk,
     Presence,
     RoundTripMessage,
     StreamParameters,
 )
-from conf.protocol.motion.outbound import OutgoingBody
+from conf.protocol.outgoing import OutgoingBody
 from conf.protocol.portrait.chunks import Ack, encode_ack
 from conf.protocol.portrait.object_sender import ObjectSender
-from conf.protocol.send_budget import RateOptions
+from conf.protocol.rate_control.circuit_breaker import OPEN_AFTER_S
+from conf.protocol.rate_control.send_budget import RateOptions
 from conf.protocol.send_leg import MAX_PIGGYBACK_WAIT_S, ROUND_TRIP_INTERVAL_S, STARTUP_PIGGYBACK_WAIT_S, SendLeg
 from conf.protocol.wire import decode_body, encode_body
 from tests.protocol.motion.test_outbound import PARAMETERS, frame
 
 
-def started(rate: RateOptions | None = None, portrait: ObjectSender | None = None) -> SendLeg:
-    leg = SendLeg(PARAMETERS, 0.0, rate=rate, portrait=portrait)
+class Leg(SendLeg):
+    """A sending half with the leg that hands it the bodies."""
+
+    def __init__(self, now: float = 0.0, rate: RateOptions | None = None, portrait: ObjectSender | None = None) -> None:
+        super().__init__(PARAMETERS, now, rate=rate, portrait=portrait)
+        self.call = CallLeg(send=self)
+
+    def receive_body(self, data: bytes, now: float) -> int | None:
+        return self.call.receive_body(data, 0, 0, now)
+
+
+def started(rate: RateOptions | None = None, portrait: ObjectSender | None = None) -> Leg:
+    leg = Leg(rate=rate, portrait=portrait)
     leg.start(0.0)
     return leg
 
@@ -46,7 +58,7 @@ def feedback(highest: int, *, missing: int = 0, lost: int = 0, refresh: bool = F
     return encode_body(Feedback(Report(highest, missing, lost, 5, 0), refresh))
 
 
-def acknowledge_all(leg: SendLeg, now: float, counter: int = 0, rtt_s: float = 0.0) -> int:
+def acknowledge_all(leg: Leg, now: float, counter: int = 0, rtt_s: float = 0.0) -> int:
     """Send what is due, and acknowledge it a round trip later. Returns the next counter."""
     for outgoing in leg.bodies_to_send(now):
         leg.on_sent(counter, outgoing, now)
@@ -56,13 +68,13 @@ def acknowledge_all(leg: SendLeg, now: float, counter: int = 0, rtt_s: float = 0
 
 
 def test_nothing_is_sent_before_the_session_starts_and_after_it_stops() -> None:
-    leg = SendLeg(PARAMETERS, 0.0, portrait=portrait())
+    leg = Leg(portrait=portrait())
     leg.send_frame(frame(0.0), 0.0)
     leg.send_no_face(0.1, 0.1)
     assert sent(leg, 0.2) == [] and not leg.status(0.2).connected
     leg.start(1.0)
     leg.send_frame(frame(1.0), 1.0)
-    assert [type(body) for body in sent(leg, 1.0)] == [StreamParameters, MotionWithChunk]
+    assert [type(body) for body in sent(leg, 1.0)] == [StreamParameters, MotionPayload, PortraitChunk]
     assert leg.status(1.0).connected
     leg.stop()
     leg.send_frame(frame(2.0), 2.0)
@@ -98,14 +110,14 @@ def test_a_new_session_repeats_parameters_and_portrait() -> None:
     assert [type(body) for body in sent(leg, 5.0)] == [MotionPayload]
     leg.start(6.0)
     leg.send_frame(frame(6.0), 6.0)
-    assert [type(body) for body in sent(leg, 6.0)] == [StreamParameters, MotionWithChunk]
-    assert counter == 2
+    assert [type(body) for body in sent(leg, 6.0)] == [StreamParameters, MotionPayload, PortraitChunk]
+    assert counter == 3
 
 
 def test_bodies_beyond_the_limit_are_dropped() -> None:
     leg = started(RateOptions(kbps=1.0))  # bursts of 96 B
     leg.send_frame(frame(0.0), 0.0)
-    assert [type(body) for body in sent(leg, 0.0)] == [StreamParameters]
+    assert [type(decode_body(outgoing.body)) for outgoing in leg.call.bodies_to_send(0.0)] == [StreamParameters]
     leg = started(RateOptions(kbps=1.2))
     assert [sum(isinstance(body, Bye) for body in sent_bodies) for sent_bodies in (closing(leg), closing(leg))] == [
         2,
@@ -113,8 +125,8 @@ def test_bodies_beyond_the_limit_are_dropped() -> None:
     ]
 
 
-def closing(leg: SendLeg) -> list[Body]:
-    return [decode_body(outgoing.body) for outgoing in leg.closing_bodies(0.0)]
+def closing(leg: Leg) -> list[Body]:
+    return [decode_body(outgoing.body) for outgoing in leg.call.closing_bodies(0.0)]
 
 
 def test_a_report_tells_the_newest_counter_and_other_bodies_tell_none() -> None:
@@ -134,7 +146,7 @@ def test_acknowledged_frames_are_predicted_from_until_a_refresh_is_requested() -
             counter = acknowledge_all(leg, number / 15, counter)
         leg.receive_body(feedback(counter - 1, refresh=refresh), 2.0)
         leg.send_frame(frame(2.0), 2.0)
-        return sum(len(outgoing.body) for outgoing in leg.bodies_to_send(2.0) if outgoing.motion)
+        return sum(len(outgoing.body) for outgoing in leg.bodies_to_send(2.0) if outgoing.frame_numbers)
 
     assert 0 < size(refresh=False) < size(refresh=True)
 
@@ -178,14 +190,14 @@ def test_a_round_trip_is_sent_again_if_it_changes_by_a_quarter(change: float, is
 def test_chunks_share_the_datagram_of_the_last_motion() -> None:
     leg = started(portrait=portrait())
     leg.send_frame(frame(0.0), 0.0)
-    outgoing = leg.bodies_to_send(0.0)[-1]
+    (outgoing,) = leg.call.bodies_to_send(0.0)
     body = decode_body(outgoing.body)
-    assert isinstance(body, MotionWithChunk) and outgoing.frame_numbers == (0,)
-    assert body.motion == outgoing.motion
+    assert isinstance(body, Composite) and outgoing.frame_numbers == (0,)
+    assert [type(part) for part in body.bodies] == [StreamParameters, MotionPayload, PortraitChunk]
     plain = started()
     plain.send_frame(frame(0.0), 0.0)
-    alone = plain.bodies_to_send(0.0)[-1].body
-    assert leg.budget.chunks.bytes_sent == len(outgoing.body) - len(alone) == 2 + 82
+    (alone,) = plain.call.bodies_to_send(0.0)
+    assert leg.budget.chunks.bytes_sent == len(outgoing.body) - len(alone.body) == 2 + 82
 
 
 def test_a_chunk_without_motion_is_sent_alone_after_a_wait() -> None:
@@ -208,12 +220,12 @@ def test_after_startup_the_wait_is_longer() -> None:
     assert [type(body) for body in sent(leg, MAX_PIGGYBACK_WAIT_S)] == [PortraitChunk]
 
 
-@pytest.mark.parametrize(("size", "kinds"), [(255, [MotionWithChunk]), (256, [MotionPayload, PortraitChunk])])
+@pytest.mark.parametrize(("size", "kinds"), [(255, [Composite]), (256, [MotionPayload, PortraitChunk])])
 def test_motion_too_long_for_its_length_byte_is_sent_without_a_chunk(size: int, kinds: list[type]) -> None:
     leg = started(portrait=portrait())
     motion = MotionPayload(0, bytes(size - 1))
-    leg.motion._queue.append(OutgoingBody(encode_body(motion), (0,), motion))
-    assert [type(body) for body in sent(leg, 0.1)] == kinds
+    leg.motion._queue.append(OutgoingBody(encode_body(motion), (0,)))
+    assert [type(decode_body(outgoing.body)) for outgoing in leg.call.bodies_to_send(0.1)] == kinds
 
 
 def test_an_ack_of_a_new_receiver_begins_the_startup_again() -> None:
@@ -246,6 +258,6 @@ def test_the_profile_follows_the_rate_level() -> None:
 
 
 def test_a_session_that_starts_late_is_not_stopped() -> None:
-    leg = SendLeg(PARAMETERS, 0.0)
+    leg = Leg()
     leg.start(2 * OPEN_AFTER_S)
     assert leg.status(2 * OPEN_AFTER_S).connected and not leg.status(2 * OPEN_AFTER_S).stopped

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from conf.protocol.circuit_breaker import OPEN_AFTER_S
 from conf.protocol.codec.profiles import PROFILES
 from conf.protocol.messages import Bye, MotionFrame
-from conf.protocol.send_budget import RateOptions
+from conf.protocol.rate_control.circuit_breaker import OPEN_AFTER_S
+from conf.protocol.rate_control.send_budget import RateOptions
 from conf.protocol.session.events import Connected, NoAnswer, SessionEnded, WrongCode
 from conf.protocol.statistics import HEADER_BYTES
 from conf.protocol.wire import encode_body

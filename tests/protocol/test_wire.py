@@ -12,21 +12,29 @@ from conf.protocol.feedback import Report
 from conf.protocol.messages import (
     Body,
     Bye,
+    Composite,
     Feedback,
     KeepAlive,
     MotionPayload,
-    MotionWithChunk,
     PortraitAck,
     PortraitChunk,
     Presence,
     RoundTripMessage,
+    SingleBody,
     StreamParameters,
+    VoiceFormatMessage,
+    VoicePayload,
+    VoiceStateMessage,
 )
-from conf.protocol.wire import MAX_BODY, decode_body, encode_body
+from conf.protocol.voice.formats import VoiceFormat, VoiceState
+from conf.protocol.wire import MAX_BODY, decode_body, encode_body, join_bodies
 
 PARAMETERS = StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1), clock=12.345)
 REPORT = Report(highest=100, missing=5, lost=7, jitter_ms=12, ack_delay_ms=30)
-FIXED: dict[bytes, Body] = {
+OPUS = VoiceFormat("opus", 9000, 60, 1, fixed_size=False)
+CODEC2 = VoiceFormat("codec2", 1600, 40, 5, fixed_size=True, redundant=True)
+SLOWEST = VoiceFormat("x" * 16, 1, 1000, 1, fixed_size=True)
+FIXED: dict[bytes, SingleBody] = {
     bytes((0, *msgpack.packb([12345, 320, 240, 1500, 50, 6400, 4200, 2000, 5100, 1100]))): PARAMETERS,
     bytes((1, *msgpack.packb([3250, 1]))): KeepAlive(3.25, Presence.NO_FACE),
     bytes((1, *msgpack.packb([0, 0]))): KeepAlive(0.0, Presence.FACE),
@@ -34,14 +42,24 @@ FIXED: dict[bytes, Body] = {
     bytes((2, 0, *msgpack.packb([100, 5, 7, 12, 30]))): Feedback(REPORT, refresh=False),
     bytes((3, *msgpack.packb([80]))): RoundTripMessage(80),
     b"\4": Bye(),
+    bytes((8, *msgpack.packb([3, "opus", 9000, 60, 1, 0]))): VoiceFormatMessage(3, OPUS),
+    bytes((8, *msgpack.packb([15, "codec2", 1600, 40, 5, 3]))): VoiceFormatMessage(15, CODEC2),
+    bytes((8, *msgpack.packb([0, "x" * 16, 1, 1000, 1, 1]))): VoiceFormatMessage(0, SLOWEST),
+    b"\x09\0\x7f": VoiceStateMessage(VoiceState.OFF, 127),
+    b"\x09\1\0": VoiceStateMessage(VoiceState.SILENT, 0),
 }
 VARIABLE: dict[bytes, Body] = {
     b"\xcd\1\2\3": MotionPayload(77, b"\1\2\3"),
     b"\x80": MotionPayload(0, b""),
     b"\5chunk": PortraitChunk(b"chunk"),
     b"\6ack": PortraitAck(b"ack"),
-    b"\7\7\x83motionchunk": MotionWithChunk(MotionPayload(3, b"motion"), PortraitChunk(b"chunk")),
-    b"\7\1\xffc": MotionWithChunk(MotionPayload(127, b""), PortraitChunk(b"c")),
+    b"\x40\xf3data": VoicePayload(7, True, 3, b"data"),
+    b"\x7f\xe0d": VoicePayload(511, False, 0, b"d"),
+    b"\x16\x83motion\5chunk": Composite((MotionPayload(3, b"motion"), PortraitChunk(b"chunk"))),
+    b"\x10\4\x11\x80m\x40\0v": Composite((Bye(), MotionPayload(0, b"m"), VoicePayload(0, False, 0, b"v"))),
+    b"\x3f\x80" + bytes(47) + b"\4": Composite((MotionPayload(0, bytes(47)), Bye())),
+    b"\7\x31\x80" + bytes(48) + b"\4": Composite((MotionPayload(0, bytes(48)), Bye())),
+    b"\7\xff\x80" + bytes(254) + b"\4": Composite((MotionPayload(0, bytes(254)), Bye())),
 }
 
 
@@ -58,6 +76,22 @@ def test_every_truncation_and_every_extra_byte_is_rejected(data: bytes) -> None:
             decode_body(data[:length])
     with pytest.raises(ProtocolError):
         decode_body(data + b"\0")
+
+
+@pytest.mark.parametrize("sizes", [[1], [1] * 9, [256, 1]])
+def test_a_composite_of_one_body_of_nine_or_of_a_long_one_is_refused(sizes: list[int]) -> None:
+    with pytest.raises(ValueError, match="a composite has 2 to 8 bodies of up to 255 bytes before the last"):
+        join_bodies([bytes((0x80,)) * size for size in sizes])
+
+
+@given(st.lists(st.sampled_from([*FIXED.values(), MotionPayload(5, bytes(300))]), min_size=2, max_size=8))
+def test_a_composite_gives_back_its_bodies(bodies: list[SingleBody]) -> None:
+    bodies.sort(key=lambda body: len(encode_body(body)))
+    composite = Composite(tuple(bodies))
+    if sum(isinstance(body, MotionPayload) for body in bodies) < 2:
+        assert decode_body(encode_body(composite)) == composite
+        overhead = len(encode_body(composite)) - sum(len(encode_body(body)) for body in bodies)
+        assert overhead == len(bodies) - 1
 
 
 def test_only_the_low_seven_bits_of_the_frame_number_are_sent() -> None:
@@ -99,13 +133,20 @@ def parameters(**changes: object) -> bytes:
     return b"\0" + msgpack.packb(list(values.values()))
 
 
+def voice_format(**changes: object) -> bytes:
+    """Return the body of a voice format, some fields replaced."""
+    names = ("number", "codec", "rate", "ms", "frames", "flags")
+    values = dict(zip(names, [3, "opus", 9000, 60, 1, 0], strict=True)) | changes
+    return b"\x08" + msgpack.packb(list(values.values()))
+
+
 @pytest.mark.parametrize(
     ("data", "error"),
     [
         (b"", "a body is empty or too long"),
         (b"\x80" * 1101, "a body is empty or too long"),
-        (b"\x08\x91\0", "unknown kind 8"),
-        (b"\x7f", "unknown kind 127"),
+        (b"\x0a\x91\0", "unknown kind 10"),
+        (b"\x0f", "unknown kind 15"),
         *((parameters(**{name: 0}), "out of range") for name in ("width", "height", "rate", "points", "a", "e")),
         *((parameters(**{name: 16385}), "out of range") for name in ("width", "height")),
         (parameters(rate=24001), "out of range"),
@@ -125,11 +166,37 @@ def parameters(**changes: object) -> bytes:
         (b"\2\2" + msgpack.packb([100, 5, 7, 12, 30]), "a report without its flag"),
         (b"\3" + msgpack.packb([65536]), "more than a minute"),
         (b"\4\0", "bytes after a bye"),
-        (b"\7", "not motion and a chunk"),
-        (b"\7\0\x80c", "not motion and a chunk"),
-        (b"\7\1\x80", "not motion and a chunk"),
-        (b"\7\3\x80cc", "not motion and a chunk"),
-        (b"\7\1\x7fc", "not motion and a chunk"),
+        (b"\7", "an empty body"),
+        (b"\7\0\4", "an empty body"),
+        (b"\7\1\4", "a composite cut off"),
+        (b"\7\2\4", "a composite cut off"),
+        (b"\x10", "a composite cut off"),
+        (b"\x10\4", "a composite cut off"),
+        (b"\x10\4\x10\4", "a composite cut off"),
+        (b"\x10\4" * 8 + b"\4", "too many"),
+        (b"\x12\x10\4\4\4", "unknown kind 16"),
+        (b"\x10\x0a\4", "unknown kind 10"),
+        (b"\x40\0", "voice without data"),
+        (b"\x7f", "voice without data"),
+        (b"\x08\xc1", "not msgpack"),
+        (voice_format(extra=1), "not msgpack"),
+        (b"\x08" + msgpack.packb([0, "opus", 9000, 60, 1]), "fields of other types"),
+        *((voice_format(**{name: True}), "fields of other types") for name in ("number", "frames", "flags")),
+        (voice_format(codec=1), "fields of other types"),
+        (voice_format(codec="x" * 17), "not msgpack"),
+        *((voice_format(codec=name), "1 to 16 ASCII") for name in ("", "é", "a\n")),
+        (voice_format(number=16), "out of range"),
+        (voice_format(number=-1), "out of range"),
+        (voice_format(flags=4), "out of range"),
+        *((voice_format(**{name: 0}), "out of range") for name in ("rate", "ms", "frames")),
+        (voice_format(rate=510_001), "out of range"),
+        (voice_format(rate=16), "out of range"),
+        (voice_format(ms=20, frames=51), "duration"),
+        (voice_format(ms=10), "duration"),
+        (b"\x09\0", "not a voice state"),
+        (b"\x09\2\0", "not a voice state"),
+        (b"\x09\0\x80", "not a voice state"),
+        (b"\x09\0\0\0", "not a voice state"),
     ],
 )
 def test_invalid_bodies_are_rejected(data: bytes, error: str) -> None:

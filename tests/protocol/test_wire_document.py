@@ -9,16 +9,17 @@ import msgpack
 import numpy as np
 import pytest
 
-from conf.protocol import wire
+from conf.protocol import playout_clock, wire
 from conf.protocol.codec.payload_header import code_header
 from conf.protocol.codec.profiles import PROFILES
 from conf.protocol.codec.symbol_coder import SymbolReader
-from conf.protocol.motion import jitter_buffer
 from conf.protocol.portrait.patch import encode_patch
 from conf.protocol.portrait.photo import decode_photo, encode_photo
 from conf.protocol.portrait.probability_model import REGIONS
+from conf.protocol.rate_control.rate_levels import VOICE_LEVELS
 from conf.protocol.session.drop_reasons import DropReason
 from conf.protocol.session.packet import parse_datagram
+from conf.protocol.voice.formats import VoiceFormat
 from conf.protocol.wire import decode_body
 from tests.protocol.independent_decoder import PayloadReader, read_patch, read_shape
 from tests.support.portrait_objects import example_patch, example_photo
@@ -96,12 +97,26 @@ def test_example_datagrams_are_the_golden_files(path: Path) -> None:
         parse_datagram(EXAMPLES[name])
 
 
+def _frames(voice_format: VoiceFormat) -> str:
+    one = f"{voice_format.codec} {voice_format.bit_rate}, {voice_format.frame_ms} ms"
+    return one if voice_format.frames == 1 else f"{one} x {voice_format.frames}"
+
+
 def test_tables_and_limits_equal_those_of_the_code() -> None:
     for profile in PROFILES.values():
         delay = "0" if not profile.delay else f"{profile.delay * 1000:.0f} ms"
-        assert f"| {profile.name} | {profile.fps} | {profile.frames_per_datagram} | {delay} | {profile.step} |" in TEXT
+        fps = "50/3" if profile.fps == 50 / 3 else f"{profile.fps:g}"
+        counts = ", ".join(map(str, profile.usual_counts))
+        row = (profile.name, fps, profile.frames_per_datagram, delay, profile.step, counts)
+        assert f"| {' | '.join(map(str, row))} |" in TEXT
+    for level in VOICE_LEVELS:
+        assert level.voice is not None
+        assert f"| {level.kbps:g} | {_frames(level.voice)} | {level.voice.packet_ms} ms | {level.profile} x " in TEXT
+        if level.lossy_voice:
+            many = f"{level.lossy_voice.codec} {level.lossy_voice.bit_rate}, {level.lossy_voice.frame_ms} ms"
+            assert f"| {level.lossy_from:.0%} | {many} x {level.lossy_voice.frames} |".replace("%", " %") in TEXT
     assert f"1 to {wire.MAX_BODY:,} B" in TEXT
-    assert f"at most {jitter_buffer.MAX_DELAY_S * 1000:.0f} ms" in TEXT
+    assert f"at most {playout_clock.MAX_DELAY_S * 1000:.0f} ms" in TEXT
     for reason in DropReason:
         assert f"`{reason}`" in TEXT
 

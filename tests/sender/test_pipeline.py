@@ -9,8 +9,8 @@ import pytest
 from conf.errors import CameraError, NetworkError
 from conf.protocol.address import Address
 from conf.protocol.messages import MotionFrame, StreamParameters
+from conf.protocol.rate_control.send_budget import RateOptions
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
-from conf.protocol.send_budget import RateOptions
 from conf.protocol.sender_connection import SenderConnection
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import AddressChanged, Connected, LossReason, NoAnswer, Refused, SessionEnded

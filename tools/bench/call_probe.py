@@ -126,7 +126,7 @@ class WatchedSendingLoop(SenderLoop):
 
         def send(datagrams: list[tuple[bytes, Address]]) -> None:
             nonlocal before
-            total = self._connection._leg.budget.chunks.bytes_sent
+            total = self._connection._send.budget.chunks.bytes_sent
             if datagrams:
                 size = sum(len(data) + HEADER_BYTES for data, _ in datagrams)
                 self.datagrams.append((time.monotonic(), size, total - before))

@@ -50,7 +50,7 @@ class Result:
     times : seconds to encode and decode each payload
     """
 
-    fps: int
+    fps: float
     frames: int
     frames_lost: int
     frames_recovered: int

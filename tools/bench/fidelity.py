@@ -26,7 +26,7 @@ from conf.face.loading import load_face
 from conf.protocol.codec.profiles import LIVE
 from conf.protocol.loopback import ONE_WAY_S, LoopbackCall
 from conf.protocol.messages import StreamParameters
-from conf.protocol.send_budget import RateOptions
+from conf.protocol.rate_control.send_budget import RateOptions
 from conf.render.auto_framing import AutoFraming
 from conf.render.camera import ViewState
 from conf.render.face_renderer import FaceRenderer

@@ -30,7 +30,7 @@ from conf.protocol.address import Address
 from conf.protocol.codec.profiles import LIVE
 from conf.protocol.loopback import ONE_WAY_S, RECEIVER, LoopbackCall
 from conf.protocol.messages import MotionFrame, StreamParameters
-from conf.protocol.send_budget import RateOptions
+from conf.protocol.rate_control.send_budget import RateOptions
 from conf.receiver.pipeline import LoopOptions, ReceiverLoop
 from conf.render.window import Window
 from conf.render.window.glfw_window import GlfwWindow

@@ -17,24 +17,51 @@ from conf.protocol.feedback import Report
 from conf.protocol.messages import (
     Body,
     Bye,
+    Composite,
     Feedback,
     KeepAlive,
     MotionPayload,
     Presence,
     RoundTripMessage,
     StreamParameters,
+    VoiceFormatMessage,
+    VoicePayload,
+    VoiceStateMessage,
 )
+from conf.protocol.voice.formats import VoiceFormat, VoicePacket, VoiceState
+from conf.protocol.voice.packing import pack_frames
 from conf.protocol.wire import MAX_BODY, encode_body
 
 FOLDER = Path(__file__).resolve().parents[2] / "tests" / "data"
 
+
+REPORT = Feedback(Report(highest=300, missing=5, lost=2, jitter_ms=12, ack_delay_ms=30), refresh=True)
+CODEC2_700 = VoiceFormat("codec2", 700, 40, 3, fixed_size=True)
+OPUS = VoiceFormat("opus", 5500, 60, 1, fixed_size=False, redundant=True)
+VOICE_FRAMES = {
+    "voice_fixed": VoicePacket(0.0, CODEC2_700, (b"\x12\x34\x56\x70", b"\x89\xab\xcd\xe0", b"\xff\xff\xff\xf0")),
+    "voice_variable": VoicePacket(0.0, OPUS, (b"\x0a\x0b\x0c", b"\x0d\x0e")),  # the second repeats the one before
+}
+
+
+def _frames(name: str) -> bytes:
+    return pack_frames(VOICE_FRAMES[name].frames, VOICE_FRAMES[name].format)
+
+
 BODIES: dict[str, Body] = {
     "parameters": StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1), clock=12.345),
     "keep_alive": KeepAlive(3.25, Presence.NO_FACE),
-    "report": Feedback(Report(highest=300, missing=5, lost=2, jitter_ms=12, ack_delay_ms=30), refresh=True),
+    "report": REPORT,
     "round_trip": RoundTripMessage(80),
     "goodbye": Bye(),
     "motion": MotionPayload(77, b"\x01\x02\x03"),
+    "voice_format_fixed": VoiceFormatMessage(2, CODEC2_700),
+    "voice_format_variable": VoiceFormatMessage(0, OPUS),
+    "voice_fixed": VoicePayload(300, True, 2, _frames("voice_fixed")),
+    "voice_variable": VoicePayload(303, False, 0, _frames("voice_variable")),
+    "voice_state": VoiceStateMessage(VoiceState.SILENT, 62),
+    "composite": Composite((REPORT, MotionPayload(77, b"\x01\x02\x03"), VoicePayload(303, False, 0, b"\x0a"))),
+    "composite_long": Composite((MotionPayload(77, bytes(range(1, 50))), Bye())),
 }
 HEADERS = {
     "live": PayloadHeader("live", count=1, stride=1, age=2, second_reference=True),
@@ -62,7 +89,7 @@ def invalid() -> dict[str, bytes]:
     return {
         "empty": b"",
         "too_long": bytes([0x80]) * (MAX_BODY + 1),
-        "unknown_kind": b"\x7f" + parameters[1:],
+        "unknown_kind": b"\x0a" + parameters[1:],
         "parameters_truncated": parameters[:-1],
         "parameters_without_points": parameters.replace(b"\x32", b"\x00", 1),
         "parameters_width_0": parameters.replace(b"\xcd\x01\x40", b"\x00", 1),
@@ -73,6 +100,16 @@ def invalid() -> dict[str, bytes]:
         "report_with_a_tail": report + b"\x00",
         "round_trip_of_two_minutes": b"\x03\x91\xce\x00\x01\xd4\xc0",
         "goodbye_with_more": good["goodbye"] + b"\x00",
+        "composite_truncated": good["composite"][:13],
+        "composite_of_nine": b"\x10\x04" * 8 + b"\x04",
+        "composite_in_front": b"\x12\x10\x04\x04\x04",
+        "composite_of_length_0": b"\x07\x00\x04",
+        "voice_without_data": good["voice_fixed"][:2],
+        "voice_format_17": good["voice_format_fixed"][:2] + b"\x10" + good["voice_format_fixed"][3:],
+        "voice_format_flags_4": good["voice_format_fixed"][:-1] + b"\x04",
+        "voice_format_without_name": b"\x08\x96\x02\xa0" + good["voice_format_fixed"][10:],
+        "voice_state_2": b"\x09\x02" + good["voice_state"][2:],
+        "voice_state_noise_128": good["voice_state"][:2] + b"\x80",
     }
 
 

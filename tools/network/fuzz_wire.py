@@ -19,9 +19,11 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+from conf.protocol.call_leg import CallLeg
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.receive_leg import ReceiveLeg
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
+from conf.protocol.send_leg import SendLeg
 from conf.protocol.sender_connection import SenderConnection
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.server import SessionServer
@@ -108,14 +110,16 @@ def fuzz(count: int, seed: int) -> dict[str, Any]:
     """Send `count` datagrams to a call and return the figures. Exits with a message at the first fault."""
     rng, call = random.Random(seed), LiveCall(seed)
     call.play(60)
-    leg, sent, bodies = ReceiveLeg(), 0, 0
+    leg = ReceiveLeg()
+    peer = CallLeg(send=SendLeg(PARAMETERS, 0.0), receive=leg)
+    sent = bodies = 0
     before, memory = call.state(), 0
     start = time.perf_counter()
     for data in datagrams(call, count, rng):
         sent += 1
         _send(call, data)
         if sent % 5 == 0 and 0 < len(data) <= 1200:
-            leg.receive_body(data, sent, len(data), call.now)
+            peer.receive_body(data, sent, len(data), call.now)
             bodies += 1
         if sent == WARM_UP:
             memory = memory_kb()
@@ -125,6 +129,8 @@ def fuzz(count: int, seed: int) -> dict[str, Any]:
             if call.state() != before:
                 sys.exit(f"the state of the call changed within the 1000 datagrams before number {sent}")
             leg.motion.frame_at(call.now)
+            leg.voice.frames_until(leg.clock.playhead(call.now))
+            peer.bodies_to_send(call.now)
             call.play(3)
             before = call.state()
     growth = memory_kb() - memory if sent > WARM_UP else 0

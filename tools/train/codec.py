@@ -71,9 +71,10 @@ RESIDUAL_STEP = 0.01  # of a point residual, eye distances
 STAGGERED = 10  # first components, which are rarely constant
 SHIFT_PRIOR = 20.0  # steps squared: regularises the reconstruction shift towards 0
 ROUNDS = 2
+TRAINED = [profile for profile in PROFILES.values() if profile.tables == profile.name]
 
 Arrays = dict[str, NDArray[Any]]
-Tracks = Mapping[int, Sequence[Track]]  # by frames a second
+Tracks = Mapping[float, Sequence[Track]]  # by frames a second
 
 
 def train(tracks: Tracks, /) -> Arrays:
@@ -86,11 +87,11 @@ def train(tracks: Tracks, /) -> Arrays:
     """
     arrays = fit_space(tracks[min(tracks)])
     arrays["ages"] = np.array(AGES, dtype=np.uint8)
-    for profile in PROFILES.values():
+    for profile in TRAINED:
         arrays |= uniform_statistics(profile, arrays)
     for _ in range(ROUNDS):
         models = build_models(arrays)
-        for model in models.values():
+        for model in (models[profile.name] for profile in TRAINED):
             arrays |= fit_statistics(model, tracks[model.profile.fps])
     return arrays
 
@@ -284,10 +285,10 @@ def _context(model: CodecModel, coded: list[QuantisedFrame], age: int, *, second
     return Context(model.rows[age], coded[-age])
 
 
-def read_tracks(folder: Path, /) -> dict[int, list[Track]]:
+def read_tracks(folder: Path, /) -> dict[float, list[Track]]:
     """Return all tracks of a folder at the frame rates of the profiles."""
     reader = TrackReader()
-    rates = sorted({profile.fps for profile in PROFILES.values()})
+    rates = sorted({profile.fps for profile in TRAINED})
     return {fps: [reader.read(path, fps=fps) for path in sorted(folder.glob("*.npz"))] for fps in rates}
 
 
@@ -331,7 +332,7 @@ def report(title: str, parts: Sequence[tuple[Arrays, Tracks]], /) -> None:
         )
 
 
-def select(tracks: Tracks, names: set[str], /, *, inside: bool) -> dict[int, list[Track]]:
+def select(tracks: Tracks, names: set[str], /, *, inside: bool) -> dict[float, list[Track]]:
     """Return the tracks whose name is in `names`, or is not."""
     return {fps: [track for track in group if (track.name in names) == inside] for fps, group in tracks.items()}
 

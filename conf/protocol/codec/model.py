@@ -69,12 +69,12 @@ def _build_model(profile: Profile, arrays: Arrays) -> CodecModel:
     return CodecModel(
         profile=profile,
         transform=_build_transform(profile, arrays),
-        tables=Tables.from_frequencies(arrays[f"{profile.name}_frequencies"].tolist()),
-        default_reference=QuantisedFrame(tuple(arrays[f"{profile.name}_standing"].tolist())),
+        tables=Tables.from_frequencies(arrays[f"{profile.tables}_frequencies"].tolist()),
+        default_reference=QuantisedFrame(tuple(arrays[f"{profile.tables}_standing"].tolist())),
         rows=rows,
         second_reference_rows=tuple(row and row + len(ages) for row in rows),
-        weights=arrays[f"{profile.name}_weights"].tolist(),
-        scale_coupling=int(arrays[f"{profile.name}_growth"]),
+        weights=arrays[f"{profile.tables}_weights"].tolist(),
+        scale_coupling=int(arrays[f"{profile.tables}_growth"]),
         points=len(arrays["correction"]),
     )
 
@@ -92,7 +92,7 @@ def _build_transform(profile: Profile, arrays: Arrays) -> MotionTransform:
         residual_steps=arrays["correction"].astype(np.float64),
         coupling=arrays["coupling"].astype(np.float64),
         stagger=arrays["stagger"].astype(np.float64),
-        reconstruction_shift=arrays[f"{profile.name}_lean"].astype(np.float64),
+        reconstruction_shift=arrays[f"{profile.tables}_lean"].astype(np.float64),
     )
 
 

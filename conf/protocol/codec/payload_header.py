@@ -13,9 +13,9 @@ MAX_FRAMES = 8
 MAX_STRIDE = 4
 
 _NAMES = tuple(PROFILES)
-_PROFILE = weighted_table([30, 2, 2])
+_PROFILE = weighted_table([30, 2, 2, 2, 2])
 _COUNT = {
-    name: weighted_table([300 if count == profile.frames_per_datagram else 1 for count in range(1, MAX_FRAMES + 1)])
+    name: weighted_table([300 if count in profile.usual_counts else 1 for count in range(1, MAX_FRAMES + 1)])
     for name, profile in PROFILES.items()
 }
 _STRIDE = weighted_table([300, 3, 1, 1])

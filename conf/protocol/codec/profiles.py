@@ -1,4 +1,4 @@
-"""The profiles: frame rate, frames in a datagram, quantiser step. Each profile has its own trained tables."""
+"""The profiles: frame rate, frames in a datagram, quantiser step, and the trained tables of each."""
 
 from dataclasses import dataclass
 
@@ -12,14 +12,18 @@ class Profile:
     step : quantiser step in each direction of the learned space, as a fraction of the eye distance
     rd_lambda : Lagrange multiplier: the squared error, in steps squared, that saving one bit may cost
     target_bits : above this size of a frame, residuals of single points wait for a later frame
+    tables : the profile whose trained tables it uses
+    usual_counts : numbers of frames in a datagram that cost few bits
     """
 
     name: str
-    fps: int
+    fps: float
     frames_per_datagram: int
     step: float
     rd_lambda: float
     target_bits: int
+    tables: str
+    usual_counts: tuple[int, ...]
 
     @property
     def delay(self) -> float:
@@ -29,8 +33,11 @@ class Profile:
 
 # narrow: 2,400 bit/s have room for five datagrams a second of three frames each.
 # rich: two frames in a datagram halve the cost of headers and add 33 ms.
-LIVE = Profile("live", fps=15, frames_per_datagram=1, step=0.0074, rd_lambda=0.05, target_bits=64)
-RICH = Profile("rich", fps=30, frames_per_datagram=2, step=0.0044, rd_lambda=0.05, target_bits=64)
-NARROWBAND = Profile("narrow", fps=15, frames_per_datagram=3, step=0.0082, rd_lambda=0.05, target_bits=40)
+# voice: a frame for each 60 ms of voice. slow: three frames for each 240 ms.
+LIVE = Profile("live", 15, 1, 0.0074, rd_lambda=0.05, target_bits=64, tables="live", usual_counts=(1,))
+RICH = Profile("rich", 30, 2, 0.0044, rd_lambda=0.05, target_bits=64, tables="rich", usual_counts=(2,))
+NARROWBAND = Profile("narrow", 15, 3, 0.0082, rd_lambda=0.05, target_bits=40, tables="narrow", usual_counts=(3,))
+VOICE = Profile("voice", 50 / 3, 1, 0.0074, rd_lambda=0.05, target_bits=64, tables="live", usual_counts=(1, 2))
+SLOW = Profile("slow", 12.5, 3, 0.0102, rd_lambda=0.05, target_bits=40, tables="narrow", usual_counts=(3, 6))
 
-PROFILES = {profile.name: profile for profile in (LIVE, RICH, NARROWBAND)}
+PROFILES = {profile.name: profile for profile in (LIVE, RICH, NARROWBAND, VOICE, SLOW)}

@@ -4,8 +4,10 @@ from conf.protocol.codec.decoder import Decoder
 from conf.protocol.codec.payload_header import profile_of
 from conf.protocol.messages import KeepAlive, MotionFrame, MotionPayload, Presence, StreamParameters
 from conf.protocol.motion.jitter_buffer import JitterBuffer, PlayoutFrame
+from conf.protocol.playout_clock import PlayoutClock
 from conf.protocol.sequence import unwrap
 from conf.protocol.statistics import RateWindow
+from conf.protocol.stream_clock import PeerStreamClock
 from conf.protocol.wire import NUMBER_BITS
 
 
@@ -16,14 +18,15 @@ class InboundMotion:
     frames : count and rate of the frames received; datagrams : that carried them
     """
 
-    def __init__(self) -> None:
+    def __init__(self, playout: PlayoutClock | None = None, peer_clock: PeerStreamClock | None = None) -> None:
+        """playout, peer_clock : shared with the voice of the same sender"""
         self.parameters: StreamParameters | None = None
         self.presence = Presence.FACE
         self.frames = RateWindow()
         self.datagrams = 0
-        self.buffer = JitterBuffer()
+        self.buffer = JitterBuffer(playout)
         self._decoder = Decoder()
-        self._clock: tuple[float, float] | None = None  # the sender's stream time, and ours when we learned of it
+        self._clock = peer_clock or PeerStreamClock()
 
     def frame_at(self, now: float) -> PlayoutFrame | None:
         """Return the motion to draw at `now`, or None before there is any."""
@@ -32,12 +35,12 @@ class InboundMotion:
     def receive_parameters(self, parameters: StreamParameters, now: float) -> None:
         """Apply stream parameters."""
         self.parameters = parameters
-        self._clock = (parameters.clock, now)
+        self._clock.set(parameters.clock, now)
 
     def receive_keep_alive(self, body: KeepAlive, now: float) -> None:
         """Apply a keep-alive: without motion, the last frame is still valid."""
         self.presence = body.presence
-        self._clock = (body.timestamp, now)
+        self._clock.set(body.timestamp, now)
         if body.presence is Presence.FACE:
             self.buffer.repeat_until(body.timestamp, now)
 
@@ -54,12 +57,12 @@ class InboundMotion:
             timestamp = frame.frame_number / profile.fps
             self.frames.add(1, now)
             self.buffer.add(MotionFrame(timestamp, frame.displacements, frame.pose), now)
-        self._clock = max(self._clock or (timestamp, now), (timestamp, now))
+        self._clock.advance(timestamp, now)
         return timestamp
 
-    def _frame_number(self, low_bits: int, fps: int, now: float) -> int:
+    def _frame_number(self, low_bits: int, fps: float, now: float) -> int:
         """Return the frame number. Numbers start at 0 in each session, so the first need no clock."""
-        if self._clock is None:
+        stream_time = self._clock.time(now)
+        if stream_time is None:
             return low_bits
-        stream_time = self._clock[0] + now - self._clock[1]
         return unwrap(low_bits, bits=NUMBER_BITS, expected=max(0, round(stream_time * fps)))

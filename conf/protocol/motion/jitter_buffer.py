@@ -1,35 +1,25 @@
 """The jitter buffer: frames arrive irregularly and are played out at their deadlines.
 
-Strategy. Every frame carries its capture time on the sender's clock. The smallest `arrival - timestamp` of the last
-seconds is the offset between the clocks plus the shortest network delay; what a frame needs beyond it is its lateness.
-A frame is due at `timestamp + offset + playout delay`. The playout delay follows the lateness that all but 2 % of the
-recent frames keep, plus a margin. Frames are not counted: one that is lost is absent when the playhead passes, so that
-a loss never stops playout.
+Strategy. The playout clock says which capture time is due. Frames are not counted: one that is lost is absent when the
+playhead passes, so that a loss never stops playout.
 
 Between two frames the playhead interpolates. After the newest it holds, and after HOLD_S fades to the neutral face, so
 that a dead link does not freeze a grimace.
-Source: playout by deadline as in Ramjee, Kurose, Towsley, Schulzrinne 1994.
 """
 
 from bisect import bisect_right
-from collections import deque
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from conf.protocol.messages import MotionFrame
+from conf.protocol.playout_clock import PlayoutClock
 
-MAX_DELAY_S = 0.5
-MARGIN_S = 0.010  # scheduling on the receiver's own machine
-MAX_LATE_FRACTION = 0.02  # of the frames that may arrive after their deadline
-OFFSET_WINDOW_S = 10.0  # long enough to contain an undelayed frame, short enough to follow the drift of the clocks
-DELAY_DECAY = 0.02  # per frame; the delay grows at once, as one that varies is more visible than one slightly too long
 HOLD_S = 1.5
 FADE_S = 1.0
 KEPT_S = 2.0  # of frames behind the playhead
 MAX_FRAMES = 256  # bounds the memory whatever a peer sends
 MAX_INTERPOLATION_S = 0.25  # a longer gap was a still face: the motion belongs to its end
-CLOCK_RESET_S = 30.0  # a timestamp this far from the expected one means that the sender's clock has started again
 
 
 @dataclass(frozen=True)
@@ -49,17 +39,17 @@ class PlayoutFrame:
 class JitterBuffer:
     """Order frames by capture time and play each out at its deadline.
 
+    clock : when each frame is due; shared with the voice of the same sender
     late : frames that arrived after their deadline
     playhead : newest timestamp played out, on the sender's clock
     """
 
-    def __init__(self) -> None:
+    def __init__(self, clock: PlayoutClock | None = None) -> None:
+        self.clock = clock or PlayoutClock()
         self.late = 0
-        self.playout_delay_s = 0.0
         self.playhead = -np.inf
+        self._restarts = self.clock.restarts
         self._frames: list[MotionFrame] = []  # by timestamp
-        self._transits: deque[tuple[float, float]] = deque()  # (arrival, arrival - timestamp)
-        self._offset = 0.0
 
     @property
     def newest(self) -> float | None:
@@ -68,9 +58,8 @@ class JitterBuffer:
 
     def add(self, frame: MotionFrame, now: float) -> None:
         """Insert a frame that arrives at `now`, and adapt the playout delay to its lateness."""
-        if self._frames and abs(now - frame.timestamp - self._offset) > CLOCK_RESET_S:
-            self._reset()
-        self._adapt(now, now - frame.timestamp)
+        self.clock.on_arrival(frame.timestamp, now)
+        self._drop_frames_of_an_old_clock()
         if frame.timestamp <= self.playhead:
             self.late += 1
         at = bisect_right(self._frames, frame.timestamp, key=lambda f: f.timestamp)
@@ -86,9 +75,10 @@ class JitterBuffer:
 
     def frame_at(self, now: float) -> PlayoutFrame | None:
         """Return the motion to draw at `now`, or None before the first frame is due."""
+        self._drop_frames_of_an_old_clock()
         if not self._frames:
             return None
-        self.playhead = max(self.playhead, now - self._offset - self.playout_delay_s)
+        self.playhead = max(self.playhead, self.clock.playhead(now))
         while len(self._frames) > 1 and self._frames[1].timestamp < self.playhead - KEPT_S:
             self._frames.pop(0)
         at = bisect_right(self._frames, self.playhead, key=lambda f: f.timestamp)
@@ -98,20 +88,11 @@ class JitterBuffer:
             return PlayoutFrame(_interpolate(self._frames[at - 1], self._frames[at], self.playhead), 0.0, 0.0)
         return _extrapolate(self._frames[-1], self.playhead - self._frames[-1].timestamp)
 
-    def _adapt(self, now: float, transit: float) -> None:
-        self._transits.append((now, transit))
-        while self._transits[0][0] < now - OFFSET_WINDOW_S:
-            self._transits.popleft()
-        transits = np.array([t for _, t in self._transits])
-        self._offset = float(transits.min())
-        lateness = float(np.quantile(transits - self._offset, 1 - MAX_LATE_FRACTION, method="lower"))
-        change = min(lateness + MARGIN_S, MAX_DELAY_S) - self.playout_delay_s
-        self.playout_delay_s += change if change > 0 else change * DELAY_DECAY
-
-    def _reset(self) -> None:
-        self._frames.clear()
-        self._transits.clear()
-        self.playhead = -np.inf
+    def _drop_frames_of_an_old_clock(self) -> None:
+        if self._restarts != self.clock.restarts:
+            self._restarts = self.clock.restarts
+            self._frames.clear()
+            self.playhead = -np.inf
 
 
 def _interpolate(a: MotionFrame, b: MotionFrame, timestamp: float) -> MotionFrame:

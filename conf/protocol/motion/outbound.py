@@ -6,41 +6,37 @@ repeated until the receiver has acknowledged them, and sent again only when they
 """
 
 from collections import OrderedDict
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 from conf.protocol.codec.encoder import Encoder
 from conf.protocol.codec.payload_header import MAX_FRAMES, MAX_STRIDE
 from conf.protocol.codec.profiles import LIVE, Profile
 from conf.protocol.messages import KeepAlive, MotionFrame, MotionPayload, Presence, StreamParameters
+from conf.protocol.outgoing import OutgoingBody
+from conf.protocol.stream_clock import StreamClock
 from conf.protocol.wire import encode_body
 
 REPEAT_S = 1.0  # interval of keep-alives and of parameters that are not acknowledged
 FAPU_TOLERANCE = 0.02  # relative change of a FAPU distance that is not worth new parameters
+TYPICAL_FRAME_BYTES = 5.0
+SMOOTHING = 8  # payloads: time constant of the mean size of a frame
 MAX_IN_FLIGHT = 256  # datagrams remembered until they are acknowledged
-
-
-@dataclass(frozen=True)
-class OutgoingBody:
-    """A body to seal and send, and what its arrival means.
-
-    frame_numbers : of the frames it carries; motion : these frames as the codec wrote them
-    parameters : the stream parameters it carries, if any
-    """
-
-    body: bytes
-    frame_numbers: tuple[int, ...] = ()
-    motion: MotionPayload | None = None
-    parameters: StreamParameters | None = None
 
 
 class OutboundMotion:
     """Turn the motion of one sender into message bodies."""
 
-    def __init__(self, parameters: StreamParameters, *, profile: Profile = LIVE) -> None:
+    def __init__(
+        self, parameters: StreamParameters, *, profile: Profile = LIVE, clock: StreamClock | None = None
+    ) -> None:
+        """clock : shared with the voice of the same sender"""
         self.parameters = parameters
         self.frames_sent = 0
+        self._clock = clock or StreamClock()
         self._frames_per_datagram = profile.frames_per_datagram
+        self._waits = False
+        self._frame_bytes = TYPICAL_FRAME_BYTES
         self._begin_stream(profile)
 
     def _begin_stream(self, profile: Profile) -> None:
@@ -48,7 +44,7 @@ class OutboundMotion:
         self._pending: list[tuple[int, MotionFrame]] = []  # frames of the next datagram, with their numbers
         self._queue: list[OutgoingBody] = []
         self._in_flight: OrderedDict[int, OutgoingBody] = OrderedDict()  # by datagram counter
-        self._origin: float | None = None  # the session's first timestamp, where the stream's clock starts
+        self._clock.restart()
         self._newest = -1
         self._newest_arrived = False
         self._acknowledged_parameters: StreamParameters | None = None
@@ -59,6 +55,16 @@ class OutboundMotion:
         """The profile that frames are encoded for."""
         return self._encoder.profile
 
+    @property
+    def datagram_interval_s(self) -> float:
+        """Seconds from one datagram to the next while the face moves."""
+        return self._frames_per_datagram / self.profile.fps
+
+    @property
+    def waiting(self) -> Sequence[OutgoingBody]:
+        """The bodies that `drain` would return."""
+        return self._queue
+
     def set_profile(self, profile: Profile, *, bundling: int = 1) -> None:
         """Change the profile. bundling : how many times its usual number of frames share a datagram"""
         if profile != self._encoder.profile:
@@ -67,9 +73,29 @@ class OutboundMotion:
             self._encoder.profile = profile
         self._frames_per_datagram = min(profile.frames_per_datagram * bundling, MAX_FRAMES)
 
+    def wait_for_flush(self, waits: bool) -> None:
+        """Choose whether frames wait for `flush`, however few or many a datagram usually has."""
+        self._waits = waits
+        if not waits and len(self._pending) >= self._frames_per_datagram:
+            self._flush()
+
+    def flush(self, max_bytes: float = float("inf")) -> None:
+        """Queue the frames that wait: all, or every second or fourth if they are likely to exceed `max_bytes`.
+
+        The newest is always among them. If even these exceed it, none is queued.
+        """
+        stride = self._pending[1][0] - self._pending[0][0] if len(self._pending) > 1 else 1
+        for step in (1, 2, MAX_STRIDE):
+            kept = self._pending[::-step][::-1] if stride * step <= MAX_STRIDE else self._pending[-1:]
+            if 1 + len(kept) * self._frame_bytes <= max_bytes:
+                self._pending = kept
+                self._flush(max_bytes)
+                return
+        self._pending.clear()
+
     def send_frame(self, frame: MotionFrame, now: float) -> None:
         """Send one frame."""
-        stream_time = self._stream_time(frame.timestamp)
+        stream_time = self._clock.stream_time(frame.timestamp)
         number = self._frame_number(stream_time, self.profile)
         if number <= self._newest:
             return
@@ -85,20 +111,20 @@ class OutboundMotion:
         self._pending.append((number, frame))
         self._newest, self._newest_arrived = number, False
         self._keep_alive_due = now + REPEAT_S
-        if len(self._pending) >= self._frames_per_datagram:
+        if len(self._pending) >= (MAX_FRAMES if self._waits else self._frames_per_datagram):
             self._flush()
 
     def send_no_face(self, timestamp: float, now: float) -> None:
         """Report that there is no face at `timestamp`."""
         self._flush()
-        stream_time = self._stream_time(timestamp)
+        stream_time = self._clock.stream_time(timestamp)
         self._queue_parameters(stream_time, now)
         if now >= self._keep_alive_due:
             self._queue_keep_alive(stream_time, Presence.NO_FACE, now)
 
     def probe(self, timestamp: float) -> OutgoingBody:
         """Return a keep-alive to which a receiver would report."""
-        return OutgoingBody(encode_body(KeepAlive(self._stream_time(timestamp), Presence.FACE)))
+        return OutgoingBody(encode_body(KeepAlive(self._clock.stream_time(timestamp), Presence.FACE)))
 
     def drain(self) -> list[OutgoingBody]:
         """Return the bodies to send and empty the queue."""
@@ -130,10 +156,6 @@ class OutboundMotion:
         """Begin a new session, whose receiver knows nothing: the stream's clock and frame numbers start again."""
         self._begin_stream(self.profile)
 
-    def _stream_time(self, timestamp: float) -> float:
-        self._origin = timestamp if self._origin is None else self._origin
-        return max(timestamp - self._origin, 0.0)
-
     @staticmethod
     def _frame_number(stream_time: float, profile: Profile) -> int:
         return round(stream_time * profile.fps)
@@ -144,16 +166,17 @@ class OutboundMotion:
         first_step = self._pending[1][0] - self._pending[0][0] if len(self._pending) > 1 else step
         return step == first_step and step <= MAX_STRIDE
 
-    def _flush(self) -> None:
+    def _flush(self, max_bytes: float = float("inf")) -> None:
         if not self._pending:
             return
         numbers = tuple(number for number, _ in self._pending)
         stride = numbers[1] - numbers[0] if len(numbers) > 1 else 1
         payload = self._encoder.encode([frame for _, frame in self._pending], numbers[0], stride=stride)
-        motion = MotionPayload(numbers[0], payload)
-        self._queue.append(OutgoingBody(encode_body(motion), numbers, motion))
-        self.frames_sent += len(self._pending)
         self._pending.clear()
+        self._frame_bytes += (len(payload) / len(numbers) - self._frame_bytes) / SMOOTHING
+        if 1 + len(payload) <= max_bytes:
+            self._queue.append(OutgoingBody(encode_body(MotionPayload(numbers[0], payload)), numbers))
+            self.frames_sent += len(numbers)
 
     def _queue_parameters(self, stream_time: float, now: float) -> None:
         acknowledged = self._acknowledged_parameters

@@ -1,6 +1,6 @@
 """The part of the link that portrait chunks may use."""
 
-from conf.protocol.rate_limit import TokenBucket
+from conf.protocol.rate_control.rate_limit import TokenBucket
 
 DEFAULT_KBPS = 4.0
 CHUNK_BYTES = 76  # alone, with headers and seal, it occupies a link of 16 kbit/s no longer than a frame's time

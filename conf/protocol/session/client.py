@@ -13,7 +13,7 @@ from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.events import Event, LossReason
 from conf.protocol.session.handshake import RandomBytes, Refusal
 from conf.protocol.session.initiator import HandshakeDone, HandshakeRefused, Initiator
-from conf.protocol.session.packet import DataPacket, HandshakePacket, Kind, parse_datagram
+from conf.protocol.session.packet import MAX_OVERHEAD, DataPacket, HandshakePacket, Kind, parse_datagram
 from conf.protocol.session.seal import EPOCH_LENGTH, ActiveSession, CounterExhausted, SealedDatagram
 
 IDLE_S = 30.0
@@ -73,6 +73,10 @@ class SenderSession:
         except CounterExhausted:
             self._end(LossReason.EXHAUSTED)
             return None
+
+    def sealed_bytes(self, body_bytes: int) -> int:
+        """Return the size of the next datagram with a body of `body_bytes`; without a session the largest."""
+        return self._active.sealing_key.sealed_bytes(body_bytes) if self._active else body_bytes + MAX_OVERHEAD
 
     def acknowledge(self, counter: int) -> None:
         """Note that the receiver has received our `counter`: counters need only one byte then."""

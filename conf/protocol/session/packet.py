@@ -19,9 +19,10 @@ from typing import Any
 from conf.protocol.sequence import unwrap
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 
-VERSION = 2
+VERSION = 3
 MAX_DATAGRAM = 1200
 TAG_BYTES = 8
+MAX_OVERHEAD = 19  # bytes that framing and seal add to a body at most
 MIN_DATAGRAM = 10
 MAX_SESSION = 127
 MAX_COUNTER = 0xFFFFFFFF

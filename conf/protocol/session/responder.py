@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from conf.protocol.address import Address
-from conf.protocol.rate_limit import TokenBucket
+from conf.protocol.rate_control.rate_limit import TokenBucket
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.flood_protection import AttemptLimit, CookieFactory
 from conf.protocol.session.handshake import RandomBytes, Refusal, SessionSecrets, proof, receiver_secrets

@@ -22,6 +22,7 @@ from conf.protocol.session.packet import MAX_COUNTER, TAG_BYTES, DataPacket, dat
 from conf.protocol.session.replay_window import ReplayWindow
 
 EPOCH_LENGTH = 1 << 20
+NEXT_FEW = 4  # datagrams whose size is asked for before they are sealed
 SECRET_BYTES, KEY_BYTES, SALT_BYTES = 32, 16, 5
 
 
@@ -85,6 +86,11 @@ class SealingKey:
             self._key = self._chain.next_key()
         self.counter = counter + 1
         return header + self._key.cipher.encrypt(self._key.nonce(counter), body, header)
+
+    def sealed_bytes(self, body_bytes: int) -> int:
+        """Return the size of a datagram with a body of `body_bytes`, if it is among the next few."""
+        header = data_header(self.session, min(self.counter + NEXT_FEW, MAX_COUNTER), self.acknowledged, body_bytes)
+        return len(header) + body_bytes + TAG_BYTES
 
     def acknowledge(self, counter: int) -> None:
         """Record that the peer has received `counter`; one that was never sent is ignored."""

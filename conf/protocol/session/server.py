@@ -3,7 +3,7 @@
 from collections import Counter, deque
 
 from conf.protocol.address import Address
-from conf.protocol.rate_limit import TokenBucket
+from conf.protocol.rate_control.rate_limit import TokenBucket
 from conf.protocol.session import events
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.events import Event, LossReason
@@ -68,6 +68,15 @@ class SessionServer:
         except CounterExhausted:
             self._drop(session, LossReason.EXHAUSTED)
             return None
+
+    def sealed_bytes(self, session: int, body_bytes: int) -> int:
+        """Return the size of the next datagram of a session with a body of `body_bytes`."""
+        return self.sessions[session].sealing_key.sealed_bytes(body_bytes)
+
+    def acknowledge(self, session: int, counter: int) -> None:
+        """Note that the sender of a session has received our `counter`: counters need only one byte then."""
+        if session in self.sessions:
+            self.sessions[session].sealing_key.acknowledge(counter)
 
     def close(self, session: int) -> None:
         """End a session if it has not ended yet."""

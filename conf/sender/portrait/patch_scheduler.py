@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from conf.face.portrait.patch_features import EYES, FEATURES, MOUTH
 from conf.protocol.portrait.patch import MAX_SLOTS
-from conf.protocol.rate_limit import TokenBucket
+from conf.protocol.rate_control.rate_limit import TokenBucket
 
 PATCH_BYTES = {MOUTH.name: 150, EYES.name: 180}
 MIN_NOVELTY = 6.0  # descriptor steps from the nearest image that the receiver has

@@ -43,13 +43,16 @@ def test_headers_are_read_as_they_were_written(header: PayloadHeader) -> None:
     assert profile_of(payload) == PROFILES[header.profile]
 
 
-@pytest.mark.parametrize(("profile", "index", "frames"), [("live", 0, 1), ("rich", 1, 2), ("narrow", 2, 3)])
-def test_symbols_and_tables_are_those_of_wire_md(profile: str, index: int, frames: int) -> None:
+@pytest.mark.parametrize(
+    ("profile", "index", "frames"),
+    [("live", 0, {1}), ("rich", 1, {2}), ("narrow", 2, {3}), ("voice", 3, {1, 2}), ("slow", 4, {3, 6})],
+)
+def test_symbols_and_tables_are_those_of_wire_md(profile: str, index: int, frames: set[int]) -> None:
     writer = RecordingWriter()
     code_header(writer, PayloadHeader(profile, 8, 4, 63, second_reference=True))
     assert writer.symbols == [
-        (weighted([30, 2, 2]), index),
-        (weighted([300 if count == frames else 1 for count in range(1, 9)]), 7),
+        (weighted([30, 2, 2, 2, 2]), index),
+        (weighted([300 if count in frames else 1 for count in range(1, 9)]), 7),
         (weighted([300, 3, 1, 1]), 3),
         (weighted([60, 15, 32, *(19 / age for age in range(3, 64))]), 63),
         (weighted([1, 40]), 1),

@@ -8,18 +8,15 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 from conf.protocol.messages import MotionFrame
 from conf.protocol.motion.jitter_buffer import (
-    CLOCK_RESET_S,
     FADE_S,
     HOLD_S,
     KEPT_S,
-    MARGIN_S,
-    MAX_DELAY_S,
     MAX_FRAMES,
     MAX_INTERPOLATION_S,
-    OFFSET_WINDOW_S,
     JitterBuffer,
     PlayoutFrame,
 )
+from conf.protocol.playout_clock import CLOCK_RESET_S, MARGIN_S, MAX_DELAY_S, OFFSET_WINDOW_S
 
 FRAME_S = 1 / 15
 
@@ -77,7 +74,7 @@ def test_between_two_frames_the_motion_is_interpolated(gap_s: float, at: float, 
     buffer = JitterBuffer()
     buffer.add(frame(4.0, 10.0), 104.0)
     buffer.add(frame(4.0 + gap_s, 20.0), 104.0 + gap_s)
-    result = playout(buffer, 104.0 + at + buffer.playout_delay_s)
+    result = playout(buffer, 104.0 + at + buffer.clock.delay_s)
     assert result.frame.timestamp == pytest.approx(4.0 + at)
     assert result.frame.pose == pytest.approx(np.full(6, value))
     assert result.frame.displacements == pytest.approx(np.full((2, 3), value), rel=1e-6)
@@ -98,7 +95,7 @@ def test_nothing_is_played_before_the_first_frame_is_due() -> None:
     buffer = JitterBuffer()
     assert buffer.frame_at(5.0) is None and buffer.newest is None
     buffer.add(frame(3.0), 10.0)
-    assert buffer.playout_delay_s == MARGIN_S and buffer.newest == 3.0
+    assert buffer.clock.delay_s == MARGIN_S and buffer.newest == 3.0
     assert buffer.frame_at(10.0 + MARGIN_S - 0.001) is None
     assert played(buffer, 10.0 + MARGIN_S + 0.001) == 3.0
 
@@ -107,15 +104,15 @@ def test_the_playout_delay_follows_the_lateness_up_at_once_and_down_by_a_fiftiet
     buffer = JitterBuffer()
     buffer.add(frame(0.0), 0.0)
     buffer.add(frame(1.0), 1.2)
-    assert buffer.playout_delay_s == pytest.approx(MARGIN_S), "2 % of the frames may be late"
+    assert buffer.clock.delay_s == pytest.approx(MARGIN_S), "2 % of the frames may be late"
     buffer = JitterBuffer()
     for i in range(2):
         buffer.add(frame(i * 0.1), 10.0 + i * 0.1)
     for i in range(2, 97):
         buffer.add(frame(i * 0.1), 10.3 + i * 0.1)
-    assert buffer.playout_delay_s == pytest.approx(0.3 + MARGIN_S)
+    assert buffer.clock.delay_s == pytest.approx(0.3 + MARGIN_S)
     buffer.add(frame(20.0), 30.3)  # after a pause only this frame is in the window
-    assert buffer.playout_delay_s == pytest.approx(0.3 + MARGIN_S - 0.02 * 0.3)
+    assert buffer.clock.delay_s == pytest.approx(0.3 + MARGIN_S - 0.02 * 0.3)
 
 
 def test_the_playout_delay_is_bounded() -> None:
@@ -124,10 +121,10 @@ def test_the_playout_delay_is_bounded() -> None:
     for i in range(300):
         now = i * FRAME_S
         buffer.add(frame(now), now + rng.uniform(0, 0.1))
-    assert 0.08 < buffer.playout_delay_s < 0.13
+    assert 0.08 < buffer.clock.delay_s < 0.13
     for i in range(300, 340):
         buffer.add(frame(i * FRAME_S), i * FRAME_S + 5)
-    assert buffer.playout_delay_s == MAX_DELAY_S
+    assert buffer.clock.delay_s == MAX_DELAY_S
 
 
 def test_a_frame_after_its_deadline_is_late_and_one_received_twice_is_stored_once() -> None:
@@ -137,7 +134,7 @@ def test_a_frame_after_its_deadline_is_late_and_one_received_twice_is_stored_onc
     buffer.add(frame(0.2), 10.3)
     buffer.add(frame(0.3, 99.0), 10.3)
     assert buffer.late == 0
-    assert played(buffer, 10.3 + buffer.playout_delay_s) == pytest.approx(0.3)
+    assert played(buffer, 10.3 + buffer.clock.delay_s) == pytest.approx(0.3)
     buffer.add(frame(0.15), 10.4)
     buffer.playhead = 0.3
     buffer.add(frame(0.3), 10.4)
@@ -153,7 +150,7 @@ def test_a_frame_after_its_deadline_is_late_and_one_received_twice_is_stored_onc
 def test_without_new_frames_the_face_holds_and_then_fades_to_neutral(age_s: float, blend: float) -> None:
     buffer = JitterBuffer()
     buffer.add(frame(7.0, 4.0), 100.0)
-    result = playout(buffer, 100.0 + buffer.playout_delay_s + age_s)
+    result = playout(buffer, 100.0 + buffer.clock.delay_s + age_s)
     assert result.age_s == pytest.approx(age_s) and result.neutral_blend == pytest.approx(blend)
     assert result.frame.timestamp == pytest.approx(7.0 + age_s)
     assert result.frame.displacements == pytest.approx(np.full((2, 3), 4 * (1 - blend)))
@@ -168,7 +165,7 @@ def test_a_still_face_is_not_a_lost_one() -> None:
     buffer.repeat_until(5.0, 105.0)
     buffer.repeat_until(4.0, 105.0)
     assert buffer.newest == 5.0 and len(buffer._frames) == 2
-    result = playout(buffer, 105.0 + buffer.playout_delay_s)
+    result = playout(buffer, 105.0 + buffer.clock.delay_s)
     assert result.neutral_blend == 0 and result.frame.displacements[0, 0] == 4
 
 
@@ -176,11 +173,11 @@ def test_the_offset_follows_the_sender_s_clock_after_ten_seconds() -> None:
     buffer = JitterBuffer()
     buffer.add(frame(0.0), 100.0)
     buffer.add(frame(9.0), 109.2)
-    assert buffer._offset == 100.0
+    assert buffer.clock._offset == 100.0
     buffer.add(frame(9.8), 100.0 + OFFSET_WINDOW_S)
-    assert buffer._offset == 100.0
+    assert buffer.clock._offset == 100.0
     buffer.add(frame(9.9), 100.1 + OFFSET_WINDOW_S)
-    assert buffer._offset == pytest.approx(100.2)
+    assert buffer.clock._offset == pytest.approx(100.2)
 
 
 @pytest.mark.parametrize(("jump_s", "is_reset"), [(CLOCK_RESET_S - 0.1, False), (CLOCK_RESET_S + 0.1, True)])
@@ -193,7 +190,7 @@ def test_a_clock_that_jumps_by_half_a_minute_has_started_again(jump_s: float, is
     assert (len(buffer._frames) == 1) == is_reset
     if is_reset:
         assert buffer.playhead == -np.inf and buffer.late == 0
-        assert played(buffer, 12.001 + buffer.playout_delay_s) == 1002.0 + sign * jump_s
+        assert played(buffer, 12.001 + buffer.clock.delay_s) == 1002.0 + sign * jump_s
 
 
 def test_a_jump_of_exactly_half_a_minute_is_no_new_start() -> None:
@@ -211,10 +208,10 @@ def test_repeating_up_to_the_newest_frame_or_before_changes_nothing() -> None:
     buffer.repeat_until(1.0, 5.0)
     assert buffer.newest is None
     buffer.add(frame(1.0), 1.0)
-    before = buffer.playout_delay_s
+    before = buffer.clock.delay_s
     for timestamp in (0.5, 1.0):
         buffer.repeat_until(timestamp, 1.4)
-    assert (buffer.newest, buffer.playout_delay_s, buffer.late) == (1.0, before, 0)
+    assert (buffer.newest, buffer.clock.delay_s, buffer.late) == (1.0, before, 0)
 
 
 def test_memory_is_bounded() -> None:
@@ -225,7 +222,7 @@ def test_memory_is_bounded() -> None:
     buffer = JitterBuffer()
     for i in range(100):
         buffer.add(frame(i * 0.1), 10 + i * 0.1)
-    playout(buffer, 19.95 + buffer.playout_delay_s)
+    playout(buffer, 19.95 + buffer.clock.delay_s)
     assert [f.timestamp for f in buffer._frames[:2]] == pytest.approx([9.9 - KEPT_S, 10.0 - KEPT_S])
 
 
@@ -298,7 +295,7 @@ class Playout(RuleBasedStateMachine):
     def depth_and_delay_are_bounded_and_frames_are_in_order(self) -> None:
         timestamps = [f.timestamp for f in self.buffer._frames]
         assert len(timestamps) <= MAX_FRAMES and timestamps == sorted(set(timestamps))
-        assert self.buffer.playout_delay_s <= MAX_DELAY_S
+        assert self.buffer.clock.delay_s <= MAX_DELAY_S
 
 
 TestPlayout = pytest.mark.slow(Playout.TestCase)

@@ -5,7 +5,8 @@ import pytest
 
 from conf.protocol.codec.profiles import LIVE, NARROWBAND, RICH
 from conf.protocol.messages import KeepAlive, MotionFrame, MotionPayload, Presence, StreamParameters
-from conf.protocol.motion.outbound import FAPU_TOLERANCE, MAX_IN_FLIGHT, OutboundMotion, OutgoingBody
+from conf.protocol.motion.outbound import FAPU_TOLERANCE, MAX_IN_FLIGHT, OutboundMotion
+from conf.protocol.outgoing import OutgoingBody
 from conf.protocol.wire import decode_body
 
 PARAMETERS = StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1))
@@ -187,7 +188,7 @@ def test_dropped_references_are_not_used_even_if_acknowledged_later() -> None:
     run(fresh, frames(10))
     outbound.drop_references()
     outbound.on_acknowledged(range(100))
-    later = [[o.body for o in run(side, frames(3, 1.0)) if o.motion] for side in (outbound, fresh)]
+    later = [[o.body for o in run(side, frames(3, 1.0)) if o.frame_numbers] for side in (outbound, fresh)]
     assert later[0] == later[1]
 
 

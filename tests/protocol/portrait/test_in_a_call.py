@@ -8,7 +8,7 @@ import pytest
 from conf.protocol.loopback import LoopbackCall
 from conf.protocol.messages import MotionFrame
 from conf.protocol.portrait.object_sender import ObjectSender
-from conf.protocol.send_budget import RateOptions
+from conf.protocol.rate_control.send_budget import RateOptions
 from tests.protocol.motion.test_outbound import FRAME_S, PARAMETERS, frame
 
 PORTRAIT = bytes(range(256)) * 20

@@ -13,7 +13,7 @@ from conf.protocol.session.drop_reasons import DropReason
 from conf.protocol.session.events import BodyReceived, Connected, LossReason, NoAnswer, Refused, SessionEnded, WrongCode
 from conf.protocol.session.handshake import Refusal
 from conf.protocol.session.initiator import CONFIRM_TIMEOUT_S
-from conf.protocol.session.packet import Kind, handshake_datagram
+from conf.protocol.session.packet import VERSION, Kind, handshake_datagram
 from tests.support.simulated_sessions import RECEIVER, SENDER, WRONG, World, at_once, lose_all
 
 # For each of the first datagrams the delays of the copies that arrive. Later datagrams arrive.
@@ -132,7 +132,7 @@ def test_a_restarted_receiver_with_the_same_code_is_found_again() -> None:
 @pytest.mark.parametrize("replies", [True, False])
 def test_two_restarts_with_and_without_the_unknown_session_reply(replies: bool) -> None:
     world = connected()
-    world.delays = lambda data: [0.0] if replies or data[:3] != b"\x93\x02\x06" else []
+    world.delays = lambda data: [0.0] if replies or data[:3] != b"\x93\x03\x06" else []
     for seed in ("second", "third"):
         exchange_bodies(world, 3.0)
         world.restart_receiver(seed)
@@ -244,7 +244,9 @@ def test_datagrams_of_no_handshake_and_no_session_are_counted() -> None:
     world = connected()
     sender = world.senders[SENDER]
     sender.receive_datagram(handshake_datagram(Kind.RETRY, bytes(8), bytes(8)), RECEIVER, world.now)
-    sender.receive_datagram(bytes((0x94, 2, (sender.session or 0) ^ 1, 0, 0xC4, 8)) + bytes(8), RECEIVER, world.now)
+    sender.receive_datagram(
+        bytes((0x94, VERSION, (sender.session or 0) ^ 1, 0, 0xC4, 8)) + bytes(8), RECEIVER, world.now
+    )
     assert sender.dropped == {DropReason.UNKNOWN_ATTEMPT: 1, DropReason.UNKNOWN_SESSION: 1}
 
 

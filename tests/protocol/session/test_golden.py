@@ -63,26 +63,26 @@ def test_an_independent_implementation_opens_the_golden_datagrams() -> None:
     spake = SPAKE2_A(CODE.encode(), idA=b"conf sender", idB=b"conf receiver", entropy_f=random)
     share = spake.start()[1:]
     version, kind, hello = golden("hello")
-    assert (version, kind) == (2, 0)
+    assert (version, kind) == (3, 0)
     assert isinstance(hello, bytes) and hello[:-4] == attempt + bytes(8) + share
     assert int.from_bytes(hello[-4:]) == zlib.crc32(VALID["hello"].read_bytes()[:-4])
 
     answer = golden("answer")[2]
     assert isinstance(answer, bytes) and answer[:8] == attempt
     key = spake.finish(b"B" + answer[8:40])
-    transcript = hashlib.sha256(b"\x02conf senderconf receiver" + attempt + share + answer[8:40]).digest()
+    transcript = hashlib.sha256(b"\x03conf senderconf receiver" + attempt + share + answer[8:40]).digest()
     secrets = hkdf_expand(hmac.digest(transcript, key, "sha256"), b"conf session", 128)
     from_sender, from_receiver, sender_proof, receiver_proof = (secrets[i : i + 32] for i in range(0, 128, 32))
 
     confirm, done = golden("confirm")[2], golden("done")[2]
     assert isinstance(confirm, bytes) and isinstance(done, bytes)
     session = done[8]
-    assert confirm[:-4] == attempt + b"\0" + hmac.digest(sender_proof, b"\x02\0", "sha256")[:16]
-    assert done[9:25] == hmac.digest(receiver_proof, bytes([2, session]), "sha256")[:16]
+    assert confirm[:-4] == attempt + b"\0" + hmac.digest(sender_proof, b"\x03\0", "sha256")[:16]
+    assert done[9:25] == hmac.digest(receiver_proof, bytes([3, session]), "sha256")[:16]
 
     expected = {"data_first": (0, 0), "data_full_counter": (201, 201), "data_short_counter": (202, 74)}
     for name, (counter, on_wire) in expected.items():
-        assert golden(name)[:3] == [2, session, on_wire]
+        assert golden(name)[:3] == [3, session, on_wire]
         assert open_independently(name, from_sender, counter) == b"motion"
     assert open_independently("data_long", from_sender, 203) == bytes(300)
     assert open_independently("data_to_sender", from_receiver, 0) == b"report"

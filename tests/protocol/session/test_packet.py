@@ -120,24 +120,24 @@ TAG = "00" * 8
     ("hexes", "reason"),
     [
         ("", DropReason.SIZE),
-        ("94020505c4080000", DropReason.SIZE),
+        ("94030505c4080000", DropReason.SIZE),
         ("00" * (MAX_DATAGRAM + 1), DropReason.SIZE),
         (f"94010505c408{TAG}", DropReason.VERSION),
         (f"93010005c408{TAG}", DropReason.VERSION),
-        (f"95020505c408{TAG}", DropReason.SYNTAX),
-        (f"94028005c408{TAG}", DropReason.SYNTAX),  # session 128
-        (f"940205cc7fc408{TAG}", DropReason.SYNTAX),  # counter 127 as uint8: not its shortest form
-        (f"940205cd00ffc408{TAG}", DropReason.SYNTAX),
-        (f"940205ce0000ffffc408{TAG}", DropReason.SYNTAX),
-        (f"940205cf0000000100000000c408{TAG}", DropReason.SYNTAX),  # counters end at 2^32
-        (f"940205d0ffc408{TAG}", DropReason.SYNTAX),  # a negative counter
-        (f"94020505c50008{TAG}", DropReason.SYNTAX),  # bin16 where bin8 would do
-        (f"94020505d908{TAG}", DropReason.SYNTAX),  # a string
-        (f"94020505c407{TAG}", DropReason.SYNTAX),  # a byte too many
-        (f"94020505c409{TAG}", DropReason.SYNTAX),  # a byte too few
-        ("94020505c40700000000000000", DropReason.SYNTAX),  # no room for a tag
-        ("930206c405057a4a1d9e", DropReason.CHECKSUM),
-        ("930207c405057a4a1d9d", DropReason.SYNTAX),  # no such kind
+        (f"95030505c408{TAG}", DropReason.SYNTAX),
+        (f"94038005c408{TAG}", DropReason.SYNTAX),  # session 128
+        (f"940305cc7fc408{TAG}", DropReason.SYNTAX),  # counter 127 as uint8: not its shortest form
+        (f"940305cd00ffc408{TAG}", DropReason.SYNTAX),
+        (f"940305ce0000ffffc408{TAG}", DropReason.SYNTAX),
+        (f"940305cf0000000100000000c408{TAG}", DropReason.SYNTAX),  # counters end at 2^32
+        (f"940305d0ffc408{TAG}", DropReason.SYNTAX),  # a negative counter
+        (f"94030505c50008{TAG}", DropReason.SYNTAX),  # bin16 where bin8 would do
+        (f"94030505d908{TAG}", DropReason.SYNTAX),  # a string
+        (f"94030505c407{TAG}", DropReason.SYNTAX),  # a byte too many
+        (f"94030505c409{TAG}", DropReason.SYNTAX),  # a byte too few
+        ("94030505c40700000000000000", DropReason.SYNTAX),  # no room for a tag
+        ("930306c405057a4a1d9e", DropReason.CHECKSUM),
+        ("930307c405057a4a1d9d", DropReason.SYNTAX),  # no such kind
     ],
 )
 def test_each_error_has_its_reason(hexes: str, reason: DropReason) -> None:

@@ -17,7 +17,7 @@ TOOL = Path(__file__).resolve().parents[3] / "tools" / "bench" / "codec.py"
 
 
 @pytest.fixture(scope="module")
-def tracks() -> dict[int, list[Track]]:
+def tracks() -> dict[float, list[Track]]:
     folder = TOOL.parents[3] / "shared" / "motion"
     if not folder.is_dir():
         pytest.skip(f"the tracks are not in {folder}")
@@ -25,11 +25,11 @@ def tracks() -> dict[int, list[Track]]:
     return {fps: [reader.read(folder / f"{name}.npz", fps=fps) for name in HELD_OUT] for fps in (15, 30)}
 
 
-def run(tracks: dict[int, list[Track]], profile: Profile, link: Link) -> Result:
+def run(tracks: dict[float, list[Track]], profile: Profile, link: Link) -> Result:
     return total([measure(track, profile, link) for track in tracks[profile.fps]])
 
 
-def test_live_keeps_its_rate_and_error(tracks: dict[int, list[Track]]) -> None:
+def test_live_keeps_its_rate_and_error(tracks: dict[float, list[Track]]) -> None:
     acknowledged, unacknowledged = run(tracks, LIVE, Link(ack_delay=2)), run(tracks, LIVE, Link(ack_delay=0))
     assert acknowledged.payload_bytes_per_frame <= 6.0
     assert unacknowledged.payload_bytes_per_frame <= 8.0
@@ -43,14 +43,14 @@ def test_live_keeps_its_rate_and_error(tracks: dict[int, list[Track]]) -> None:
     ("profile", "kbps", "error"), [(NARROWBAND, 2.4, 1.2), (RICH, 11.0, 0.8)], ids=["narrow", "rich"]
 )
 def test_narrow_and_rich_keep_their_rate_and_error(
-    tracks: dict[int, list[Track]], profile: Profile, kbps: float, error: float
+    tracks: dict[float, list[Track]], profile: Profile, kbps: float, error: float
 ) -> None:
     result = run(tracks, profile, Link(ack_delay=8))
     assert result.kbps <= kbps
     assert result.error_mean_percent <= error
 
 
-def test_losses_hardly_change_the_error_of_the_other_frames(tracks: dict[int, list[Track]]) -> None:
+def test_losses_hardly_change_the_error_of_the_other_frames(tracks: dict[float, list[Track]]) -> None:
     lossless, lossy = run(tracks, LIVE, Link(ack_delay=3)), run(tracks, LIVE, Link(ack_delay=3, loss=0.3, seed=1))
     assert 0.2 < lossy.frames_lost / lossy.frames < 0.4
     assert len(lossy.errors) == lossy.frames - lossy.frames_lost

@@ -5,18 +5,18 @@ from itertools import pairwise
 
 import pytest
 
-from conf.protocol.congestion import (
+from conf.protocol.feedback import Report, RoundTripEstimator
+from conf.protocol.rate_control.congestion import (
     BACKOFF_WINDOW_S,
     LOSS_WINDOW_S,
+    MAX_LOSS,
     MAX_RECOVER_S,
-    RATE_LEVELS,
     RECOVER_S,
     SETTLE_S,
     CongestionControl,
     LossEstimator,
-    RateLevel,
 )
-from conf.protocol.feedback import Report, RoundTripEstimator
+from conf.protocol.rate_control.rate_levels import RATE_LEVELS, RateLevel
 
 RICH, LIVE, BUNDLED, NARROW = RATE_LEVELS
 RATES = {RICH: 30, LIVE: 15, BUNDLED: 8, NARROW: 3}
@@ -25,9 +25,9 @@ RATES = {RICH: 30, LIVE: 15, BUNDLED: 8, NARROW: 3}
 class Link:
     """A sender under congestion control, a link with losses and delay, and a receiver that reports twice a second."""
 
-    def __init__(self, **options: int) -> None:
+    def __init__(self, *, top: int = 0, start: int = 1) -> None:
         self.now = 0.0
-        self.control = CongestionControl(0.0, **options)
+        self.control = CongestionControl(0.0, top=top, start=start)
         self.round_trip = RoundTripEstimator()
         self.highest = -1
         self.lost = 0
@@ -268,4 +268,4 @@ def test_a_restart_keeps_the_newest_totals() -> None:
 def test_loss_is_heavy_if_it_exceeds_5_percent_by_two_standard_deviations(
     expected: int, lost: int, is_heavy: bool
 ) -> None:
-    assert loss((0.0, 50, 0), (1.0, 50 + expected, lost)).is_heavy == is_heavy
+    assert loss((0.0, 50, 0), (1.0, 50 + expected, lost)).exceeds(MAX_LOSS) == is_heavy

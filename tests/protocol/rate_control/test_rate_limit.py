@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.protocol.rate_limit import RateLimiter, TokenBucket
+from conf.protocol.rate_control.rate_limit import RateLimiter, TokenBucket
 
 REQUESTS = st.lists(st.tuples(st.floats(0, 3), st.integers(1, 30)), max_size=60)
 

@@ -1,4 +1,4 @@
-from conf.protocol.circuit_breaker import OPEN_AFTER_S, CircuitBreaker
+from conf.protocol.rate_control.circuit_breaker import OPEN_AFTER_S, CircuitBreaker
 
 
 def test_it_opens_ten_seconds_after_the_last_report_probes_and_closes_again() -> None:

@@ -1,10 +1,10 @@
 import pytest
 
-from conf.protocol.circuit_breaker import OPEN_AFTER_S
-from conf.protocol.congestion import RATE_LEVELS
 from conf.protocol.feedback import Report
 from conf.protocol.portrait.chunk_budget import STARTUP_BYTES
-from conf.protocol.send_budget import MAX_CHUNK_DATAGRAM, RateOptions, SendBudget, highest_level
+from conf.protocol.rate_control.circuit_breaker import OPEN_AFTER_S
+from conf.protocol.rate_control.rate_levels import RATE_LEVELS
+from conf.protocol.rate_control.send_budget import MAX_CHUNK_DATAGRAM, RateOptions, SendBudget, highest_level
 
 RICH, LIVE, BUNDLED, NARROW = RATE_LEVELS
 

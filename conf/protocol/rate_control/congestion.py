@@ -2,33 +2,21 @@
 
 Strategy. Down quickly, up slowly. More than 5 % loss over the last seconds or a growing queue is one level down, after
 which the link gets 3 s to show the effect. Ten good seconds are one level up. Each level up that soon had to be taken
-back doubles that time.
+back doubles that time. With voice, loss alone leads down only from 25 %: below that, repetition helps more than a lower
+rate does, and a link that is too slow shows a queue.
 Source: RFC 8085, 3.1 (congestion control of datagrams).
 """
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 from conf.protocol.feedback import Report, RoundTripEstimator
-
-
-@dataclass(frozen=True)
-class RateLevel:
-    """A codec profile and how many times its usual number of frames share a datagram.
-
-    kbps : rate that the level needs, headers included
-    """
-
-    profile: str
-    kbps: float
-    bundling: int = 1
-
-
-RATE_LEVELS = (RateLevel("rich", 11.0), RateLevel("live", 5.8), RateLevel("live", 4.0, 2), RateLevel("narrow", 2.4))
+from conf.protocol.rate_control.rate_levels import RATE_LEVELS, RateLevel
 
 MAX_LOSS = 0.05
-LOW_LOSS = 0.02
+MAX_VOICE_LOSS = 0.25
+LOW_LOSS_FRACTION = 0.4  # of the loss that leads down: below it the level may rise
 MAX_QUEUEING_S = 0.2
 HIGH_QUEUE_FRACTION = 0.75  # of the queueing limit
 LOSS_WINDOW_S = 10.0
@@ -66,11 +54,15 @@ class LossEstimator:
         """Number of datagrams that the fraction is measured on."""
         return self._totals[-1][1] - self._totals[0][1] if self._totals else 0
 
-    @property
-    def is_heavy(self) -> bool:
-        """Whether the loss exceeds 5 % by two standard deviations of what a loss of 5 % would show."""
-        allowed = MAX_LOSS * self.expected
+    def exceeds(self, fraction: float) -> bool:
+        """Return whether the loss exceeds a fraction by two standard deviations of what such a loss would show."""
+        allowed = fraction * self.expected
         return self.is_significant and self.fraction * self.expected > allowed + 2 * math.sqrt(allowed)
+
+    def is_above(self, fraction: float, *, was_above: bool) -> bool:
+        """Return whether the loss is above a fraction: a change of that takes one standard deviation more or less."""
+        margin = math.sqrt(fraction * (1 - fraction) / max(self.expected, 1))
+        return self.fraction > fraction + (-margin if was_above else margin)
 
     @property
     def is_significant(self) -> bool:
@@ -88,11 +80,22 @@ class LossEstimator:
 class CongestionControl:
     """Choose the rate level.
 
-    top, start : the highest level allowed and the first, indices into RATE_LEVELS
+    levels : to choose from; top, start : the highest level allowed and the first, indices into `levels`
+    max_loss : the fraction above which the level falls
     """
 
-    def __init__(self, now: float, *, top: int = 0, start: int = 1) -> None:
+    def __init__(
+        self,
+        now: float,
+        *,
+        top: int = 0,
+        start: int = 1,
+        levels: Sequence[RateLevel] = RATE_LEVELS,
+        max_loss: float = MAX_LOSS,
+    ) -> None:
         self.loss = LossEstimator()
+        self._levels = levels
+        self._max_loss = max_loss
         self._top = top
         self._index = max(top, start)
         self._changed_at = now
@@ -103,7 +106,7 @@ class CongestionControl:
     @property
     def level(self) -> RateLevel:
         """The level to send at."""
-        return RATE_LEVELS[self._index]
+        return self._levels[self._index]
 
     def on_report(self, report: Report, round_trip: RoundTripEstimator, now: float) -> None:
         """Apply a report after `round_trip` has; `level` may change."""
@@ -111,10 +114,14 @@ class CongestionControl:
         if now < self._changed_at + SETTLE_S:
             return
         queueing, queueing_limit = round_trip.queueing_s, _queueing_limit(round_trip)
-        if self.loss.is_heavy or queueing > queueing_limit:
+        if self.loss.exceeds(self._max_loss) or queueing > queueing_limit:
             self._good_since = now
             self._step_down(now)
-        elif self.loss.fraction > LOW_LOSS or queueing > queueing_limit / 2 or not self.loss.is_significant:
+        elif (
+            self.loss.fraction > self._max_loss * LOW_LOSS_FRACTION
+            or queueing > queueing_limit / 2
+            or not self.loss.is_significant
+        ):
             self._good_since = now
         elif now >= self._good_since + self._recover_s:
             self._step_up(now)
@@ -128,7 +135,7 @@ class CongestionControl:
             is_soon = now < self._raised_at + BACKOFF_WINDOW_S
             self._recover_s = min(2 * self._recover_s, MAX_RECOVER_S) if is_soon else RECOVER_S
             self._raised_at = None
-        self._move(min(self._index + 1, len(RATE_LEVELS) - 1), now)
+        self._move(min(self._index + 1, len(self._levels) - 1), now)
 
     def _step_up(self, now: float) -> None:
         if self._index > self._top:

@@ -2,23 +2,30 @@
 
 Strategy. Four limits apply together. Congestion control chooses the rate level, the user may limit the kbit/s, the
 circuit breaker stops everything when no reports arrive, and portrait chunks have a budget of their own that keeps the
-motion from waiting. The receiver's reports drive all of them.
+motion from waiting. The receiver's reports drive all of them. Under a limit voice comes first: beside it goes what
+leaves room for the voice of the next ten seconds.
 """
 
+import math
 from dataclasses import dataclass
 
-from conf.protocol.circuit_breaker import CircuitBreaker
 from conf.protocol.codec.profiles import NARROWBAND
-from conf.protocol.congestion import RATE_LEVELS, CongestionControl, LossEstimator, RateLevel
 from conf.protocol.feedback import Report, RoundTripEstimator
 from conf.protocol.portrait.chunk_budget import CHUNK_BYTES, DEFAULT_KBPS, ChunkBudget
 from conf.protocol.portrait.chunks import CHUNK_HEADER_BYTES
-from conf.protocol.rate_limit import RateLimiter
+from conf.protocol.rate_control.circuit_breaker import CircuitBreaker
+from conf.protocol.rate_control.congestion import MAX_LOSS, MAX_VOICE_LOSS, CongestionControl, LossEstimator
+from conf.protocol.rate_control.rate_levels import RateLevel, VoiceMode, levels_for
+from conf.protocol.rate_control.rate_limit import RateLimiter
 from conf.protocol.statistics import HEADER_BYTES
+from conf.protocol.voice.formats import VoiceFormat
 
 AUTOMATIC = "auto"
 AUTOMATIC_TOP = 1  # live; 30 frames a second only on request
 DATAGRAM_OVERHEAD = HEADER_BYTES + 19  # bytes that a datagram has at most beside its body: headers, framing and seal
+SMOOTHING = 16  # packets: time constant of the mean size of voice packets
+SEAL_BYTES = 14  # framing and seal with a short counter
+VOICE_OVERHEAD = HEADER_BYTES + SEAL_BYTES + 3  # of a voice packet's data: also the fields of its body, and a composite
 MAX_CHUNK_DATAGRAM = DATAGRAM_OVERHEAD + CHUNK_HEADER_BYTES + CHUNK_BYTES
 
 
@@ -29,17 +36,26 @@ class RateOptions:
     profile : live, narrow or rich, or AUTOMATIC to follow the reports
     kbps : limit of all traffic, headers included; None for none
     portrait_kbps : long-term rate of the portrait, headers included; None for the default
+    voice : the codec, or off
     """
 
     profile: str = AUTOMATIC
     kbps: float | None = None
     portrait_kbps: float | None = None
+    voice: VoiceMode = VoiceMode.OFF
 
 
-def highest_level(kbps: float | None) -> int:
+def highest_level(kbps: float | None, voice: VoiceMode = VoiceMode.OFF) -> int:
     """Return the index of the highest rate level to use under a limit: the lowest level if none fits."""
-    fitting = (i for i, level in enumerate(RATE_LEVELS) if kbps is None or level.kbps <= kbps)
-    return max(next(fitting, len(RATE_LEVELS) - 1), AUTOMATIC_TOP)
+    levels = levels_for(voice)
+    fitting = (i for i, level in enumerate(levels) if kbps is None or level.kbps <= kbps)
+    return max(next(fitting, len(levels) - 1), AUTOMATIC_TOP if voice is VoiceMode.OFF else 0)
+
+
+def usable_voice(rate: RateOptions) -> VoiceMode:
+    """Return the voice codec that the user has chosen, off if no level with voice is within the limit."""
+    levels = levels_for(rate.voice)
+    return rate.voice if rate.kbps is None or levels[-1].kbps <= rate.kbps else VoiceMode.OFF
 
 
 class SendBudget:
@@ -51,20 +67,29 @@ class SendBudget:
     """
 
     def __init__(self, rate: RateOptions, now: float) -> None:
-        top = highest_level(rate.kbps)
+        voice = usable_voice(rate)
+        top, max_loss = highest_level(rate.kbps, voice), MAX_LOSS if voice is VoiceMode.OFF else MAX_VOICE_LOSS
         self.chunks = ChunkBudget(rate.portrait_kbps or DEFAULT_KBPS)
         self.round_trip = RoundTripEstimator()
         self.jitter_ms: float | None = None
         self._fixed_level = None if rate.profile == AUTOMATIC else RateLevel(rate.profile, 0.0)
-        self._congestion = CongestionControl(now, top=top, start=top)
+        self._congestion = CongestionControl(now, top=top, start=top, levels=levels_for(voice), max_loss=max_loss)
+        self._repeats = False  # whether voice packets are repeated
         self._limiter = RateLimiter(rate.kbps) if rate.kbps else None
         self._breaker = CircuitBreaker(now)
+        self._packet_bytes: dict[VoiceFormat, float] = {}  # mean of the data, of the newest format
         self._chunk_bytes = 0  # of the chunks that `on_datagrams_sent` has been told of
 
     @property
     def level(self) -> RateLevel:
         """The rate level for motion."""
         return self._fixed_level or self._congestion.level
+
+    @property
+    def voice_format(self) -> VoiceFormat | None:
+        """The format for voice, None if it is off or the limit has no room for it."""
+        level = self._congestion.level
+        return level.lossy_voice if self._repeats and level.lossy_voice else level.voice
 
     @property
     def loss(self) -> LossEstimator:
@@ -82,6 +107,8 @@ class SendBudget:
         self.round_trip.on_report(report, now)
         self._congestion.on_report(report, self.round_trip, now)
         self.jitter_ms = float(report.jitter_ms)
+        if self.loss.is_significant:
+            self._repeats = self.loss.is_above(self._congestion.level.lossy_from, was_above=self._repeats)
 
     def is_stopped(self, now: float) -> bool:
         """Return whether nothing but probes may be sent, as no reports arrive."""
@@ -95,15 +122,41 @@ class SendBudget:
         """Return whether a datagram of this size, headers included, is within the user's limit, and count it if so."""
         return self._limiter is None or self._limiter.take(wire_bytes, now)
 
-    def allows_chunk(self, now: float) -> bool:
+    def take_voice(self, wire_bytes: int, now: float) -> bool:
+        """Return the same for a datagram with voice, which may use the limit completely."""
+        return self._limiter is None or self._limiter.take_steady(wire_bytes, now)
+
+    def room_beside_voice(self, voice_bytes: int, now: float) -> float:
+        """Return the bytes that may be sent with a voice packet now without endangering those after it.
+
+        voice_bytes : of the datagram with the packet alone, headers included
+        """
+        if self._limiter is None or self.voice_format is None:
+            return float("inf")
+        stream_bytes = VOICE_OVERHEAD + math.ceil(self._usual_packet(self.voice_format))
+        return self._limiter.room(stream_bytes, self.voice_format.packet_s, now) - voice_bytes
+
+    def on_voice(self, voice_format: VoiceFormat, size: int) -> None:
+        """Record the bytes of a packet's data: what a variable-size codec needs for the next ones."""
+        usual = self._usual_packet(voice_format)
+        self._packet_bytes = {voice_format: usual + (size - usual) / SMOOTHING}
+
+    def _usual_packet(self, voice_format: VoiceFormat) -> float:
+        """Return the bytes of data to expect in a packet."""
+        return self._packet_bytes.get(voice_format, voice_format.nominal_bytes)
+
+    def allows_chunk(self, now: float, room: float | None = None) -> bool:
         """Return whether a chunk would delay no motion: no high queue, no modem, no limit that motion nearly fills.
 
         A modem is meant by a fixed narrowband profile; the automatic one may also be due to heavy loss alone.
+        room : bytes that the limit has left, if it is a datagram with voice
         """
         if self.is_stopped(now) or self._congestion.queue_is_high(self.round_trip):
             return False
         if self._fixed_level and self._fixed_level.profile == NARROWBAND.name:
             return False
+        if room is not None:
+            return room >= MAX_CHUNK_DATAGRAM - DATAGRAM_OVERHEAD + 2
         return self._limiter is None or self._limiter.has_headroom(MAX_CHUNK_DATAGRAM, now)
 
     def on_datagrams_sent(self, wire_bytes: int, now: float) -> None:

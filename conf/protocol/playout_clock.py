@@ -1,0 +1,68 @@
+"""The playout clock: which stream time is due now. Motion and voice of a stream share it, so that lips and sound agree.
+
+Strategy. Everything received carries its capture time on the sender's clock. The smallest `arrival - capture time` of
+the last seconds is the offset between the clocks plus the shortest network delay; what arrives needs beyond it is its
+lateness. Content is due at `capture time + offset + delay`. The delay follows the lateness that all but 2 % of the
+recent arrivals keep, plus a margin, and of motion and voice the greater.
+Source: playout by deadline as in Ramjee, Kurose, Towsley, Schulzrinne 1994.
+"""
+
+from collections import deque
+from enum import Enum
+
+import numpy as np
+
+MAX_DELAY_S = 0.5  # beyond the duration of a voice packet
+MARGIN_S = 0.010  # scheduling on the receiver's own machine
+MAX_LATE_FRACTION = 0.02  # of the arrivals that may be after their deadline
+OFFSET_WINDOW_S = 10.0  # long enough to contain an undelayed arrival, short enough to follow the drift of the clocks
+DELAY_DECAY = (
+    0.02  # per arrival; the delay grows at once, as one that varies is more visible than one slightly too long
+)
+CLOCK_RESET_S = 30.0  # a timestamp this far from the expected one means that the sender's clock has started again
+
+
+class Medium(Enum):
+    """What arrives: each has its own lateness."""
+
+    MOTION = "motion"
+    VOICE = "voice"
+
+
+class PlayoutClock:
+    """Turn arrivals into the stream time to play out.
+
+    delay_s : added to the shortest way from capture to arrival
+    extra_delay_s : more of it, for the latency of the sound output, set by whoever plays the voice
+    packet_s : duration of the voice in a packet, for which the delay may be longer
+    restarts : how often the sender's clock has started again: what is stored of it has become meaningless
+    """
+
+    def __init__(self) -> None:
+        self.delay_s = 0.0
+        self.extra_delay_s = 0.0
+        self.packet_s = 0.0
+        self.restarts = 0
+        self._transits: dict[Medium, deque[tuple[float, float]]] = {}  # (arrival, arrival - timestamp)
+        self._offset: float | None = None
+
+    def on_arrival(self, timestamp: float, now: float, *, medium: Medium = Medium.MOTION) -> None:
+        """Adapt the delay to content that arrives at `now`. timestamp : capture time of the oldest of it"""
+        if self._offset is not None and abs(now - timestamp - self._offset) > CLOCK_RESET_S:
+            self._transits.clear()
+            self.restarts += 1
+        self._transits.setdefault(medium, deque()).append((now, now - timestamp))
+        for transits in self._transits.values():
+            while transits and transits[0][0] < now - OFFSET_WINDOW_S:
+                transits.popleft()
+        arrays = [np.array([t for _, t in transits]) for transits in self._transits.values() if transits]
+        offset = float(min(transits.min() for transits in arrays))
+        quantile = 1 - MAX_LATE_FRACTION
+        lateness = max(float(np.quantile(transits - offset, quantile, method="lower")) for transits in arrays)
+        change = min(lateness + MARGIN_S, MAX_DELAY_S + self.packet_s) - self.delay_s
+        self.delay_s += change if change > 0 else change * DELAY_DECAY
+        self._offset = offset
+
+    def playhead(self, now: float) -> float:
+        """Return the stream time that is due at `now`; it steps back when the delay grows."""
+        return now - (self._offset or 0.0) - self.delay_s - self.extra_delay_s

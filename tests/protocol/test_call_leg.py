@@ -1,0 +1,327 @@
+"""Two ways over one session: bodies go to the half they concern, reports ride, voice and motion share a limit."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from conf.protocol.call_leg import QUIET_DATAGRAMS, CallLeg
+from conf.protocol.feedback import Report
+from conf.protocol.messages import (
+    Body,
+    Bye,
+    Composite,
+    Feedback,
+    KeepAlive,
+    MotionFrame,
+    MotionPayload,
+    PortraitAck,
+    PortraitChunk,
+    Presence,
+    RoundTripMessage,
+    SingleBody,
+    VoiceFormatMessage,
+    VoicePayload,
+    VoiceStateMessage,
+)
+from conf.protocol.portrait.chunks import Ack, Chunk, encode_ack, encode_chunk
+from conf.protocol.rate_control.rate_levels import VoiceMode
+from conf.protocol.rate_control.send_budget import RateOptions
+from conf.protocol.receive_leg import ReceiveLeg
+from conf.protocol.send_leg import RIDE_WAIT_S, SendLeg
+from conf.protocol.voice.formats import VoiceFormat, VoicePacket, VoiceState
+from conf.protocol.wire import decode_body, encode_body
+from tests.protocol.motion.test_inbound import payload
+from tests.protocol.motion.test_outbound import PARAMETERS, frame
+from tests.support.simulated_calls import talk
+from tests.support.two_way_call import Losses, TwoWayCall
+
+OPUS = VoiceFormat("opus", 9000, 60, 1, fixed_size=False)
+
+
+def both(rate: RateOptions | None = None) -> CallLeg:
+    leg = CallLeg(send=SendLeg(PARAMETERS, 0.0, rate=rate), receive=ReceiveLeg())
+    assert leg.send
+    leg.send.start(0.0)
+    return leg
+
+
+def halves(leg: CallLeg) -> tuple[SendLeg, ReceiveLeg]:
+    assert leg.send and leg.receive
+    return leg.send, leg.receive
+
+
+def deliver(leg: CallLeg, *bodies: Body, now: float = 0.0, counter: int = 0) -> int | None:
+    acknowledged = None
+    for number, body in enumerate(bodies):
+        acknowledged = leg.receive_body(encode_body(body), counter + number, 60, now)
+    return acknowledged
+
+
+def sent(leg: CallLeg, now: float) -> list[list[SingleBody]]:
+    """Return the bodies of each datagram."""
+    bodies = [decode_body(outgoing.body) for outgoing in leg.bodies_to_send(now)]
+    return [list(body.bodies) if isinstance(body, Composite) else [body] for body in bodies]
+
+
+def types(leg: CallLeg, now: float) -> list[list[type]]:
+    return [[type(body) for body in datagram] for datagram in sent(leg, now)]
+
+
+def test_each_body_goes_to_the_half_that_it_concerns() -> None:
+    leg = both()
+    send, receive = halves(leg)
+    report = Feedback(Report(0, 0, 0, 7, 0), refresh=False)
+    composite = Composite((report, VoiceFormatMessage(0, OPUS), payload(0), VoicePayload(0, True, 0, b"voice")))
+    assert deliver(leg, composite) == 0
+    assert send.status(0.0).jitter_ms == 7.0
+    assert receive.motion.frames.count == 1 and receive.voice.format == OPUS
+    assert receive.traffic.count == 1 and receive.rejected == 0 and not leg.ended
+    deliver(leg, Bye(), counter=1)
+    assert leg.ended
+
+
+@pytest.mark.parametrize("leg", [CallLeg(), CallLeg(receive=ReceiveLeg()), CallLeg(send=SendLeg(PARAMETERS, 0.0))])
+def test_a_half_that_is_absent_ignores_what_is_for_it(leg: CallLeg) -> None:
+    report = Feedback(Report(0, 0, 0, 0, 0), refresh=True)
+    ack, chunk = PortraitAck(encode_ack(Ack(1, (), ()))), PortraitChunk(encode_chunk(Chunk(3, 80, 0, 100, bytes(80))))
+    others: list[SingleBody] = [KeepAlive(0.0, Presence.FACE), PARAMETERS, RoundTripMessage(80), payload(0)]
+    voice: list[SingleBody] = [VoiceFormatMessage(0, OPUS), VoicePayload(0, True, 0, b"voice")]
+    state = VoiceStateMessage(VoiceState.OFF, 127)
+    assert deliver(leg, ack, chunk, *others, *voice, state, report) == 0
+    assert leg.receive is None or leg.receive.rejected == 0
+
+
+def test_of_a_composite_one_body_may_fail_alone_and_then_it_is_not_acknowledged() -> None:
+    leg = both()
+    _, receive = halves(leg)
+    deliver(leg, Composite((VoiceFormatMessage(0, OPUS), VoiceStateMessage(VoiceState.SILENT, 60))))
+    report = Feedback(Report(0, 0, 0, 0, 0), refresh=False)
+    assert (
+        deliver(leg, Composite((report, MotionPayload(5, b"\xd8\0"), VoicePayload(0, True, 0, b"a"))), counter=1) == 0
+    )
+    assert receive.rejected == 1 and receive.voice.state is VoiceState.TALKING
+    ((feedback,),) = sent(leg, 1.0)
+    assert isinstance(feedback, Feedback) and feedback.report.highest == 0
+    assert receive.traffic.count == 2
+
+
+def test_a_malformed_body_changes_nothing() -> None:
+    leg = both()
+    assert leg.receive_body(b"\x12\x10\4\4\4", 0, 50, 0.0) is None
+    assert halves(leg)[1].rejected == 1 and not leg.ended
+    assert sent(leg, 1.0) == [], "nothing could be acknowledged"
+
+
+def test_a_report_rides_with_the_next_motion() -> None:
+    leg = both()
+    send, _ = halves(leg)
+    send.send_frame(frame(0.0), 0.0)
+    leg.bodies_to_send(0.0)
+    deliver(leg, RoundTripMessage(80), now=0.01)
+    assert sent(leg, 0.02) == [], "the next frame is soon due"
+    send.send_frame(frame(0.1), 0.1)
+    assert types(leg, 0.1) == [[Feedback, MotionPayload]]
+    deliver(leg, RoundTripMessage(80), now=0.11, counter=1)
+    send.send_frame(frame(0.2), 0.2)
+    assert types(leg, 0.2) == [[MotionPayload]], "the next report is due half a second after the last"
+
+
+def test_a_report_without_a_datagram_to_ride_in_is_sent_alone_after_a_wait() -> None:
+    leg = both()
+    send, _ = halves(leg)
+    send.send_frame(frame(0.0), 0.0)
+    leg.bodies_to_send(0.0)
+    deliver(leg, RoundTripMessage(80), now=0.01)
+    assert sent(leg, 0.01) == [] == sent(leg, 0.01 + RIDE_WAIT_S - 0.001)
+    assert types(leg, 0.01 + RIDE_WAIT_S) == [[Feedback]]
+    deliver(leg, RoundTripMessage(80), now=5.0, counter=1)
+    assert types(leg, 5.0) == [[Feedback]], "nothing was sent lately"
+
+
+def test_without_a_sending_half_reports_do_not_wait() -> None:
+    leg = CallLeg(receive=ReceiveLeg())
+    deliver(leg, RoundTripMessage(80), now=0.01)
+    assert types(leg, 0.01) == [[Feedback]]
+    deliver(leg, RoundTripMessage(80), now=0.02, counter=1)
+    assert types(leg, 0.5) == [] and types(leg, 0.51) == [[Feedback]]
+
+
+def test_a_report_and_a_portrait_ack_share_a_datagram() -> None:
+    leg = CallLeg(receive=ReceiveLeg())
+    deliver(leg, PortraitChunk(encode_chunk(Chunk(3, 80, 0, 20, bytes(20)))), now=0.01)
+    assert types(leg, 0.01) == [[Feedback, PortraitAck]]
+    assert types(leg, 1.0) == []
+
+
+def test_acknowledgements_call_for_no_report_but_one_now_and_then() -> None:
+    leg = both()
+    send, _ = halves(leg)
+    report = Feedback(Report(0, 0, 0, 0, 0), refresh=False)
+    riding = []
+    for counter in range(3 * QUIET_DATAGRAMS):
+        now = counter / 2
+        deliver(
+            leg,
+            report if counter % 2 else Composite((report, PortraitAck(encode_ack(Ack(1, (), ()))))),
+            now=now,
+            counter=counter,
+        )
+        send.send_frame(frame(now), now)
+        for datagram in types(leg, now):
+            assert datagram != [Feedback]
+            riding += [counter] if Feedback in datagram else []
+    assert riding == [QUIET_DATAGRAMS - 1, 2 * QUIET_DATAGRAMS - 1, 3 * QUIET_DATAGRAMS - 1]
+
+
+def test_two_ends_with_nothing_to_say_fall_silent() -> None:
+    call = TwoWayCall(RateOptions(), motions=(None, None))
+    call.a.send.send_no_face(0.0, 0.0)
+    call.run(9)
+    assert len(call.a.wire) <= 3 and len(call.b.wire) <= 2, "a report that answers a report would be answered for ever"
+
+
+def test_the_end_of_a_call_is_said_twice_within_the_limit() -> None:
+    leg = both()
+    assert [decode_body(outgoing.body) for outgoing in leg.closing_bodies(0.0)] == [Bye(), Bye()]
+    assert CallLeg(receive=ReceiveLeg()).closing_bodies(0.0) == []
+    assert both(RateOptions(kbps=0.03)).closing_bodies(0.0) == []
+
+
+def test_motion_waits_for_the_voice_packet_of_its_time() -> None:
+    leg = both(RateOptions(voice=VoiceMode.AUTOMATIC))
+    send, _ = halves(leg)
+    assert send.voice_format == OPUS
+    send.send_voice(VoicePacket(0.0, OPUS, (b"a",)), 0.06)
+    leg.bodies_to_send(0.06)
+    send.send_frame(frame(0.07), 0.08)
+    assert types(leg, 0.08) == []
+    send.send_voice(VoicePacket(0.06, OPUS, (b"b",)), 0.12)
+    (bodies,) = sent(leg, 0.12)
+    assert [type(body) for body in bodies[-2:]] == [MotionPayload, VoicePayload]
+
+
+def test_motion_waits_no_longer_when_the_voice_stops() -> None:
+    leg = both(RateOptions(voice=VoiceMode.AUTOMATIC))
+    send, _ = halves(leg)
+    for stop in ("state", "nothing"):
+        begin = 0.0 if stop == "state" else 5.0
+        send.send_voice(VoicePacket(begin, OPUS, (b"a",)), begin + 0.06)
+        leg.bodies_to_send(begin + 0.06)
+        send.send_frame(frame(begin + 0.07), begin + 0.08)
+        if stop == "state":
+            send.set_voice_state(VoiceState.SILENT, begin + 0.09, noise_level=60)
+            assert [d[-2:] for d in types(leg, begin + 0.09)] == [[VoiceStateMessage, MotionPayload]]
+        else:
+            assert types(leg, begin + 0.2) == []
+            assert [d[-1:] for d in types(leg, begin + 0.22)] == [[MotionPayload]]
+
+
+def test_no_voice_without_a_session_or_where_it_does_not_fit() -> None:
+    leg = SendLeg(PARAMETERS, 0.0, rate=RateOptions(voice=VoiceMode.AUTOMATIC))
+    assert leg.voice_format is None
+    leg.send_voice(VoicePacket(0.0, OPUS, (b"a",)), 0.1)
+    assert leg.bodies_to_send(0.1) == []
+    for kbps, codec in ((2.3, None), (2.4, "codec2"), (100.0, "opus")):
+        send, _ = halves(both(RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC)))
+        assert (send.voice_format.codec if send.voice_format else None) == codec
+    assert halves(both())[0].voice_format is None
+
+
+RATES = [16.0, 9.6, 6.0, 4.8, 2.4]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kbps", RATES)
+@pytest.mark.parametrize("fill", [0.85, 1.0])
+def test_two_talkers_keep_the_limit_and_no_voice_is_lost(kbps: float, fill: float) -> None:
+    """fill : mean size of Opus frames over the nominal one; 1 with little spread is worse than speech ever is."""
+    call = TwoWayCall(RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC))
+    for talker in (call.a, call.b):
+        talker.mean_fill, talker.spread = fill, 0.08 if fill < 1 else 0.0
+    call.run(35)
+    for talker, other in ((call.a, call.b), (call.b, call.a)):
+        assert talker.max_kbps() <= kbps
+        assert other.receive.rejected == other.receive.missed_references == other.receive.voice.late == 0
+        assert other.lost_voice == 0
+        assert [frame.data for frame in other.played] == [talker.sent[round(f.timestamp, 3)] for f in other.played]
+        assert len(other.played) * other.played[0].format.frame_ms / 1000 > 33
+        assert talker.sealing_key.counter - talker.sealing_key.acknowledged < 40
+        fps = talker.send.motion.frames_sent / 35
+        assert fps > (7 if fill == 1 else 9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kbps", RATES)
+@pytest.mark.parametrize("burst", [1, 3])
+def test_redundancy_fills_losses_within_the_limit(kbps: float, burst: int) -> None:
+    call = TwoWayCall(RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC), losses=Losses(0.2, burst))
+    call.run(90)
+    for talker, other in ((call.a, call.b), (call.b, call.a)):
+        assert talker.max_kbps() <= kbps
+        assert other.receive.rejected == 0
+        if kbps > 2.4:
+            assert talker.send.voice_format and talker.send.voice_format.redundant
+        recent = other.played[len(other.played) // 2 :]
+        lost = sum(frame.data is None for frame in recent) / len(recent)
+        assert lost < (0.09 if burst == 1 and kbps > 2.4 else 0.3)
+        assert all(f.data is None or f.data == talker.sent[round(f.timestamp, 3)] for f in other.played)
+        assert talker.send.status(call.now).profile == other.send.status(call.now).profile
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kbps", [16.0, 4.8])
+def test_ten_per_cent_of_loss_does_not_lower_the_level(kbps: float) -> None:
+    call = TwoWayCall(RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC), losses=Losses(0.1))
+    call.run(60)
+    for talker in (call.a, call.b):
+        assert talker.send.voice_format
+        assert talker.send.voice_format.codec == ("opus" if kbps > 9 else "codec2")
+        assert talker.lost_voice < (0.14 if kbps > 9 else 0.06)
+        assert talker.max_kbps() <= kbps
+
+
+@pytest.mark.slow
+def test_silence_costs_no_voice_and_is_no_loss() -> None:
+    call = TwoWayCall(RateOptions(kbps=6.0, voice=VoiceMode.AUTOMATIC), losses=Losses(0.1))
+    for second in range(40):
+        call.a.is_talking = second % 8 < 4
+        call.run(1)
+    assert call.b.receive.voice.lost_ms < 0.1 * 20_000
+    talked = sum(frame.format.frame_ms for frame in call.b.played) / 1000
+    assert talked == pytest.approx(20, abs=2.5)
+    assert call.b.receive.voice.state is VoiceState.SILENT and call.b.receive.voice.noise_level == 60
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("profile", "one_way"), [("live", 5.94), ("narrow", 2.87)])
+def test_reports_that_ride_cost_less_than_reports_alone(profile: str, one_way: float) -> None:
+    """one_way : kbit/s of the same two talkers with reports in datagrams of their own"""
+    call = TwoWayCall(RateOptions(profile), motions=(talk, lambda t: talk(t + 100)))
+    call.run(40)
+    for talker in (call.a, call.b):
+        assert talker.kbps(0, 40) < one_way
+        assert talker.receive.missed_references == talker.receive.rejected == 0
+        datagrams = [size for _, size in talker.wire]
+        assert len(datagrams) / 40 < (15.2 if profile == "live" else 5.3), "no report goes alone"
+
+
+@pytest.mark.slow
+def test_lips_and_voice_are_due_at_the_same_time() -> None:
+    def marked(timestamp: float) -> MotionFrame:
+        return MotionFrame(
+            timestamp, np.zeros((50, 3), np.float32), np.array([0, 0.5 * np.sin(2 * timestamp), 0, 0, 0, -3.3])
+        )
+
+    call = TwoWayCall(RateOptions(kbps=6.0, voice=VoiceMode.AUTOMATIC), motions=(marked, marked))
+    call.run(10)
+    begin = len(call.b.played)
+    for _ in range(100):
+        call.run(0.05)
+        playout = call.b.receive.motion.frame_at(call.now)
+        assert playout is not None and playout.age_s < 0.25
+        newest = call.b.played[-1]
+        assert 0 <= playout.frame.timestamp - newest.timestamp <= 0.03 + newest.format.frame_ms / 1000
+        assert playout.frame.pose[1] == pytest.approx(0.5 * np.sin(2 * playout.frame.timestamp), abs=0.06)
+    stamps = [frame.timestamp for frame in call.b.played[begin:]]
+    assert all(b - a == pytest.approx(0.02) for a, b in pairwise(stamps))

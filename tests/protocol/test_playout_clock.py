@@ -1,0 +1,80 @@
+import numpy as np
+import pytest
+
+from conf.protocol.playout_clock import (
+    CLOCK_RESET_S,
+    DELAY_DECAY,
+    MARGIN_S,
+    MAX_DELAY_S,
+    OFFSET_WINDOW_S,
+    Medium,
+    PlayoutClock,
+)
+
+
+def filled(lateness: dict[Medium, float], seconds: float = 5.0) -> PlayoutClock:
+    """Return a clock to which both media came every 0.1 s for a while, each with its own lateness."""
+    clock = PlayoutClock()
+    for step in range(round(seconds * 10)):
+        for medium, late_s in lateness.items():
+            clock.on_arrival(step / 10, 100 + step / 10 + late_s, medium=medium)
+    return clock
+
+
+def test_the_delay_follows_the_worse_medium_and_the_offset_the_better() -> None:
+    clock = filled({Medium.MOTION: 0.04, Medium.VOICE: 0.24})
+    assert clock.delay_s == pytest.approx(0.2 + MARGIN_S)
+    assert clock.playhead(110.0) == pytest.approx(10.0 - 0.04 - 0.2 - MARGIN_S)
+    assert filled({Medium.MOTION: 0.24, Medium.VOICE: 0.04}).delay_s == pytest.approx(0.2 + MARGIN_S)
+    assert filled({Medium.MOTION: 0.04}).delay_s == pytest.approx(MARGIN_S)
+
+
+def test_two_per_cent_of_each_medium_may_be_late() -> None:
+    """Frequent motion does not hide that every voice packet is late."""
+    clock = PlayoutClock()
+    for step in range(900):
+        now = step / 100
+        clock.on_arrival(now, now)
+        if step % 50 == 49:
+            clock.on_arrival(now - 0.3, now, medium=Medium.VOICE)
+    assert clock.delay_s == pytest.approx(0.3 + MARGIN_S)
+
+
+def test_the_extra_delay_moves_the_playhead_only() -> None:
+    clock = filled({Medium.MOTION: 0.0})
+    before, delay_s = clock.playhead(110.0), clock.delay_s
+    clock.extra_delay_s = 0.07
+    assert clock.playhead(110.0) == pytest.approx(before - 0.07) and clock.delay_s == delay_s
+
+
+@pytest.mark.parametrize("packet_s", [0.0, 0.48, 0.96])
+def test_the_delay_is_bounded_beyond_the_duration_of_a_packet(packet_s: float) -> None:
+    clock = PlayoutClock()
+    clock.packet_s = packet_s
+    clock.on_arrival(0.0, 0.0)
+    for step in range(49):  # the arrival without delay is still in the window
+        clock.on_arrival(step / 10, 5 + step / 10, medium=Medium.VOICE)
+    assert clock.delay_s == MAX_DELAY_S + packet_s
+
+
+def test_the_delay_falls_slowly_and_the_offset_follows_ten_seconds() -> None:
+    clock = filled({Medium.MOTION: 0.0, Medium.VOICE: 0.3})
+    late = clock.delay_s
+    now = 105.0 + OFFSET_WINDOW_S + 0.5
+    clock.on_arrival(now - 100, now)
+    assert clock.delay_s == pytest.approx(late - DELAY_DECAY * 0.3)
+    clock.on_arrival(now - 100.2, now + 0.1)
+    assert clock.playhead(now) == pytest.approx(now - 100 - clock.delay_s), "the shortest way of the window"
+
+
+def test_a_clock_that_starts_again_is_noticed() -> None:
+    clock = filled({Medium.MOTION: 0.0, Medium.VOICE: 0.1})
+    clock.on_arrival(4.9 - CLOCK_RESET_S + 1, 104.9)
+    assert clock.restarts == 0
+    clock.on_arrival(0.0, 104.9 + CLOCK_RESET_S + 1)
+    assert clock.restarts == 1
+    assert clock.playhead(104.9 + CLOCK_RESET_S + 1) == pytest.approx(-clock.delay_s)
+
+
+def test_before_the_first_arrival_the_playhead_is_the_receivers_clock() -> None:
+    assert PlayoutClock().playhead(7.0) == 7.0 and np.isfinite(PlayoutClock().playhead(-7.0))

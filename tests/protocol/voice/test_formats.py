@@ -1,0 +1,48 @@
+import pytest
+
+from conf.errors import ProtocolError
+from conf.protocol.voice.formats import MAX_PACKET_MS, VoiceFormat, VoiceState
+
+OPUS = VoiceFormat("opus", 9000, 60, 2, fixed_size=False)
+CODEC2 = VoiceFormat("codec2", 700, 40, 3, fixed_size=True)
+
+
+@pytest.mark.parametrize(
+    ("voice_format", "packet_ms", "frame_bits", "nominal_bytes"),
+    [
+        (OPUS, 120, 540, 68 + 1 + 68),
+        (VoiceFormat("opus", 9000, 60, 1, fixed_size=False), 60, 540, 68),
+        (VoiceFormat("opus", 5000, 60, 1, fixed_size=False, redundant=True), 60, 300, 38 + 1 + 38),
+        (CODEC2, 120, 28, 11),  # 84 bits
+        (VoiceFormat("codec2", 1200, 40, 5, fixed_size=True, redundant=True), 200, 48, 60),
+        (VoiceFormat("codec2", 3200, 20, 10, fixed_size=True), 200, 64, 80),
+    ],
+)
+def test_durations_and_sizes(voice_format: VoiceFormat, packet_ms: int, frame_bits: int, nominal_bytes: int) -> None:
+    voice_format.check()
+    assert (voice_format.packet_ms, voice_format.packet_s) == (packet_ms, packet_ms / 1000)
+    assert (voice_format.frame_bits, voice_format.nominal_bytes) == (frame_bits, nominal_bytes)
+    assert voice_format.coverage_s == pytest.approx(packet_ms / 1000 * (2 if voice_format.redundant else 1))
+
+
+@pytest.mark.parametrize(
+    ("voice_format", "message"),
+    [
+        (VoiceFormat("", 9000, 60, 1, fixed_size=False), "the name of a voice codec is not 1 to 16 ASCII characters"),
+        (VoiceFormat("opus", 9000, 60, 0, fixed_size=False), "a voice format out of range"),
+        (VoiceFormat("codec2", 40, 20, 1, fixed_size=True), "a voice format out of range"),  # less than a bit a frame
+        (VoiceFormat("opus", 9000, 60, 17, fixed_size=False), "voice packets of this duration are not allowed"),
+        (VoiceFormat("opus", 9000, 10, 3, fixed_size=False), "voice packets of this duration are not allowed"),
+    ],
+)
+def test_formats_that_a_receiver_must_not_accept(voice_format: VoiceFormat, message: str) -> None:
+    with pytest.raises(ProtocolError, match=message):
+        voice_format.check()
+
+
+def test_a_packet_of_a_second_is_the_longest() -> None:
+    VoiceFormat("codec2", 700, 20, MAX_PACKET_MS // 20, fixed_size=True).check()
+
+
+def test_the_states_are_those_of_the_wire() -> None:
+    assert [(state.name, state.value) for state in VoiceState] == [("OFF", 0), ("SILENT", 1), ("TALKING", 2)]
