@@ -50,12 +50,15 @@ def _draw_bars(title: str, bars: list[Bar], size: tuple[float, float], plot_widt
     bare = implot.AxisFlags_.no_grid_lines | implot.AxisFlags_.no_tick_marks
     implot.setup_axes(f"{title}, logarithmic scale", "", implot.AxisFlags_.none, bare)
     implot.setup_axis_scale(implot.ImAxis_.x1, implot.Scale_.log10)
-    widths = [imgui.calc_text_size(text).x + 2 * LABEL_GAP for text in texts]
+    plot_width = plot_widths[-1] if plot_widths else size[0]
     low = min(values) / 3
-    high = axis_end(low, list(values), [width / (plot_widths[-1] if plot_widths else size[0]) for width in widths])
+    widths = [(imgui.calc_text_size(text).x + 2 * LABEL_GAP) / plot_width for text in texts]
+    high = axis_end(low, list(values), widths)
     implot.setup_axes_limits(low, high, -0.6, len(bars) - 0.4, imgui.Cond_.always)
-    decades = [10.0**power for power in range(ceil(log10(low)), floor(log10(high)) + 1)]
-    implot.setup_axis_ticks(implot.ImAxis_.x1, decades, [f"{decade:,.12g}" for decade in decades], False)
+    decades = {10.0**power: f"{10.0**power:,.12g}" for power in range(ceil(log10(low)), floor(log10(high)) + 1)}
+    to_edge = {decade: log10(high / decade) / log10(high / low) * plot_width for decade in decades}  # px
+    ticks = {d: text for d, text in decades.items() if imgui.calc_text_size(text).x / 2 < to_edge[d]}
+    implot.setup_axis_ticks(implot.ImAxis_.x1, list(ticks), list(ticks.values()), False)
     implot.setup_axis_ticks(implot.ImAxis_.y1, rows.tolist(), list(names), False)
     colour = implot.Spec(fill_color=imgui.ImVec4(*ACCENT), flags=implot.BarsFlags_.horizontal)
     implot.plot_bars("bars", np.array(values), rows, 0.6, spec=colour)

@@ -33,6 +33,12 @@ def test_no_label_is_clipped(text: str) -> None:
     assert bright[-1] < len(row) - 4  # px: the label ends before the frame
 
 
+@pytest.mark.parametrize("value", [700_000.0, 80_000.0, 999.0])
+def test_no_label_of_the_axis_is_clipped(value: float) -> None:
+    pixels = bar_chart("bytes", [("raw", value, "some bytes"), ("coded", 5.0, "5 B")])
+    assert pixels[SIZE[1] - 60 : SIZE[1] - 20, -12:].max() < 60  # the labels end before the panel's edge
+
+
 def test_the_axis_leaves_room_for_every_label() -> None:
     end = axis_end(1.0, [10.0, 1000.0], [0.75, 0.1])
     assert log10(10) / log10(end) + 0.75 == pytest.approx(1) and log10(1000) / log10(end) + 0.1 <= 1
