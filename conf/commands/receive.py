@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from conf.commands import Terminal
 from conf.commands.arguments import add_json, add_listen, add_seconds, pairing_code
 from conf.commands.call_table import call_table
 from conf.commands.interruption import until_interrupted
+from conf.errors import FileFormatError, GraphicsError
 
 if TYPE_CHECKING:
     from conf.protocol.call_report import CallReport
@@ -55,12 +57,28 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
     from conf.protocol.session.pairing_code import generate_code
     from conf.transport.udp import UdpSocket
 
+    check_before_call(options.face, options.headless)
     code = options.code or generate_code(os.urandom)
     with UdpSocket.bind(*options.listen) as socket:
         terminal.write(f"listening on {format_address(socket.address)}, code {code}")
         receive_options = ReceiveOptions(options.headless, None, options.seconds, on_event=terminal.write)
         report = receive(socket, code, receive_options, face=options.face)
     terminal.print_figures("the call", report, call_table(report))
+
+
+def check_before_call(face: Path | None, headless: Path | None) -> None:
+    """Raise what loading the face and opening the window would raise after the code has been printed.
+
+    Raises FileFormatError, GraphicsError.
+    """
+    if face is not None:
+        for path, advice in (face, "check the name"), (face.with_suffix(".ppc"), f"`conf fit {face}` makes it"):
+            if not path.exists():
+                raise FileFormatError(path, None, f"expected a file; {advice}")
+    if headless is None and not has_display():
+        from conf.render.window.glfw_window import NO_DISPLAY
+
+        raise GraphicsError(NO_DISPLAY.format(display="not set"))
 
 
 def _run(loop: ReceiverLoop, seconds: float | None, should_continue: Callable[[], bool]) -> CallReport:
@@ -71,7 +89,9 @@ def _run(loop: ReceiverLoop, seconds: float | None, should_continue: Callable[[]
 
 def has_display() -> bool:
     """Return whether a window can be opened."""
-    return os.name != "posix" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+    if sys.platform in ("darwin", "win32"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def receive(

@@ -12,6 +12,7 @@ import os
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -22,7 +23,7 @@ COMMANDS = {
     "python -c pass": [*PYTHON, "-c", "pass"],
     "conf --help": [*CONF, "--help"],
     "conf --version": [*CONF, "--version"],
-    "conf receive --listen PORT": [*CONF, "receive", "--listen", "0"],
+    "conf receive --listen PORT": [*CONF, "receive", "--listen", "0", "--headless", "unused.avi"],
 }
 
 
@@ -48,7 +49,10 @@ def first_output(command: list[str]) -> float:
     """Return the seconds until a command has printed its first line, or ended without one."""
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     start = time.perf_counter()
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment) as process:
+    folder = tempfile.gettempdir()
+    with subprocess.Popen(
+        command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
+    ) as process:
         assert process.stdout is not None
         line = process.stdout.readline()
         if b"code" not in line:
