@@ -43,6 +43,12 @@ def test_leading_zero_and_missing_space_before_the_number() -> None:
     assert normalise_code("acorn tulip river07") == "acorn-tulip-river-7"
 
 
+def test_a_code_has_at_most_80_characters() -> None:
+    assert normalise_code("acorn-tulip-river-42".ljust(80)) == "acorn-tulip-river-42"
+    with pytest.raises(ValueError, match="a code is three words and a number"):
+        normalise_code("acorn-tulip-river-42".ljust(81))
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

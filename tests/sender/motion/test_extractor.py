@@ -5,10 +5,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_INDEX, CONTROL_POINT_LANDMARKS, control_point_indices
+from conf.face.control_points import (
+    CONTROL_POINT_COUNT,
+    CONTROL_POINT_INDEX,
+    CONTROL_POINT_LANDMARKS,
+    PUPILS,
+    control_point_indices,
+)
 from conf.face.fapu import Fapu
 from conf.face.head_pose import HeadPose
-from conf.sender.motion.extractor import MotionExtractor, off_axis_angle, to_displacements
+from conf.sender.motion.extractor import MotionExtractor, _per_point, off_axis_angle, to_displacements
 from conf.sender.motion.mean_face import MEAN_FACE
 from conf.sender.tracking.blendshape_network import INDEX as SHAPE
 from conf.sender.tracking.blendshape_network import BlendshapeNetwork
@@ -290,3 +296,12 @@ def test_motion_of_real_people_follows_the_landmarks(
     assert np.corrcoef(lid, lid_gap)[0, 1] > 0.9
     assert np.isfinite(rows).all()
     assert lid.min() >= -1024
+
+
+def test_a_value_per_point_is_the_default_but_for_the_named_points() -> None:
+    values = _per_point(1.5, pupil=4.0, eyelid=6.0)
+    assert values.shape == (CONTROL_POINT_COUNT, 1)
+    assert set(values[PUPILS].ravel()) == {4.0}
+    assert set(values[control_point_indices("eyelid")].ravel()) == {6.0}
+    others = np.delete(values, [*PUPILS, *control_point_indices("eyelid")])
+    assert len(others) > 30 and set(others) == {1.5}

@@ -42,6 +42,15 @@ def test_values_are_those_of_the_paper(steps: list[tuple[float, float]], min_cut
         assert ours.smooth(np.array([value]), now).item() == pytest.approx(reference.smooth(value, now), abs=1e-9)
 
 
+@pytest.mark.parametrize("dtype", [np.float64, np.float32, np.int64])
+def test_a_moving_value_is_that_of_the_paper_in_float64(dtype: type[np.generic]) -> None:
+    ours, reference = OneEuroFilter(min_cutoff=1, beta=2), ReferenceFilter(1.0, 2.0)
+    for i, value in enumerate(np.random.default_rng(5).integers(-50, 50, 40).tolist()):
+        smoothed = ours.smooth(np.array([value], dtype=dtype), 3 + i / 30)
+        assert smoothed.dtype == np.float64
+        assert smoothed.item() == pytest.approx(reference.smooth(value, 3 + i / 30), abs=1e-9)
+
+
 @given(st.floats(-100, 100), st.floats(10, 120))
 def test_a_constant_is_unchanged(value: float, fps: float) -> None:
     smooth = OneEuroFilter(min_cutoff=1.0, beta=0.5)
