@@ -53,7 +53,7 @@ def models() -> Path:
 
 
 @pytest.fixture(scope="session")
-def demo_clip() -> Path:
+def carphone_clip() -> Path:
     """The Carphone sequence, a man talking in a car, fetched when it is missing."""
     try:
         return fetch_carphone()

@@ -93,8 +93,8 @@ def test_doctor_reports_checks_and_remedies(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_measure_reports_every_stage(demo_clip: Path, tmp_path: Path) -> None:
-    result = run("measure", str(demo_clip), "--json", "--plot", "plot.png", cwd=tmp_path)
+def test_measure_reports_every_stage(carphone_clip: Path, tmp_path: Path) -> None:
+    result = run("measure", str(carphone_clip), "--json", "--plot", "plot.png", cwd=tmp_path)
     stages = {stage["name"]: stage for stage in json.loads(result.stdout)["stages"]}
     assert stages["raw pixels 193x144"]["bytes_per_frame"] == 193 * 144 * 3
     wire = stages["with UDP/IP headers"]
@@ -107,10 +107,10 @@ def test_measure_reports_every_stage(demo_clip: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_extract_writes_a_valid_dpc_file(demo_clip: Path, tmp_path: Path) -> None:
+def test_extract_writes_a_valid_dpc_file(carphone_clip: Path, tmp_path: Path) -> None:
     from conf.face.formats.dpc import read_dpc
 
-    result = run("extract", str(demo_clip), "-o", "motion.dpc", "--json", cwd=tmp_path)
+    result = run("extract", str(carphone_clip), "-o", "motion.dpc", "--json", cwd=tmp_path)
     figures = json.loads(result.stdout)
     motion = read_dpc(tmp_path / "motion.dpc")
     assert figures["frames"] == figures["frames_tracked"] == len(motion.displacements) == 120

@@ -103,9 +103,9 @@ def drawn_mouth_openings(film: Path) -> NDArray[np.float64]:
     return np.array(openings)
 
 
-def test_a_call_between_two_processes(demo_clip: Path, tmp_path: Path) -> None:
+def test_a_call_between_two_processes(carphone_clip: Path, tmp_path: Path) -> None:
     film = tmp_path / "call.avi"
-    received, sent = call(demo_clip, film, listen="127.0.0.1:0")
+    received, sent = call(carphone_clip, film, listen="127.0.0.1:0")
     check(received, sent, film)
 
 
@@ -134,8 +134,8 @@ def namespaces() -> Iterator[tuple[str, str]]:
             subprocess.run(["ip", "netns", "del", name], capture_output=True, check=False)
 
 
-def test_a_call_between_two_hosts(demo_clip: Path, tmp_path: Path, namespaces: tuple[str, str]) -> None:
+def test_a_call_between_two_hosts(carphone_clip: Path, tmp_path: Path, namespaces: tuple[str, str]) -> None:
     film = tmp_path / "call.avi"
     first, second = (["ip", "netns", "exec", name] for name in namespaces)
-    received, sent = call(demo_clip, film, listen="10.77.0.1:5005", prefixes=(first, second))
+    received, sent = call(carphone_clip, film, listen="10.77.0.1:5005", prefixes=(first, second))
     check(received, sent, film)

@@ -41,9 +41,9 @@ def test_a_mesh_is_deformed(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_clip_becomes_a_dpc_file(tmp_path: Path, demo_clip: Path) -> None:
+def test_a_clip_becomes_a_dpc_file(tmp_path: Path, carphone_clip: Path) -> None:
     output = tmp_path / "motion.dpc"
-    assert "frames with a face" in run("clip_to_dpc", demo_clip, output)
+    assert "frames with a face" in run("clip_to_dpc", carphone_clip, output)
     motion = read_dpc(output)
     assert motion.units == "fapu" and len(motion.displacements) > 100
     assert motion.fps == pytest.approx(30.0, rel=0.02)

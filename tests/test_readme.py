@@ -25,10 +25,10 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory, demo_clip: Path) -> Path:
+def folder(tmp_path_factory: pytest.TempPathFactory, carphone_clip: Path) -> Path:
     """A folder with the files that README's commands name."""
     folder = tmp_path_factory.mktemp("readme")
-    shutil.copy(demo_clip, folder / "clip.avi")
+    shutil.copy(carphone_clip, folder / "clip.avi")
     for name in ("head.obj", "head.mtl", "skin.webp"):
         if DEFAULT_HEAD.with_name(name).is_file():
             shutil.copy(DEFAULT_HEAD.with_name(name), folder / name)

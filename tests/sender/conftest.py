@@ -19,8 +19,8 @@ def canonical() -> CanonicalFace:
 
 
 @pytest.fixture(scope="session")
-def carphone(demo_clip: Path) -> list[NDArray[np.uint8]]:
+def carphone(carphone_clip: Path) -> list[NDArray[np.uint8]]:
     """The first 20 frames of Carphone."""
-    with open_clip(demo_clip) as clip:
+    with open_clip(carphone_clip) as clip:
         frames = [clip.read() for _ in range(20)]
     return [frame.pixels for frame in frames if frame is not None]

@@ -13,10 +13,10 @@ SHORT = 24
 
 
 @pytest.fixture(scope="session")
-def short_clip(models: Path, demo_clip: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def short_clip(models: Path, carphone_clip: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The first SHORT frames of Carphone, at its 30 frames a second."""
     path = tmp_path_factory.mktemp("clips") / "short.avi"
-    with open_clip(demo_clip) as clip, VideoWriter(path, fps=30.0) as writer:
+    with open_clip(carphone_clip) as clip, VideoWriter(path, fps=30.0) as writer:
         for _ in range(SHORT):
             frame = clip.read()
             assert frame is not None

@@ -9,8 +9,8 @@ from tools.network.soak import ROWS, call, figures, latency
 
 
 @pytest.mark.slow
-def test_a_call_over_a_lossy_link_neither_grows_nor_stalls(demo_clip: Path) -> None:
-    result = figures(*call(demo_clip, 12.0, Faults(loss=0.05, delay_ms=20, jitter_ms=10)))
+def test_a_call_over_a_lossy_link_neither_grows_nor_stalls(carphone_clip: Path) -> None:
+    result = figures(*call(carphone_clip, 12.0, Faults(loss=0.05, delay_ms=20, jitter_ms=10)))
     assert len(result["rows"]) == ROWS
     assert result["frames_received"] > 0.6 * result["frames_sent"] > 30
     assert result["longest_stall_s"] < 3.0
