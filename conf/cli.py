@@ -16,6 +16,7 @@ from typing import Any, NoReturn
 
 from conf import __version__
 from conf.commands import animate, demo, doctor, export, extract, fit, measure, models, receive, send
+from conf.commands.arguments import join_axis_options
 from conf.commands.interruption import InterruptHandler, check_interrupt
 from conf.commands.suggesting_parser import SuggestingParser
 from conf.errors import ConfError
@@ -37,7 +38,7 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, on_interrupt)
-        options = build_parser().parse_args(arguments)
+        options = build_parser().parse_args(join_axis_options(sys.argv[1:] if arguments is None else arguments))
         options.run(options, _Terminal(json=getattr(options, "json", False)))
     except ConfError as error:
         sys.exit(f"conf: {'; '.join((str(error), *getattr(error, '__notes__', ())))}")

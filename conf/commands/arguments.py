@@ -2,6 +2,7 @@
 
 import argparse
 import re
+from collections.abc import Sequence
 
 DEFAULT_HOST = "127.0.0.1"
 DEFAULT_PORT = 5005
@@ -10,6 +11,7 @@ _ADDRESS = re.compile(
     r"(?:\[(?P<bracketed>[^\]]+)\]|(?P<bare>[^:\[\]]*:[^\[\]]*:[^\[\]]*)|(?P<host>[^:\[\]]+))(?::(?P<port>\d{1,5}))?"
 )
 AXES = ("x", "-x", "y", "-y", "z", "-z")
+AXIS_OPTIONS = ("--up", "--front")
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -28,6 +30,19 @@ def add_listen(parser: argparse.ArgumentParser) -> None:
         metavar="[HOST:]PORT",
         help=f"default {DEFAULT_HOST}:{DEFAULT_PORT}; a port alone accepts calls from the network, IPv4 and IPv6",
     )
+
+
+def join_axis_options(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments with `--front -y` as `--front=-y`: argparse takes the value for an option otherwise."""
+    joined: list[str] = []
+    for argument in arguments:
+        option = joined[-1] if joined else ""
+        is_axis = len(option) > 2 and any(name.startswith(option) for name in AXIS_OPTIONS)  # also abbreviated
+        if is_axis and argument in AXES:
+            joined[-1] = f"{option}={argument}"
+        else:
+            joined.append(argument)
+    return joined
 
 
 def positive_number(text: str) -> float:

@@ -2,11 +2,13 @@ import argparse
 
 import pytest
 
+from conf.cli import build_parser
 from conf.commands.arguments import (
     add_json,
     add_listen,
     add_seconds,
     address,
+    join_axis_options,
     listen_address,
     pairing_code,
     positive_number,
@@ -66,3 +68,16 @@ def test_defaults_of_the_common_options() -> None:
 )
 def test_a_port_alone_listens_on_every_address(text: str, expected: tuple[str, int]) -> None:
     assert listen_address(text) == expected
+
+
+def test_axes_are_typed_with_or_without_an_equals_sign() -> None:
+    typed = ["fit", "a.obj", "--up", "-z", "--front=-y", "--fr", "x", "-o", "-y", "--", "-z"]
+    assert join_axis_options(typed) == ["fit", "a.obj", "--up=-z", "--front=-y", "--fr=x", "-o", "-y", "--", "-z"]
+    assert join_axis_options(["--up", "here", "--front"]) == ["--up", "here", "--front"]
+    assert join_axis_options([]) == []
+
+
+@pytest.mark.parametrize("command", ["fit", "animate"])
+def test_the_parser_accepts_negative_axes(command: str) -> None:
+    options = build_parser().parse_args(join_axis_options([command, "a.obj", "--up", "-z", "--front", "-y"]))
+    assert (options.up, options.front) == ("-z", "-y")

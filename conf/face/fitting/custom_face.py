@@ -81,9 +81,8 @@ def prepare_face(mesh: Mesh, points: NDArray[np.float64], /) -> PreparedFace:
 def _complete(mesh: Mesh, points: NDArray[np.float64]) -> tuple[Mesh, NDArray[np.float64], DetectedParts, list[str]]:
     """Return the mesh with its parts found, and with those put in that are missing; the points; what was missing."""
     remarks: list[str] = []
-    if not any(
-        material.image is not None or material.alpha < 1 for material in mesh.materials
-    ):  # with a texture, what covers the eyes may be transparent
+    has_images = any(material.image is not None or material.alpha < 1 for material in mesh.materials)
+    if not has_images:  # with a texture, what covers the eyes may be transparent
         kept = without_eye_covers(mesh.vertices, mesh.triangles, points[PUPILS])
         if not kept.all():
             remarks.append("tear film or lashes cover the eyes: they are not drawn, as there is no transparent texture")
