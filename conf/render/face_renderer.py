@@ -30,6 +30,7 @@ from conf.render.vertex_normals import VertexNormals
 from conf.render.wireframe import WireframeRenderer
 
 CLIP_TO_TEXTURE = np.array([[0.5, 0, 0, 0.5], [0, 0.5, 0, 0.5], [0, 0, 0.5, 0.5], [0, 0, 0, 1]])
+INNER_LIPS = [CONTROL_POINT_INDEX[f"inner_lip_{side}_mid"] for side in ("upper", "lower")]
 MAX_TARGETS = 6  # render targets kept, one per size and scale: the cells of a grid of participants differ in size
 
 
@@ -103,6 +104,7 @@ class FaceRenderer(GpuObject):
             target.begin()
             self._shadow.depth.use(1)
             matrices["light"] = to_column_major(CLIP_TO_TEXTURE @ light)
+            matrices["opening"] = np.float32(points[INNER_LIPS[0], 1] - points[INNER_LIPS[1], 1]).tobytes()
             for part in self._parts:
                 self._textures.use(part.number, 0)
                 part.draw(**matrices)
@@ -181,11 +183,13 @@ class MeshPart(DrawCall):
             self.program["centre"] = tuple((ball.min(axis=0) + ball.max(axis=0)) / 2)
             self.program["radius"] = np.ptp(ball[:, 1]) / 2
         if self.material is MOUTH:
-            lips = [CONTROL_POINT_INDEX[f"inner_lip_{side}_mid"] for side in ("upper", "lower")]
-            self.program["centre"] = tuple(face.control_points[lips].mean(axis=0))
+            self.program["centre"] = tuple(face.control_points[INNER_LIPS].mean(axis=0))
 
     def draw(self, **matrices: bytes) -> None:
-        """Draw the group; matrices : clip, rotation and light (to texture coordinates of the shadow map)."""
+        """Draw the group.
+
+        matrices : clip, rotation, light (to texture coordinates of the shadow map), and the opening of the lips, cm
+        """
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         if not self.material.two_sided:
             self._ctx.enable(moderngl.CULL_FACE)

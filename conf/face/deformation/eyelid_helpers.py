@@ -5,6 +5,9 @@ these alone an eye closes in a V shape. Helper points close it over its whole wi
 point in proportion to the width of the gap between the lids there, relative to the gap at the control point. Without a
 measurement on the mesh the edge is assumed to be a parabola through the three points, and so is the gap. Displacements
 of helper points are fixed weighted sums of three control points', so they fold into the operator.
+
+Only a fold of skin above the lid follows a blink. Interpolated between lid and brow alone, the lower half of the brow
+would be pulled down with it: brow helpers above the fold move as the brow does.
 """
 
 from collections.abc import Sequence
@@ -16,11 +19,17 @@ from numpy.typing import NDArray
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
 from conf.face.deformation.regions import InfluenceField, Regions
 from conf.face.mesh.depth_profiles import LabelledMesh, find_lid_edge
+from conf.face.mesh.raycast import cast_front_rays
 
 _ARC_POSITIONS = (-0.75, -0.4, 0.4, 0.75)  # on the edge, from -1 at the outer corner to 1 at the inner
 _EDGE_POSITIONS = (-0.9, -0.75, -0.4, 0.4, 0.75, 0.9)  # the same on a measured edge, which runs on to the corners
 _CORNER_OVERLAP = 0.18  # of the lid's motion, added near the corners, where smoothing leaves a closed lid 1 mm open
 _CORNER_POSITION = 0.7
+_BROW_POSITIONS = (-0.8, -0.3, 0.3, 0.8)  # of brow helpers, as those on the edge
+# From the edge of the upper lid (0) to the brow (1): the fold ends at the first; one row alone would be overshot.
+_BROW_HEIGHTS = (0.75, 1.0)
+_MAX_BROW_DEPTH = 0.8  # cm from the line between lid and brow to the skin; what is farther off is hair
+_BROWS = ("brow_outer", "brow_top", "brow_inner")
 _LIDS = ("eyelid_upper_l", "eyelid_upper_r", "eyelid_lower_l", "eyelid_lower_r")
 _SEARCH_MARGIN = 1.0  # cm around the lids
 _GAP_RANGE = (0.03, 1.2)  # of the gap at the control points; outside it a measurement is not a gap between lids
@@ -32,7 +41,7 @@ class EyelidHelpers:
 
     positions : (h, 3), in the unit of the control points
     weights : (h, n) of the control points' displacements in each helper point's
-    lids : (h,) control point of the lid that each belongs to
+    lids : (h,) control point of the lid or brow that each belongs to
     """
 
     positions: NDArray[np.float64]
@@ -68,6 +77,32 @@ def helpers_on_edges(points: NDArray[np.float64], mesh: LabelledMesh, /) -> Eyel
                 corners = (1 - weight) * (1 - s) / 2, (1 - weight) * (1 + s) / 2
                 weights[pair] = [_weight_row(lid, weight, *corners) for lid in (_LIDS[side], _LIDS[side + 2])]
     return EyelidHelpers(positions, weights, helper_lids)
+
+
+def with_brow_helpers(helpers: EyelidHelpers, points: NDArray[np.float64], mesh: LabelledMesh, /) -> EyelidHelpers:
+    """Return the helper points and more between the upper lids and the brows.
+
+    points : (n, 3) control points on the mesh; all upright, in model centimetres
+    """
+    on_lids, weights = _parabola_weights(_BROW_POSITIONS), []
+    upper = on_lids[: 2 * len(_BROW_POSITIONS)] @ points
+    for side, positions in zip("lr", np.split(upper, 2), strict=True):
+        rows = [CONTROL_POINT_INDEX[f"{name}_{side}"] for name in _BROWS]
+        rows.sort(key=lambda row: points[row, 0])
+        for x in positions[:, 0]:
+            weights.append(np.zeros(CONTROL_POINT_COUNT))
+            weights[-1][rows] = [np.interp(x, points[rows, 0], unit) for unit in np.eye(len(rows))]
+    added = np.array(weights)
+    positions = np.concatenate([upper + height * (added @ points - upper) for height in _BROW_HEIGHTS])
+    added = np.tile(added, (len(_BROW_HEIGHTS), 1))
+    hits = cast_front_rays(positions[:, :2], mesh.vertices, mesh.triangles).points
+    on_skin = np.abs(hits[:, 2] - positions[:, 2]) < _MAX_BROW_DEPTH  # False for nan, a miss
+    positions[on_skin] = hits[on_skin]
+    return EyelidHelpers(
+        np.concatenate([helpers.positions, positions]),
+        np.concatenate([helpers.weights, added]),
+        np.concatenate([helpers.lids, added.argmax(axis=1)]),
+    )
 
 
 def append_helpers(

@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 
 from conf.face.control_points import PUPILS
 from conf.face.default_head import EYE_MIDPOINT, default_joints, default_points
-from conf.face.deformation.eyelid_helpers import helpers_on_edges
+from conf.face.deformation.eyelid_helpers import helpers_on_edges, with_brow_helpers
 from conf.face.deformation.rig import Rig
 from conf.face.deformation.rig_builder import JAW_GROUPS, RIGID_GROUPS, RigJoints, build_rig
 from conf.face.fapu import Fapu
@@ -74,7 +74,7 @@ def prepare_face(mesh: Mesh, points: NDArray[np.float64], /) -> PreparedFace:
     has_jaw = any(group in mesh.groups for group in JAW_GROUPS)
     rig = build_rig(mesh, points, RigJoints(detected.eyes, _find_hinge(points) if has_jaw else None))
     labelled = LabelledMesh(mesh.vertices, mesh.triangles, surface.components[mesh.triangles[:, 0]])
-    rig = replace(rig, eyelid_helpers=helpers_on_edges(points, labelled))
+    rig = replace(rig, eyelid_helpers=with_brow_helpers(helpers_on_edges(points, labelled), points, labelled))
     return PreparedFace(mesh, points, rig, file_to_model, tuple(remarks))
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, UPPER_LID
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, UPPER_LID, control_point_indices
 from conf.face.deformation.eyelid_helpers import (
     HELPER_LIDS,
     PARABOLA_WEIGHTS,
@@ -9,10 +9,12 @@ from conf.face.deformation.eyelid_helpers import (
     fold_helpers,
     helpers_on_edges,
     helpers_on_parabola,
+    with_brow_helpers,
 )
 from conf.face.deformation.rbf import KERNELS, build_operator
 from conf.face.deformation.regions import Regions, split_regions
 from conf.face.mesh.depth_profiles import LabelledMesh
+from conf.face.mesh.raycast import cast_front_rays
 from conf.face.mesh.surface_graph import SurfaceGraph
 from tests.support.sheet_face import SheetFace
 
@@ -89,3 +91,31 @@ def test_the_parabola_is_kept_without_edges(face: SheetFace) -> None:
     inner = [row for row in range(len(measured.lids)) if 0 < row % (len(measured.lids) // lids) < 5]
     assert measured.positions[inner].tolist() == parabola.positions.tolist()
     assert measured.weights[inner].tolist() == parabola.weights.tolist()
+
+
+def test_brow_helpers_move_with_the_brow_and_not_with_the_lid(face: SheetFace) -> None:
+    labels = np.zeros(len(face.mesh.triangles), np.int32)
+    mesh = LabelledMesh(face.mesh.vertices, face.mesh.triangles, labels)
+    lids = helpers_on_parabola(face.points)
+    helpers = with_brow_helpers(lids, face.points, mesh)
+    added = slice(len(lids.positions), None)
+    assert helpers.weights[added].sum(axis=1) == pytest.approx(1)
+    brows = control_point_indices("brow")
+    assert helpers.weights[added][:, brows].sum(axis=1) == pytest.approx(1)
+    assert set(helpers.lids[added].tolist()) <= set(brows)
+    for position in helpers.positions[added]:
+        side = "l" if position[0] > 0 else "r"
+        lid, brow = (face.points[CONTROL_POINT_INDEX[f"{name}_{side}"], 1] for name in ("eyelid_upper", "brow_top"))
+        assert lid < position[1] < brow + 1.0
+    depth = cast_front_rays(helpers.positions[added, :2], mesh.vertices, mesh.triangles).points[:, 2]
+    np.testing.assert_allclose(helpers.positions[added, 2], depth)
+
+    closing = np.zeros((50, 1))
+    closing[UPPER_LID] = -0.7
+    moved = []
+    for known in (lids, helpers):
+        centres, fields = append_helpers(face.points, Regions.unrestricted(8), known)
+        probes = helpers.positions[added][:8]
+        operator = build_operator(probes, centres, kernel=KERNELS["multiquadric"], epsilon=1.0, regions=fields)
+        moved.append(float(np.abs(fold_helpers(operator.matrix, known) @ closing).max()))
+    assert moved[1] < 0.01 < 0.05 < moved[0]
