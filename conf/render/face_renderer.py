@@ -8,10 +8,10 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.face_model import FaceModel
 from conf.face.deformation.neck import NeckBend
 from conf.face.head_pose import HeadPose
+from conf.face.lip_opening import INNER_LIPS, LipOpening
 from conf.face.mesh.mesh import Mesh
 from conf.face.mesh.winding import orient_outwards
 from conf.render.camera import ViewState, clip_matrix, view_rotation
@@ -30,7 +30,6 @@ from conf.render.vertex_normals import VertexNormals
 from conf.render.wireframe import WireframeRenderer
 
 CLIP_TO_TEXTURE = np.array([[0.5, 0, 0, 0.5], [0, 0.5, 0, 0.5], [0, 0, 0.5, 0.5], [0, 0, 0, 1]])
-INNER_LIPS = [CONTROL_POINT_INDEX[f"inner_lip_{side}_mid"] for side in ("upper", "lower")]
 MAX_TARGETS = 6  # render targets kept, one per size and scale: the cells of a grid of participants differ in size
 
 
@@ -67,6 +66,7 @@ class FaceRenderer(GpuObject):
             part.set_anatomy(face)
         self._wireframe = WireframeRenderer(ctx, mesh, self._vertices)
         self._shadow = ShadowMap(ctx, mesh, self._vertices)
+        self._lips = LipOpening(face)
         self._markers = ControlPointMarkers(ctx, face.control_points, mesh.vertices)
         self._vertex_colours: VertexColourRenderer | None = None
         self._is_coloured = False
@@ -104,7 +104,7 @@ class FaceRenderer(GpuObject):
             target.begin()
             self._shadow.depth.use(1)
             matrices["light"] = to_column_major(CLIP_TO_TEXTURE @ light)
-            matrices["opening"] = np.float32(points[INNER_LIPS[0], 1] - points[INNER_LIPS[1], 1]).tobytes()
+            matrices["opening"] = np.float32(self._lips.measure(vertices)).tobytes()
             for part in self._parts:
                 self._textures.use(part.number, 0)
                 part.draw(**matrices)

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from conf.errors import FileFormatError
 from conf.face.deformation.face_model import FaceModel
 from conf.face.head_pose import HeadPose
+from conf.face.lip_opening import LipOpening
 from conf.render.camera import ViewState, clip_matrix, project
 from conf.render.face_renderer import FaceRenderer, ordered_groups
 from conf.render.window.offscreen import OffscreenWindow
@@ -165,3 +166,18 @@ def test_a_smaller_internal_resolution_shows_the_same_face_in_the_same_size(
             assert renderer.target and renderer.target.size == (SIZE[0] * scale, SIZE[1] * scale)
             images.append(window.read().astype(int))
     assert 0.1 < np.abs(images[0] - images[1]).mean() < 3.0
+
+
+def test_no_teeth_show_through_a_slit_between_the_lips(
+    window: OffscreenWindow, face: FaceModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The whole head is drawn as teeth, so that they are visible whatever the lips do."""
+    everything = {"teeth_upper": np.arange(len(face.mesh.triangles))}
+    teeth = replace(face, mesh=replace(face.mesh, groups=everything))
+    brightness = []
+    for opening in (0.0, 0.02, 0.4):
+        monkeypatch.setattr(LipOpening, "measure", lambda lips, vertices, opening=opening: opening)
+        pixels = rendered(window, teeth, pose())
+        brightness.append(float(pixels[drawn(pixels)].mean()))
+    assert brightness[0] == pytest.approx(brightness[1], abs=2)
+    assert brightness[2] > 1.5 * brightness[0]

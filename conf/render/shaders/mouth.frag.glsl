@@ -1,7 +1,7 @@
 #include "albedo.glsl"
 
 uniform vec3 centre;  // between the inner lips, face axes, cm
-uniform float opening;  // from lip to lip in the middle, cm
+uniform float opening;  // from lip to lip in the middle, cm; 0 for a closed mouth
 
 in vec3 normal;
 in vec3 position;
@@ -18,7 +18,7 @@ void main() {
     vec3 albedo = albedo_at(uv).rgb;
     float depth = centre.z - position.z;
     float light = mix(0.04, 0.75, exp2(-max(depth, 0.0) * 0.75)) * smoothstep(3.2, 0.8, abs(position.x - centre.x));
-    light *= 0.12 + 0.88 * smoothstep(0.06, 0.20, opening);
+    light *= 0.12 + 0.88 * smoothstep(0.03, 0.18, opening);
 
     float key = clamp((dot(n, KEY) + 0.6) / 1.6, 0.0, 1.0);
     const vec3 HALF = normalize(KEY + VIEW);
