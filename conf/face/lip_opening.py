@@ -16,7 +16,7 @@ class LipOpening:
     """Measures the distance from lip to lip in the middle of one face's mouth."""
 
     def __init__(self, face: FaceModel) -> None:
-        """Choose a vertex on either lip. Where lips touch, the nearest may be the other lip's: it must follow its own."""
+        """Choose a vertex on either lip that follows it: where lips touch, the nearest may be the other one's."""
         tree = KDTree(face.mesh.vertices)
         self._vertices: list[int] = []
         for point in INNER_LIPS:
