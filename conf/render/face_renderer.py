@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.deformation.face_model import FaceModel
+from conf.face.deformation.lip_opening import INNER_LIPS, LipOpening
 from conf.face.deformation.neck import NeckBend
 from conf.face.head_pose import HeadPose
-from conf.face.lip_opening import INNER_LIPS, LipOpening
 from conf.face.mesh.mesh import Mesh
 from conf.face.mesh.winding import orient_outwards
 from conf.render.camera import ViewState, clip_matrix, view_rotation

@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from conf.errors import FileFormatError
 from conf.face.deformation.face_model import FaceModel
+from conf.face.deformation.lip_opening import LipOpening
 from conf.face.head_pose import HeadPose
-from conf.face.lip_opening import LipOpening
 from conf.render.camera import ViewState, clip_matrix, project
 from conf.render.face_renderer import FaceRenderer, ordered_groups
 from conf.render.window.offscreen import OffscreenWindow

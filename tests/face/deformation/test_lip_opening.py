@@ -4,7 +4,7 @@ import pytest
 from conf.face.animation.action_units import combine_action_units
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.face_model import FaceModel
-from conf.face.lip_opening import INNER_LIPS, LipOpening
+from conf.face.deformation.lip_opening import INNER_LIPS, LipOpening
 from conf.face.loading import load_face
 from conf.face.mesh.mesh import Mesh
 from tests.support.modified_heads import MOUTH, face_without
