@@ -65,15 +65,25 @@ def pairing_code(text: str) -> str:
 
 def address(text: str) -> tuple[str, int]:
     """Return host and port of HOST, HOST:PORT, [HOST]:PORT or [HOST]; without a port the default one."""
+    host, port = _host_and_port(text)
+    if port == 0:
+        raise argparse.ArgumentTypeError(f"{text} names no port: give the one that the receiver shows")
+    return host, port
+
+
+def listen_address(text: str) -> tuple[str, int]:
+    """Return host and port as `address`; a port alone, or :PORT, stands for every address of this machine.
+
+    Port 0 is any free one.
+    """
+    port = text.removeprefix(":")
+    if port.isdigit() and int(port) < 65536:
+        return "", int(port)
+    return _host_and_port(text)
+
+
+def _host_and_port(text: str) -> tuple[str, int]:
     match = _ADDRESS.fullmatch(text)
     if match is None or int(match["port"] or DEFAULT_PORT) > 65535:
         raise argparse.ArgumentTypeError(f"{text} is not HOST:PORT; an IPv6 address is written [HOST]:PORT")
     return match["bracketed"] or match["host"] or match["bare"], int(match["port"] or DEFAULT_PORT)
-
-
-def listen_address(text: str) -> tuple[str, int]:
-    """Return host and port as `address`; a port alone, or :PORT, stands for every address of this machine."""
-    port = text.removeprefix(":")
-    if port.isdigit() and int(port) < 65536:
-        return "", int(port)
-    return address(text)

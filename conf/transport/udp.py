@@ -4,6 +4,7 @@ Strategy. A name such as `localhost` has several addresses. A listening socket i
 sends to all of them until one answers; from then on only that one counts. Above, there is one peer with one address.
 """
 
+import contextlib
 import errno
 import ipaddress
 import select
@@ -90,8 +91,16 @@ class UdpSocket:
         candidates: list[Any] = list(dict.fromkeys(address for *_, address in found))[:MAX_CANDIDATES]
         if any(_is_many(address[0]) for address in candidates):
             raise NetworkError(f"{host} stands for many machines: give the address of one, as HOST:PORT")
-        handles = [socket.socket(family, socket.SOCK_DGRAM) for family in {_family(address) for address in candidates}]
-        return cls(handles, candidates)
+        handles: dict[socket.AddressFamily, socket.socket] = {}
+        failure: OSError | None = None
+        for family in {_family(address) for address in candidates}:
+            try:
+                handles[family] = socket.socket(family, socket.SOCK_DGRAM)
+            except OSError as error:  # a name may have IPv6 addresses on a machine without IPv6
+                failure = error
+        if not handles:
+            raise NetworkError(_send_failure(failure or OSError("no address"), candidates[0])) from failure
+        return cls(list(handles.values()), [address for address in candidates if _family(address) in handles])
 
     def __enter__(self) -> Self:
         return self
@@ -113,8 +122,7 @@ class UdpSocket:
         """
         datagrams: list[ReceivedDatagram] = []
         failure: OSError | None = None
-        # The clock of the timestamps.
-        now = time.clock_gettime(time.CLOCK_REALTIME) if sys.platform == "linux" else 0.0
+        now = _timestamp_clock()
         for handle in self._sockets.values():
             for _ in range(limit):
                 try:
@@ -175,6 +183,9 @@ class UdpSocket:
 
 if sys.platform == "linux":
 
+    def _timestamp_clock() -> float:
+        return time.clock_gettime(time.CLOCK_REALTIME)
+
     def _receive_one(handle: socket.socket, now: float) -> ReceivedDatagram:
         data, control, _, address = handle.recvmsg(MAX_DATAGRAM, _CONTROL_BYTES)
         for level, kind, value in control:
@@ -186,6 +197,9 @@ if sys.platform == "linux":
 
 else:
 
+    def _timestamp_clock() -> float:
+        return 0.0
+
     def _receive_one(handle: socket.socket, now: float) -> ReceivedDatagram:
         return ReceivedDatagram(*handle.recvfrom(MAX_DATAGRAM), 0.0)
 
@@ -196,7 +210,8 @@ def _bound(family: int, kind: int, protocol: int, address: Any) -> socket.socket
     try:
         if family == socket.AF_INET6:
             handle.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)  # IPv4 has a socket of its own
-        handle.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
+        with contextlib.suppress(OSError):  # Linux gives what it allows, others refuse more than they allow
+            handle.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
         if sys.platform == "linux":
             handle.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
         handle.bind(address)
@@ -213,10 +228,13 @@ def _family(address: Address) -> socket.AddressFamily:
 def _is_many(host: str) -> bool:
     """Return whether an address is a multicast or the broadcast address."""
     address = ipaddress.ip_address(host.split("%")[0])
-    return address.is_multicast or host == "255.255.255.255"
+    mapped = getattr(address, "ipv4_mapped", None)
+    return address.is_multicast or (mapped is not None and mapped.is_multicast) or host == "255.255.255.255"
 
 
 def _send_failure(error: OSError, address: Address) -> str:
+    if error.errno == errno.EACCES:  # of a firewall it is EPERM on Linux
+        return f"{format_address(address)} stands for many machines, or a firewall forbids it: give the address of one"
     if isinstance(error, PermissionError):
         return f"this machine may not send to {format_address(address)}: check its firewall"
     return f"nothing can be sent to {format_address(address)} ({error.strerror or error}): check this machine's network"

@@ -22,6 +22,8 @@ from conf.commands.arguments import (
         ("10.0.0.1:6000", ("10.0.0.1", 6000)),
         ("[::1]:6000", ("::1", 6000)),
         ("::1", ("::1", 5005)),
+        ("fe80::1%eth0", ("fe80::1%eth0", 5005)),
+        ("[fe80::1%eth0]:6000", ("fe80::1%eth0", 6000)),
     ],
 )
 def test_an_address_is_a_host_with_an_optional_port(text: str, expected: tuple[str, int]) -> None:
@@ -31,6 +33,12 @@ def test_an_address_is_a_host_with_an_optional_port(text: str, expected: tuple[s
 @pytest.mark.parametrize("text", ["host:port", "127.0.0.1:99999", ""])
 def test_an_invalid_address_is_an_error(text: str) -> None:
     with pytest.raises(argparse.ArgumentTypeError, match="is not HOST:PORT"):
+        address(text)
+
+
+@pytest.mark.parametrize("text", ["localhost:0", "[::1]:0"])
+def test_nobody_can_be_called_at_port_0(text: str) -> None:
+    with pytest.raises(argparse.ArgumentTypeError, match="names no port: give the one that the receiver shows"):
         address(text)
 
 

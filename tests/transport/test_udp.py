@@ -153,6 +153,13 @@ class Failing:
             r"nothing can be sent to 127\.0\.0\.1:9 \(Network is unreachable\): check",
         ),
         (OSError(105, "No buffer space available"), r"\(No buffer space available\): check this machine's network"),
+        (OSError(100, "Network is down"), r"\(Network is down\): check this machine's network"),
+        (OSError(113, "No route to host"), r"\(No route to host\): check this machine's network"),
+        (OSError(90, "Message too long"), r"\(Message too long\): check this machine's network"),
+        (
+            PermissionError(errno.EACCES, "Permission denied"),
+            r"127\.0\.0\.1:9 stands for many machines, or a firewall forbids it: give the address of one",
+        ),
     ],
 )
 def test_what_keeps_datagrams_from_the_peer_is_named(error: OSError, text: str) -> None:
@@ -238,7 +245,52 @@ def test_a_port_alone_listens_on_ipv4_and_ipv6() -> None:
                 assert received.data == host.encode() and sender.receive()[0].data == b"reply"
 
 
-@pytest.mark.parametrize("host", ["255.255.255.255", "224.0.0.1", "ff02::1"])
+@pytest.mark.parametrize("host", ["255.255.255.255", "224.0.0.1", "ff02::1", "ff02::1%lo", "::ffff:224.0.0.1"])
 def test_an_address_of_many_machines_is_refused(host: str) -> None:
     with pytest.raises(NetworkError, match=f"{host} stands for many machines: give the address of one"):
         UdpSocket.open_to(host, 5005)
+
+
+def test_a_name_with_many_addresses_is_tried_at_the_first_eight(monkeypatch: pytest.MonkeyPatch) -> None:
+    addresses = [(f"127.0.0.{i}", 9) for i in range(1, 100)]
+    monkeypatch.setattr(socket, "getaddrinfo", two_addresses(*addresses, *addresses))
+    with UdpSocket.open_to("name", 9) as sender:
+        assert (sender.remote, sender._candidates) == (addresses[0], addresses[:8])
+
+
+def test_a_machine_without_ipv6_uses_the_ipv4_addresses_of_a_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = [
+        (socket.AF_INET6, socket.SOCK_DGRAM, 17, "", ("::1", 9, 0, 0)),
+        (socket.AF_INET, socket.SOCK_DGRAM, 17, "", (LOOPBACK, 9)),
+    ]
+    monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: found)
+    make = socket.socket
+
+    def without_ipv6(family: int = -1, kind: int = -1, protocol: int = 0) -> socket.socket:
+        if family == socket.AF_INET6:
+            raise OSError(97, "Address family not supported by protocol")
+        return make(family, kind, protocol)
+
+    monkeypatch.setattr(socket, "socket", without_ipv6)
+    with UdpSocket.open_to("name", 9) as sender:
+        assert sender.remote == (LOOPBACK, 9)
+    del found[1]
+    with pytest.raises(
+        NetworkError, match=r"\[::1\]:9 \(Address family not supported by protocol\): check this machine's"
+    ):
+        UdpSocket.open_to("name", 9)
+
+
+@pytest.mark.skipif(not socket.has_ipv6, reason="no IPv6 here")
+def test_a_link_local_address_keeps_its_zone() -> None:
+    zone = socket.if_nameindex()[0]
+    with UdpSocket.open_to(f"fe80::1%{zone[1]}", 5005) as sender:
+        assert sender.remote == ("fe80::1", 5005, 0, zone[0])
+    with pytest.raises(NetworkError, match="no address for 'fe80::1%nosuch'"):
+        UdpSocket.open_to("fe80::1%nosuch", 5005)
+
+
+def test_a_receive_buffer_that_the_system_refuses_is_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("conf.transport.udp.socket.SO_RCVBUF", 0x7777)  # no such option: OSError
+    with UdpSocket.bind(LOOPBACK, 0) as receiver:
+        assert receiver.address[0] == LOOPBACK

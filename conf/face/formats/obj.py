@@ -122,7 +122,7 @@ class _ObjText:
         elif keyword in _NAMES:
             parts = line.split(None, 1)
             _NAMES[keyword](self, parts[1].decode("utf-8", "replace").strip() if len(parts) > 1 else "")
-        elif keyword not in _IGNORED and keyword.strip(b"\x1a\0"):  # Ctrl-Z ends some files of DOS programs
+        elif keyword not in _IGNORED:
             self.skip("lines with an unknown keyword", number)
 
     def skip(self, kind: str, number: int) -> None:

@@ -30,7 +30,8 @@ def check_file(path: Path, /, *, max_bytes: int = MAX_FILE_BYTES) -> None:
 def read_lines(path: Path, /, *, on_long_line: Callable[[int], None] | None = None) -> Iterator[tuple[int, bytes]]:
     """Yield (line number from 1, line without its line break), whatever the program that wrote the file.
 
-    A byte-order mark is dropped, UTF-16 becomes UTF-8, and lines may end as on Windows, Unix or old Macs.
+    A byte-order mark is dropped, as are Ctrl-Z and zeros at the end of a line, with which files of DOS programs end;
+    UTF-16 becomes UTF-8, and lines may end as on Windows, Unix or old Macs.
     on_long_line : called with the number of a line that is too long, which is then left out
     Raises FileFormatError if the file cannot be read, or a line is too long.
     """
@@ -56,18 +57,18 @@ def read_lines(path: Path, /, *, on_long_line: Callable[[int], None] | None = No
                     while line and not line.endswith(b"\n"):
                         line = file.readline(_MAX_LINE_BYTES)
                     continue
-                yield number, line.rstrip(b"\r\n")
+                yield number, line.rstrip(b"\r\n\x1a\0")
     except OSError as error:
         raise FileFormatError(path, None, f"cannot be read: {error}") from error
 
 
 def parse_floats(words: Sequence[bytes], path: Path, line: int, expected: str) -> list[float]:
-    """Return the words as finite numbers.
+    """Return the words, which may have decimal commas, as finite numbers.
 
     Raises FileFormatError with the message `expected` if one is not a number, or not within the limit.
     """
     try:
-        values = [float(word) for word in words]
+        values = [float(word.replace(b",", b".", 1)) for word in words]
     except ValueError as error:
         raise FileFormatError(path, line, expected) from error
     if not all(math.isfinite(value) and abs(value) <= _MAX_NUMBER for value in values):

@@ -43,6 +43,26 @@ def test_lines_are_numbered_from_one_for_any_line_break(tmp_path: Path) -> None:
     assert list(read_lines(path)) == [(1, b"a"), (2, b"b"), (3, b""), (4, b"c")]
 
 
+@pytest.mark.parametrize("end", [b"\x1a", b"\r\n\x1a", b"\n\x1a\0\0\0", b"\0"])
+def test_the_end_mark_of_old_programs_is_dropped(tmp_path: Path, end: bytes) -> None:
+    (tmp_path / "text").write_bytes(b"1 2\n3 4" + end)
+    assert [line for _, line in read_lines(tmp_path / "text") if line] == [b"1 2", b"3 4"]
+
+
+def test_long_lines_are_an_error_or_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "text"
+    path.write_bytes(b"a\n" + b"x" * 200_000 + b"\nb\n" + b"y" * 70_000)
+    with pytest.raises(FileFormatError, match="line 2: expected text lines under 65536 bytes"):
+        list(read_lines(path))
+    long_lines: list[int] = []
+    assert list(read_lines(path, on_long_line=long_lines.append)) == [(1, b"a"), (3, b"b")]
+    assert long_lines == [2, 4]
+
+
+def test_numbers_may_have_decimal_commas() -> None:
+    assert parse_floats([b"1,5", b"-2.5e1"], Path("f.txt"), 7, "a length") == [1.5, -25.0]
+
+
 @pytest.mark.parametrize("kind", ["missing", "folder", "pipe", "nul\x00name"])
 def test_what_is_not_a_file_is_rejected_without_blocking(tmp_path: Path, kind: str) -> None:
     path = tmp_path / kind
