@@ -15,7 +15,7 @@ from dataclasses import asdict
 from typing import Any, NoReturn
 
 from conf import __version__
-from conf.commands import animate, demo, doctor, export, extract, fit, measure, models, receive, send
+from conf.commands import animate, demo, devices, doctor, export, extract, fit, measure, models, receive, send
 from conf.commands.arguments import join_axis_options
 from conf.commands.interruption import InterruptHandler, check_interrupt
 from conf.commands.suggesting_parser import SuggestingParser
@@ -23,7 +23,8 @@ from conf.errors import ConfError
 
 COMMANDS = {
     "demo": demo, "receive": receive, "send": send, "extract": extract, "animate": animate,
-    "export": export, "fit": fit, "measure": measure, "models": models, "doctor": doctor,
+    "export": export, "fit": fit, "measure": measure, "models": models, "devices": devices,
+    "doctor": doctor,
 }  # fmt: skip
 
 INTERRUPTED = 130  # exit status, as shells report it

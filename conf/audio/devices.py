@@ -56,7 +56,7 @@ class _Device:
     def __init__(self, name: str, clock: Callable[[], float]) -> None:
         self.name = name
         self._clock = clock
-        self._called = clock()  # time of the last callback
+        self._opened = self._called = clock()  # times of opening and of the last callback
         self._device: Any = None
 
     def close(self) -> None:
@@ -70,6 +70,14 @@ class _Device:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def wait_for_first_callback(self, limit_s: float) -> None:
+        """Wait until the device has run. Raises AudioError if it has not after limit_s of real time."""
+        deadline = time.monotonic() + limit_s
+        while self._called == self._opened:
+            if time.monotonic() > deadline:
+                raise AudioError(f"{self.name} opens but does not run: close what uses it, or name another device.")
+            time.sleep(0.01)
 
     def _check_alive(self, complaint: str) -> None:
         if self._clock() - self._called > _DEAD_AFTER_S:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 HELP = "what works on this machine, what does not, what to do"
 TIMED_FRAMES = 20
+SOUND_LIMIT_S = 3.0  # until a sound device must have called back
 
 DRIVER = "install a driver with `sudo apt install libgl1 libegl1 libgl1-mesa-dri`, or try LIBGL_ALWAYS_SOFTWARE=1"
 
@@ -149,6 +150,34 @@ def _check_camera(options: argparse.Namespace) -> str:
     return f"{width}x{height}"
 
 
+def _check_sound(_: argparse.Namespace) -> str:
+    """Return the names of the default microphone and speaker after both have run for a moment."""
+    from conf.audio.devices import open_microphone, open_speaker
+    from conf.errors import AudioError
+
+    found, faults = [], []
+    for opener in (open_microphone, open_speaker):
+        try:
+            with opener() as device:
+                device.wait_for_first_callback(SOUND_LIMIT_S)
+                found.append(device.name)
+        except AudioError as error:
+            faults.append(str(error))
+    if faults:
+        raise ConfError(" ".join([*(f"{name} works," for name in found), *faults]))
+    return " and ".join(found)
+
+
+def _check_voice(_: argparse.Namespace) -> str:
+    from conf.audio.codecs.registry import VOICE_CODECS, find_codec_fault
+    from conf.audio.processing import VoiceProcessor
+
+    faults = [*map(find_codec_fault, VOICE_CODECS), VoiceProcessor().fault]
+    if any(faults):
+        raise ConfError(" ".join(fault for fault in faults if fault))
+    return ", ".join([*VOICE_CODECS, "noise suppression"])
+
+
 def _check_offscreen(_: argparse.Namespace) -> str:
     from conf.render.window.offscreen import OffscreenWindow
 
@@ -184,6 +213,8 @@ CHECKS = {
     "camera": Check(
         "camera", _check_camera, 20.0, "plug the camera in again, close what uses it, or name another with --camera N"
     ),
+    "sound": Check("sound devices", _check_sound, 20.0, "restart the sound system, or unplug and plug in the headset"),
+    "voice": Check("voice codecs", _check_voice, 20.0, "type `pip install --force-reinstall av pycodec2`"),
     "offscreen": Check("drawing without a display", _check_offscreen, 20.0, DRIVER),
     "window": Check(
         "window", _check_window, 20.0, f"{DRIVER}, or draw without a window: `conf receive --headless OUT.avi`"

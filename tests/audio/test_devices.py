@@ -195,6 +195,17 @@ def test_after_a_dropout_the_gap_is_left_between_two_blocks(monkeypatch: pytest.
     assert sorted(gaps)[-2] < 1e-9
 
 
+def test_a_device_that_never_runs_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    stub(monkeypatch)
+    clock = Clock()
+    microphone = open_microphone("headset", clock=clock)
+    with pytest.raises(AudioError, match="Headset opens but does not run: close what uses it, or name another device"):
+        microphone.wait_for_first_callback(0.0)
+    clock.now += 1
+    microphone._device.callback.send(bytearray(2 * PERIOD))
+    microphone.wait_for_first_callback(0.0)
+
+
 def test_a_microphone_that_falls_silent_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     stub(monkeypatch)
     clock = Clock()

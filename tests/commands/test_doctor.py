@@ -3,14 +3,25 @@ import os
 import signal
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
 
+from conf.audio import devices
 from conf.commands.doctor import CHECKS, Check, CheckResult, add_arguments, collect, run, run_check
 from conf.transport.udp import UdpSocket
 
-NAMES = ["tracker's files", "tracker", "camera", "drawing without a display", "window", "port"]
+NAMES = [
+    "tracker's files",
+    "tracker",
+    "camera",
+    "sound devices",
+    "voice codecs",
+    "drawing without a display",
+    "window",
+    "port",
+]
 
 
 def options(*arguments: str) -> argparse.Namespace:
@@ -109,7 +120,32 @@ def test_all_checks_run_each_in_a_process_of_its_own(
     terminal = Terminal()
     run(options("--camera", "/dev/no-such-camera", "--listen", "127.0.0.1:0"), terminal)  # type: ignore[arg-type]
     assert [finding.name for finding in terminal.findings] == NAMES
-    assert [finding.name for finding in terminal.findings if not finding.works] == ["camera"], terminal.text
+    failed = {finding.name for finding in terminal.findings if not finding.works}
+    assert failed - {"sound devices"} == {"camera"}, terminal.text
     assert (
         terminal.text.startswith("works  tracker's files: ") and "\nFAILS  camera: there is no camera" in terminal.text
     )
+
+
+def test_sound_devices_that_run_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    null = {name: getattr(devices, name) for name in ("open_microphone", "open_speaker")}
+    for name, opener in null.items():
+        monkeypatch.setattr(devices, name, partial(opener, devices.NULL_DEVICE))
+    assert finding("sound") == CheckResult("sound devices", True, "null and null")
+
+
+def test_missing_sound_devices_are_not_fatal_and_say_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(devices, "_find_devices", lambda kind: [])
+    text = "there is no microphone here: plug one in, or go on without sound. "
+    assert finding("sound") == CheckResult("sound devices", False, text + text.replace("microphone", "speaker").strip())
+    monkeypatch.setattr(devices, "open_speaker", partial(devices.open_speaker, devices.NULL_DEVICE))
+    assert finding("sound").detail == f"null works, {text}".strip()
+
+
+def test_voice_names_its_codecs_or_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert finding("voice") == CheckResult("voice codecs", True, "opus, codec2, noise suppression")
+    monkeypatch.setitem(sys.modules, "pycodec2.pycodec2", None)
+    monkeypatch.setitem(sys.modules, "pywebrtc_audio", None)
+    missing = finding("voice")
+    assert not missing.works
+    assert "pip install pycodec2" in missing.detail and "pip install pywebrtc-audio" in missing.detail
