@@ -5,10 +5,13 @@ Their callbacks run in a thread of the library and only copy samples to or from 
 thread that calls `read` and `write`. A machine without devices is normal: lists are empty, opening raises AudioError.
 """
 
+import ctypes
+import sys
 import time
 from collections import deque
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
+from functools import cache
 from types import TracebackType
 from typing import Any, Self
 
@@ -254,4 +257,17 @@ def _import_miniaudio() -> Any:
         import miniaudio
     except ImportError as error:
         raise AudioError(MISSING) from error
+    _silence_alsa()
     return miniaudio
+
+
+@cache
+def _silence_alsa() -> object:
+    """Stop ALSA from printing on machines without a card; return its handler, which must not be freed."""
+    handler = ctypes.CFUNCTYPE(None)(lambda: None)  # takes none of the arguments: the caller removes them
+    if sys.platform == "linux":
+        try:
+            ctypes.CDLL("libasound.so.2").snd_lib_error_set_handler(handler)
+        except (OSError, AttributeError):
+            return None  # no ALSA, nothing to silence
+    return handler

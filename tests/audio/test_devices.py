@@ -268,6 +268,13 @@ def test_the_null_device_runs_in_real_time() -> None:
 
 
 @pytest.mark.slow
+def test_listing_prints_nothing(capfd: pytest.CaptureFixture[str]) -> None:
+    list_microphones()
+    list_speakers()
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.slow
 def test_real_lists_never_raise() -> None:
     assert [device.number for device in list_microphones()] == list(range(len(list_microphones())))
     assert [device.number for device in list_speakers()] == list(range(len(list_speakers())))
