@@ -147,7 +147,8 @@ class ReceiverLoop:
     def _show_note(self, note: str) -> None:
         """Show a note of the network in the window; report its first appearance and its end."""
         if self._options.on_event and bool(note) != bool(self._composer.note):
-            self._options.on_event(note or "the network works again")
+            if note or self._endpoint.callers:
+                self._options.on_event(note or "the network works again")
         self._composer.note = note
 
     def _handle_event(self, event: Event, now: float) -> None:
