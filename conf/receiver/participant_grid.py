@@ -77,7 +77,8 @@ class ParticipantGrid(GpuObject):
         covered = self._covered(view)
         cells = layout_grid(len(participants), self._window.size, left=covered if len(participants) > 1 else 0)
         framebuffer = self._window.framebuffer
-        framebuffer.clear(*BACKGROUND)
+        if covered and len(participants) > 1:
+            framebuffer.clear(*BACKGROUND)
         for (participant, frame), cell in zip(participants, cells, strict=True):
             framebuffer.viewport = cell
             portrait = self._portraits.get(participant)

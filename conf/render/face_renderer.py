@@ -16,7 +16,7 @@ from conf.face.mesh.mesh import Mesh
 from conf.face.mesh.winding import orient_outwards
 from conf.render.camera import ViewState, clip_matrix, view_rotation
 from conf.render.control_point_markers import ControlPointMarkers
-from conf.render.drawn_area import covered_bands
+from conf.render.drawn_area import covered_bands, longest_edges
 from conf.render.gpu_object import GpuObject
 from conf.render.lighting import STUDIO, Lighting
 from conf.render.materials import EYE, MOUTH, SKIN, group_triangles, material_of
@@ -45,6 +45,7 @@ class FaceRenderer(GpuObject):
         self._ctx = ctx
         self._mesh = mesh
         self._lighting = lighting
+        self._edges = longest_edges(mesh.vertices, mesh.triangles)
         self._neck = NeckBend(mesh)
         self._normals = VertexNormals(mesh.triangles, mesh.render_vertices)
         self._targets: dict[tuple[tuple[int, int], float, str], RenderTarget] = {}
@@ -108,7 +109,7 @@ class FaceRenderer(GpuObject):
             for part in self._parts:
                 self._textures.use(part.number, 0)
                 part.draw(**matrices)
-        target.resolve(framebuffer, covered_bands(bent, clip_to_image, target.size))
+        target.resolve(framebuffer, covered_bands(bent, clip_to_image, target.size, edges=self._edges))
         if view.points:
             self._markers.draw(points, clip, target.depth)
 

@@ -75,6 +75,7 @@ class RenderTarget(GpuObject):
         self.depth.compare_func = ""
         self.depth.filter = (moderngl.NEAREST, moderngl.NEAREST)
         backdrop = ctx.texture(size, 4, sample_background(size, full_size or size, background).tobytes())
+        backdrop.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self._backdrop = ctx.framebuffer(backdrop)
         self._framebuffer = ctx.framebuffer(self._image, self.depth)
         self._depth_only = ctx.framebuffer(depth_attachment=self.depth)
@@ -84,13 +85,17 @@ class RenderTarget(GpuObject):
             if "pixel" in program:
                 program["pixel"] = 1 / size[0], 1 / size[1]
         self._copy, *self._passes = [ctx.vertex_array(program, []) for program in programs]
+        self._backdrop_image = backdrop
         self._resolved: moderngl.Texture | None = None
         framebuffers = (self._framebuffer, self._depth_only, self._backdrop)
         self._owned = (self._copy, *self._passes, *programs, *framebuffers, self.depth, backdrop, self._image)
         if full_size not in (None, size):
             self._resolved, depth = _texture(ctx, size, moderngl.LINEAR), ctx.depth_renderbuffer(size)
             self._enlarged = ctx.framebuffer(self._resolved, depth)
-            self._owned = (self._enlarged, self._resolved, depth, *self._owned)
+            assert full_size is not None
+            self._backdrop_image = ctx.texture(full_size, 4, paint_background(full_size, background).tobytes())
+            self._backdrop_image.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self._owned = (self._enlarged, self._resolved, depth, self._backdrop_image, *self._owned)
 
     def begin(self) -> None:
         """Copy the background, clear the depth, and make this the target of the following draw calls."""
@@ -108,17 +113,28 @@ class RenderTarget(GpuObject):
         if self._resolved is None:
             self._compose(framebuffer, bands)
             return
-        self._compose(self._enlarged, bands)
+        self._smooth(self._enlarged, [_grown(band, self.size) for band in bands])
+        full_size = framebuffer.viewport[2:]
+        enlarged = _scaled(bands, self.size, full_size)
         framebuffer.use()
         self._ctx.enable_only(moderngl.NOTHING)
         self._resolved.use(0)
-        self._copy.render(moderngl.TRIANGLES, vertices=3)
+        self._render(self._copy, framebuffer, enlarged)
+        self._backdrop_image.use(0)
+        self._render(self._copy, framebuffer, complement(enlarged, full_size))
 
     def _compose(self, framebuffer: moderngl.Framebuffer, bands: list[Rectangle]) -> None:
+        """Draw the background beside the bands and the anti-aliased image inside."""
+        framebuffer.use()
+        self._ctx.enable_only(moderngl.NOTHING)
+        self._backdrop_image.use(0)
+        self._render(self._copy, framebuffer, complement(bands, self.size))
+        self._smooth(framebuffer, bands)
+
+    def _smooth(self, framebuffer: moderngl.Framebuffer, bands: list[Rectangle]) -> None:
+        """Copy bands of the image, anti-aliased."""
         framebuffer.use()
         self._image.use(0)
-        self._ctx.enable_only(moderngl.NOTHING)
-        self._render(self._copy, framebuffer, complement(bands, self.size))
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         for triangle, depth_func in zip(self._passes, PASSES.values(), strict=True):
             self._ctx.depth_func = depth_func
@@ -148,6 +164,23 @@ class RenderTarget(GpuObject):
         is_inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
         surface = depths[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)]
         return np.asarray(is_inside & (position[:, 2] <= surface + DEPTH_BIAS))
+
+
+def _grown(band: Rectangle, size: tuple[int, int]) -> Rectangle:
+    """Return a band with the pixels around it that enlarging blends in."""
+    left, bottom, width, height = band
+    right, top = min(left + width + 1, size[0]), min(bottom + height + 1, size[1])
+    return max(left - 1, 0), max(bottom - 1, 0), right - max(left - 1, 0), top - max(bottom - 1, 0)
+
+
+def _scaled(bands: list[Rectangle], size: tuple[int, int], full_size: tuple[int, int]) -> list[Rectangle]:
+    """Return the bands of an image of `size` in one of the full size; neighbours still touch."""
+    x, y = full_size[0] / size[0], full_size[1] / size[1]
+    scaled = []
+    for left, bottom, width, height in bands:
+        low, high = (round(left * x), round(bottom * y)), (round((left + width) * x), round((bottom + height) * y))
+        scaled.append((*low, high[0] - low[0], high[1] - low[1]))
+    return scaled
 
 
 def _texture(ctx: moderngl.Context, size: tuple[int, int], texture_filter: int) -> moderngl.Texture:

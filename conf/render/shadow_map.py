@@ -17,8 +17,8 @@ from conf.render.shader_programs import DrawCall, to_column_major
 SIZE = 256  # pixels a side
 EXTENT_CM = 18.0  # half of the side of the square, around the face's origin, that the map covers
 # The map is redrawn after a rotation, rad, or a movement, cm, of more than this: far less than a shadow's soft edge.
-REDRAW_ANGLE = 0.02
-REDRAW_DISTANCE_CM = 0.06
+REDRAW_ANGLE = 0.03
+REDRAW_DISTANCE_CM = 0.12
 
 
 def light_matrix(rotation: NDArray[np.float64], key: Vector = STUDIO.key) -> NDArray[np.float64]:
