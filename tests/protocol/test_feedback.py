@@ -29,6 +29,26 @@ def estimator(*round_trips: float) -> RoundTripEstimator:
     return made
 
 
+@pytest.mark.parametrize(
+    ("highest", "missing", "acknowledged"),
+    [
+        (0, 0, [0]),
+        (3, 0, [3, 2, 1, 0]),
+        (3, 0b111, [3]),
+        (3, 0b010, [3, 2, 0]),
+        (100, 0, list(range(100, 36, -1))),  # 63 before the highest
+        (64, 0, list(range(64, 0, -1))),
+        (100, (1 << 63) - 1, [100]),
+        (100, (1 << 62) - 1, [100, 37]),
+        (100, 1 << 62, list(range(100, 37, -1))),
+    ],
+)
+def test_a_report_confirms_the_highest_and_what_is_not_missing(
+    highest: int, missing: int, acknowledged: list[int]
+) -> None:
+    assert Report(highest, missing, 0, 0, 0).acknowledged() == acknowledged
+
+
 def test_reports_in_bytes() -> None:
     assert encode_report(TYPICAL).hex() == "95cd03e800000714"
     largest = Report(0xFFFFFFFF, (1 << 63) - 1, 0xFFFFFFFE, MAX_MILLISECONDS, MAX_MILLISECONDS)
@@ -63,6 +83,10 @@ def test_any_bytes_are_a_report_or_a_protocol_error(data: bytes) -> None:
         ([1, 0, 2, 0, 0], "never sent"),
         ([1, 2, 0, 0, 0], "never sent"),
         ([1, 0, 0, 0, b"x" * 40], "too long"),
+        ([1, 0, 0, 0, b"x"], "not msgpack"),
+        ([1, 0, 0, 0, "x"], "not msgpack"),
+        ([1, 0, 0, 0, {1: 1}], "not msgpack"),
+        ([1, 0, 0, 0, msgpack.ExtType(1, b"x")], "not msgpack"),
     ],
 )
 def test_bad_reports_are_explained(value: object, message: str) -> None:
@@ -77,6 +101,14 @@ def test_the_delay_of_the_report_is_no_part_of_the_round_trip(way: float, delay_
     round_trip.on_report(replace(TYPICAL, highest=5, ack_delay_ms=delay_ms), start + way + delay_ms / 1000)
     assert round_trip.smoothed_s == pytest.approx(way, abs=1e-6)
     assert round_trip.min_rtt_s == pytest.approx(way, abs=1e-6)
+
+
+def test_a_report_of_32_bytes_is_not_too_long() -> None:
+    data = encode_report(TYPICAL)
+    with pytest.raises(ProtocolError, match="not msgpack"):
+        decode_report(data + bytes(MAX_REPORT_BYTES - len(data)))
+    with pytest.raises(ProtocolError, match="too long"):
+        decode_report(data + bytes(MAX_REPORT_BYTES - len(data) + 1))
 
 
 def test_a_delay_longer_than_the_round_trip_gives_zero() -> None:

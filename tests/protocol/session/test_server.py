@@ -37,6 +37,22 @@ def test_bodies_arrive_in_both_directions(world: World) -> None:
     assert world.bodies() == [b"motion"]
     assert world.bodies(SENDER) == [b"report"]
     assert world.events() == [Connected(session_of(world), SENDER)]
+    assert BodyReceived(session_of(world), b"motion", SENDER, 0) in world.received[RECEIVER]
+
+
+def test_an_exhausted_session_ends_with_its_reason(world: World) -> None:
+    session = session_of(world)
+    world.receiver.sessions[session].sealing_key.counter = 1 << 32
+    assert world.receiver.seal_body(session, b"report") is None
+    assert world.receiver.next_event() == SessionEnded(session, LossReason.EXHAUSTED)
+    assert world.receiver.seal_body(session, b"report") is None
+    assert world.receiver.next_event() is None
+
+
+def test_a_datagram_of_the_receiver_s_own_direction_is_counted_as_such(world: World) -> None:
+    answer = handshake_datagram(Kind.RETRY, bytes(8), bytes(8))
+    world.receiver.receive_datagram(answer, SENDER, world.now)
+    assert world.receiver.dropped == {DropReason.DIRECTION: 1}
 
 
 def test_the_two_directions_have_different_keys(world: World) -> None:
@@ -147,6 +163,8 @@ def test_a_wrong_code_is_reported_with_the_tries_left() -> None:
     world.run(0.1)
     tries = [event.tries_left for event in world.events() if isinstance(event, WrongCode)]
     assert tries == [4, 3, 2, 1, 0]
+    addresses = {event.address for event in world.events() if isinstance(event, WrongCode)}
+    assert addresses < {("198.51.100.7", n) for n in range(6)} and len(addresses) == 5
     assert not world.receiver.sessions
 
 
@@ -288,6 +306,7 @@ def test_a_flood_of_spoofed_hellos_does_not_delay_a_hello_with_a_cookie(world: W
 def test_max_sessions_is_limited_by_the_session_numbers() -> None:
     with pytest.raises(ValueError, match="max_sessions must be from 1 to 127"):
         SessionServer(CODE, seeded("r"), max_sessions=128)
+    SessionServer(CODE, seeded("r"), max_sessions=127)
 
 
 def test_session_numbers_wrap_and_skip_those_in_use(world: World) -> None:
