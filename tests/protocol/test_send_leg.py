@@ -2,6 +2,7 @@
 
 import pytest
 
+from conf.protocol import send_leg
 from conf.protocol.call_leg import CallLeg
 from conf.protocol.feedback import Report
 from conf.protocol.messages import (
@@ -16,13 +17,18 @@ from conf.protocol.messages import (
     Presence,
     RoundTripMessage,
     StreamParameters,
+    VoiceFormatMessage,
+    VoicePayload,
+    VoiceStateMessage,
 )
 from conf.protocol.outgoing import OutgoingBody
 from conf.protocol.portrait.chunks import Ack, encode_ack
 from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.rate_control.circuit_breaker import OPEN_AFTER_S
+from conf.protocol.rate_control.rate_levels import VoiceMode
 from conf.protocol.rate_control.send_budget import RateOptions
-from conf.protocol.send_leg import MAX_PIGGYBACK_WAIT_S, ROUND_TRIP_INTERVAL_S, STARTUP_PIGGYBACK_WAIT_S, SendLeg
+from conf.protocol.send_leg import SendLeg
+from conf.protocol.voice.formats import GRID_MS, VoicePacket, VoiceState
 from conf.protocol.wire import decode_body, encode_body
 from tests.protocol.motion.test_outbound import PARAMETERS, frame
 
@@ -119,10 +125,8 @@ def test_bodies_beyond_the_limit_are_dropped() -> None:
     leg.send_frame(frame(0.0), 0.0)
     assert [type(decode_body(outgoing.body)) for outgoing in leg.call.bodies_to_send(0.0)] == [StreamParameters]
     leg = started(RateOptions(kbps=1.2))
-    assert [sum(isinstance(body, Bye) for body in sent_bodies) for sent_bodies in (closing(leg), closing(leg))] == [
-        2,
-        0,
-    ]
+    assert (closing(leg), closing(leg)) == ([Bye(), Bye()], [])
+    assert [decode_body(outgoing.body) for outgoing in leg.closing_bodies()] == [Bye(), Bye()]
 
 
 def closing(leg: Leg) -> list[Body]:
@@ -165,7 +169,7 @@ def test_the_round_trip_is_sent_when_it_has_changed_and_at_most_every_ten_second
         leg.receive_body(feedback(counter - 1), now + rtt_s)
     assert told[0] == (0.5, RoundTripMessage(100))
     assert len(told) == 3 and all(body.milliseconds > 125 for _, body in told[1:])
-    assert told[2][0] - told[1][0] >= ROUND_TRIP_INTERVAL_S
+    assert told[2][0] - told[1][0] >= send_leg.ROUND_TRIP_INTERVAL_S
     assert leg.status(40.0).round_trip_ms == pytest.approx(200, abs=3)
 
 
@@ -184,7 +188,7 @@ def test_a_round_trip_is_sent_again_if_it_changes_by_a_quarter(change: float, is
     assert sent(leg, 1.0) == [RoundTripMessage(100)]
     leg.budget.restart(12.0)
     leg.budget.round_trip.smoothed_s = 0.1 * (1 + change)
-    assert (sent(leg, 1.0 + ROUND_TRIP_INTERVAL_S) != []) == is_sent
+    assert (sent(leg, 1.0 + send_leg.ROUND_TRIP_INTERVAL_S) != []) == is_sent
 
 
 def test_chunks_share_the_datagram_of_the_last_motion() -> None:
@@ -205,10 +209,10 @@ def test_a_chunk_without_motion_is_sent_alone_after_a_wait() -> None:
     leg.send_frame(frame(0.0), 0.0)
     sent(leg, 0.0)
     assert leg.budget.chunks.in_startup
-    assert sent(leg, STARTUP_PIGGYBACK_WAIT_S - 0.01) == []
-    assert [type(body) for body in sent(leg, STARTUP_PIGGYBACK_WAIT_S)] == [PortraitChunk]
+    assert sent(leg, send_leg.STARTUP_PIGGYBACK_WAIT_S - 0.01) == []
+    assert [type(body) for body in sent(leg, send_leg.STARTUP_PIGGYBACK_WAIT_S)] == [PortraitChunk]
     assert leg.budget.chunks.bytes_sent == 82 + 2 + 82 + 47
-    assert sent(leg, STARTUP_PIGGYBACK_WAIT_S + 0.01) == []
+    assert sent(leg, send_leg.STARTUP_PIGGYBACK_WAIT_S + 0.01) == []
 
 
 def test_after_startup_the_wait_is_longer() -> None:
@@ -216,8 +220,8 @@ def test_after_startup_the_wait_is_longer() -> None:
     leg.budget.chunks._startup_left = 0
     leg.send_frame(frame(0.0), 0.0)
     sent(leg, 0.0)
-    assert sent(leg, MAX_PIGGYBACK_WAIT_S - 0.01) == []
-    assert [type(body) for body in sent(leg, MAX_PIGGYBACK_WAIT_S)] == [PortraitChunk]
+    assert sent(leg, send_leg.MAX_PIGGYBACK_WAIT_S - 0.01) == []
+    assert [type(body) for body in sent(leg, send_leg.MAX_PIGGYBACK_WAIT_S)] == [PortraitChunk]
 
 
 @pytest.mark.parametrize(("size", "kinds"), [(255, [Composite]), (256, [MotionPayload, PortraitChunk])])
@@ -261,3 +265,135 @@ def test_a_session_that_starts_late_is_not_stopped() -> None:
     leg = Leg()
     leg.start(2 * OPEN_AFTER_S)
     assert leg.status(2 * OPEN_AFTER_S).connected and not leg.status(2 * OPEN_AFTER_S).stopped
+
+
+def talking(kbps: float | None = None, *, portrait: ObjectSender | None = None) -> Leg:
+    leg = started(RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC), portrait)
+    say(leg, 0.0)
+    return leg
+
+
+def say(leg: Leg, now: float, timestamp: float | None = None) -> None:
+    voice_format = leg.voice_format or pytest.fail("there is no voice")
+    size = voice_format.nominal_bytes if not voice_format.fixed_size else -(-voice_format.frame_bits // 8)
+    at = now if timestamp is None else timestamp
+    leg.send_voice(VoicePacket(at, voice_format, (bytes(size),) * voice_format.frames), now)
+
+
+def test_motion_waits_for_one_and_a_half_voice_packets_and_sixty_milliseconds() -> None:
+    for expected, gap in (([], 0.1499), ([MotionPayload], 0.1501)):
+        leg = talking()
+        sent(leg, 0.0)
+        leg.send_frame(frame(0.01), 0.02)
+        assert [type(body) for body in sent(leg, gap) if not isinstance(body, StreamParameters)] == expected
+
+
+def test_voice_and_motion_are_on_one_clock() -> None:
+    leg = started(RateOptions(voice=VoiceMode.AUTOMATIC))
+    leg.send_frame(frame(100.0), 0.0)
+    leg.bodies_to_send(0.0)
+    say(leg, 0.1, 100.5)
+    payloads = [body for body in sent(leg, 0.1) if isinstance(body, VoicePayload)]
+    assert [body.number * GRID_MS for body in payloads] == [500]
+
+
+def test_a_voice_format_is_sent_until_its_datagram_is_acknowledged() -> None:
+    leg = talking()
+    counts = []
+    for counter in range(3):
+        bodies = leg.bodies_to_send(float(counter))
+        counts.append(sum(isinstance(decode_body(outgoing.body), VoiceFormatMessage) for outgoing in bodies))
+        for outgoing in bodies:
+            leg.on_sent(counter, outgoing, float(counter))
+        if counter == 1:
+            leg.receive_body(feedback(1), 1.5)
+        say(leg, counter + 1.0)
+    assert counts == [1, 1, 0]
+
+
+def test_the_budget_learns_the_size_of_each_voice_packet(monkeypatch: pytest.MonkeyPatch) -> None:
+    leg, sizes = started(RateOptions(voice=VoiceMode.AUTOMATIC)), []
+    monkeypatch.setattr(leg.budget, "on_voice", lambda voice_format, size: sizes.append((voice_format.codec, size)))
+    say(leg, 0.0)
+    assert sizes == [("opus", 68)]
+    assert leg.voice.has_packet
+    leg.bodies_to_send(0.0)
+    say(leg, 2 * OPEN_AFTER_S)
+    assert not leg.voice.has_packet and len(sizes) == 1, "nothing is sent without reports"
+
+
+@pytest.mark.parametrize(
+    ("room", "fitting", "left"), [(62, 2, 0), (61, 1, 30), (31, 1, 0), (30, 0, 30), (100, 2, 38), (-5, 0, -5)]
+)
+def test_motion_goes_with_voice_as_far_as_there_is_room(
+    monkeypatch: pytest.MonkeyPatch, room: int, fitting: int, left: int
+) -> None:
+    leg = talking(portrait=portrait())
+    calls: list[object] = []
+    monkeypatch.setattr(leg.budget, "room_beside_voice", lambda *args: (calls.append(args), room)[1])  # type: ignore[func-returns-value]
+    monkeypatch.setattr(leg.motion, "flush", calls.append)
+    monkeypatch.setattr(leg.budget, "allows_chunk", lambda _, room: calls.append(room))
+    leg.motion._queue[:] = [OutgoingBody(encode_body(MotionPayload(0, bytes(29))), (n,)) for n in range(2)]
+    waiting = sum(len(outgoing.body) + 1 for outgoing in leg.motion.waiting)
+    bodies = leg.bodies_to_send(0.5, reserved=7)
+    motion = [outgoing for outgoing in bodies if isinstance(decode_body(outgoing.body), MotionPayload)]
+    voice = [outgoing for outgoing in bodies if outgoing not in motion]
+    assert len(motion) == fitting and bodies == motion + voice
+    voice_bytes = send_leg.VOICE_HEADERS + sum(len(outgoing.body) + 1 for outgoing in voice) + 7
+    assert calls == [(voice_bytes, 0.5), room - waiting - 1, left]
+
+
+def test_the_room_beside_voice_shrinks_with_what_waits() -> None:
+    leg = talking(16.0)
+    one = leg.room(0.0)
+    say(leg, 0.06)
+    assert one - leg.room(0.0) == leg.voice.waiting_bytes / 2 > 68
+    leg.bodies_to_send(0.0)
+    assert leg.room(0.0) == float("inf")
+
+
+def test_a_voice_state_rides_or_waits_a_tenth_of_a_second() -> None:
+    leg = talking()
+    sent(leg, 0.0)
+    leg.set_voice_state(VoiceState.SILENT, 1.0, noise_level=60)
+    assert sent(leg, 1.09) == []
+    assert sent(leg, 1.1) == [VoiceStateMessage(VoiceState.SILENT, 60)]
+    assert sent(leg, 2.09) == [] and sent(leg, 2.1) == [VoiceStateMessage(VoiceState.SILENT, 60)]
+    leg.set_voice_state(VoiceState.OFF, 3.0)
+    leg.send_frame(frame(3.0), 3.0)
+    assert VoiceStateMessage(VoiceState.OFF, 127) in sent(leg, 3.0)
+
+
+def test_reports_are_rarer_and_wait_longer_in_long_voice_packets() -> None:
+    leg = started(RateOptions(kbps=2.4, voice=VoiceMode.AUTOMATIC))
+    assert leg.voice_format
+    packet_s = leg.voice_format.packet_s
+    assert packet_s > 0.2
+    assert leg.report_interval_s(0.0) == 0.5 and leg.ride_wait(0.0) == 0.0
+    say(leg, 0.0)
+    leg.bodies_to_send(0.0)
+    assert leg.report_interval_s(0.1) == 4 * packet_s
+    assert leg.ride_wait(0.1) == pytest.approx(1.5 * packet_s + 0.06 - 0.1)
+    assert leg.ride_wait(1.5 * packet_s) == send_leg.RIDE_WAIT_S
+    assert leg.report_interval_s(1.5 * packet_s + 0.07) == 0.5
+    short = talking()
+    assert (short.report_interval_s(0.1), short.ride_wait(0.1)) == (0.5, send_leg.RIDE_WAIT_S)
+
+
+@pytest.mark.parametrize(("profile", "interval_s"), [("live", 1 / 15), ("narrow", 0.2)])
+def test_a_report_waits_for_motion_only_while_it_flows(profile: str, interval_s: float) -> None:
+    leg = started(RateOptions(profile))
+    assert leg.ride_wait(1.0) == 0.0
+    for number in range(3):
+        leg.send_frame(frame(1.0 + number / 15), 1.0)
+    assert sent(leg, 1.0)
+    assert leg.ride_wait(1.0 + 1.5 * interval_s - 0.001) == pytest.approx(max(send_leg.RIDE_WAIT_S, 1.25 * interval_s))
+    assert leg.ride_wait(1.0 + 1.5 * interval_s + 0.001) == 0.0
+
+
+def test_a_probe_tells_the_time_also_without_a_face() -> None:
+    leg = started()
+    leg.send_no_face(7.0, 0.0)
+    sent(leg, 0.0)
+    leg.send_no_face(17.5, OPEN_AFTER_S)
+    assert sent(leg, OPEN_AFTER_S) == [KeepAlive(10.5, Presence.FACE)]
