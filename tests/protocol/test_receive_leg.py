@@ -13,15 +13,20 @@ from conf.protocol.messages import (
     PortraitChunk,
     Presence,
     RoundTripMessage,
+    VoiceFormatMessage,
+    VoicePayload,
+    VoiceStateMessage,
 )
 from conf.protocol.motion.outbound import OutboundMotion
 from conf.protocol.portrait.chunks import Chunk, decode_ack, encode_chunk
 from conf.protocol.receive_leg import MAX_OBJECTS, SILENCE_S, ReceiveLeg
-from conf.protocol.wire import decode_body, encode_body
+from conf.protocol.voice.formats import GRID_MS, VoiceFormat, VoiceState
+from conf.protocol.wire import VOICE_NUMBER_BITS, decode_body, encode_body
 from tests.protocol.motion.test_inbound import payload
 from tests.protocol.motion.test_outbound import PARAMETERS, frame
 
 OVERHEAD = 42
+OPUS = VoiceFormat("opus", 9000, 60, 1, fixed_size=False)
 # Radians. Interpolation over losses may be off by the curvature of the motion, a wrong frame by up to 0.8.
 MAX_ERROR = 0.25
 
@@ -173,6 +178,42 @@ def test_the_other_bodies_are_applied() -> None:
     leg = Leg()
     receive(leg, encode_body(RoundTripMessage(123)))
     assert leg.round_trip_ms == 123.0 and leg.rejected == 0
+
+
+def test_voice_is_received_at_the_stream_time_and_state_of_its_counter() -> None:
+    leg = Leg()
+    assert not leg.refresh_needed and leg.round_trip_ms is None
+    for body in (VoiceFormatMessage(2, OPUS), VoiceStateMessage(VoiceState.SILENT, 55)):
+        assert leg.receive(body, 4, 100.0) is None
+    assert (leg.voice.state, leg.voice.noise_level) == (VoiceState.SILENT, 55)
+    assert leg.receive(VoicePayload(3, True, 2, b"voice"), 5, 100.0) == 3 * GRID_MS / 1000 + 0.06
+    assert (leg.voice.format, leg.voice.state) == (OPUS, VoiceState.TALKING)
+    leg.receive(VoiceStateMessage(VoiceState.OFF, 60), 3, 100.1)
+    assert leg.voice.state is VoiceState.TALKING, "a state of an earlier datagram is old"
+    leg.receive(VoiceStateMessage(VoiceState.OFF, 60), 6, 100.1)
+    assert (leg.voice.state, leg.voice.noise_level) == (VoiceState.OFF, 60)
+    assert [frame.data for frame in leg.voice.frames_until(10.0)] == [b"voice"]
+
+
+def test_voice_and_motion_share_the_playout_clock_and_the_sender_s() -> None:
+    leg = Leg()
+    receive(leg, encode_body(KeepAlive(600.0, Presence.FACE)), encode_body(VoiceFormatMessage(0, OPUS)))
+    low_bits = (600_000 // GRID_MS + 5) % (1 << VOICE_NUMBER_BITS)
+    end = leg.receive(VoicePayload(low_bits, True, 0, b"voice"), 3, 100.1)
+    assert end == pytest.approx(600.0 + 5 * GRID_MS / 1000 + 0.06), "the keep-alive told the time"
+    assert leg.voice.clock is leg.motion.buffer.clock is leg.clock
+
+
+def test_figures_are_in_milliseconds_and_lost_frames_in_proportion_to_the_datagrams() -> None:
+    leg = Leg()
+    receive(leg, encode_body(Composite((PARAMETERS, payload(0)))))
+    leg.reception.jitter.seconds = 0.25
+    leg.clock.delay_s = 0.5
+    receive(leg, encode_body(RoundTripMessage(1)), counter=5, now=101.0)
+    snapshot = leg.snapshot(101.0)
+    assert (snapshot.jitter_ms, snapshot.playout_delay_ms) == (250.0, 500.0)
+    assert snapshot.frames_lost == leg.reception.lost == 4
+    assert snapshot.wire_kbps == pytest.approx(leg.traffic.rates(101.0)[0] / 125)
 
 
 def test_chunks_become_objects_alone_and_beside_motion_and_are_acknowledged() -> None:

@@ -1,7 +1,7 @@
 import pytest
 
 from conf.errors import ProtocolError
-from conf.protocol.voice.formats import MAX_PACKET_MS, VoiceFormat, VoiceState
+from conf.protocol.voice.formats import MAX_BIT_RATE, MAX_PACKET_MS, VoiceFormat, VoiceState
 
 OPUS = VoiceFormat("opus", 9000, 60, 2, fixed_size=False)
 CODEC2 = VoiceFormat("codec2", 700, 40, 3, fixed_size=True)
@@ -29,7 +29,13 @@ def test_durations_and_sizes(voice_format: VoiceFormat, packet_ms: int, frame_bi
     ("voice_format", "message"),
     [
         (VoiceFormat("", 9000, 60, 1, fixed_size=False), "the name of a voice codec is not 1 to 16 ASCII characters"),
+        (VoiceFormat("a" * 17, 9000, 60, 1, fixed_size=False), "the name of a voice codec"),
+        (VoiceFormat("opüs", 9000, 60, 1, fixed_size=False), "the name of a voice codec"),
+        (VoiceFormat("op\ns", 9000, 60, 1, fixed_size=False), "the name of a voice codec"),
         (VoiceFormat("opus", 9000, 60, 0, fixed_size=False), "a voice format out of range"),
+        (VoiceFormat("opus", 0, 60, 1, fixed_size=False), "a voice format out of range"),
+        (VoiceFormat("opus", 9000, 0, 1, fixed_size=False), "a voice format out of range"),
+        (VoiceFormat("opus", MAX_BIT_RATE + 1, 20, 1, fixed_size=False), "a voice format out of range"),
         (VoiceFormat("codec2", 40, 20, 1, fixed_size=True), "a voice format out of range"),  # less than a bit a frame
         (VoiceFormat("opus", 9000, 60, 17, fixed_size=False), "voice packets of this duration are not allowed"),
         (VoiceFormat("opus", 9000, 10, 3, fixed_size=False), "voice packets of this duration are not allowed"),
@@ -38,6 +44,21 @@ def test_durations_and_sizes(voice_format: VoiceFormat, packet_ms: int, frame_bi
 def test_formats_that_a_receiver_must_not_accept(voice_format: VoiceFormat, message: str) -> None:
     with pytest.raises(ProtocolError, match=message):
         voice_format.check()
+
+
+@pytest.mark.parametrize(
+    "voice_format",
+    [
+        VoiceFormat("a", 9000, 20, 1, fixed_size=False),
+        VoiceFormat("a" * 16, 9000, 20, 1, fixed_size=False),
+        VoiceFormat("opus", MAX_BIT_RATE, 20, 1, fixed_size=False),
+        VoiceFormat("bits", 50, 20, 1, fixed_size=True),  # one bit a frame
+        VoiceFormat("short", 1000, 1, 20, fixed_size=True),
+        VoiceFormat("slow", 1, 1000, 1, fixed_size=True),
+    ],
+)
+def test_formats_at_the_limits_are_accepted(voice_format: VoiceFormat) -> None:
+    voice_format.check()
 
 
 def test_a_packet_of_a_second_is_the_longest() -> None:
