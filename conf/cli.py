@@ -19,7 +19,7 @@ from conf.commands import animate, demo, devices, doctor, export, extract, fit, 
 from conf.commands.arguments import join_axis_options
 from conf.commands.interruption import InterruptHandler, check_interrupt
 from conf.commands.suggesting_parser import SuggestingParser
-from conf.errors import ConfError
+from conf.errors import ConfError, explain
 
 COMMANDS = {
     "demo": demo, "receive": receive, "send": send, "extract": extract, "animate": animate,
@@ -42,7 +42,7 @@ def main(arguments: list[str] | None = None) -> None:
         options = build_parser().parse_args(join_axis_options(sys.argv[1:] if arguments is None else arguments))
         options.run(options, _Terminal(json=getattr(options, "json", False)))
     except ConfError as error:
-        sys.exit(f"conf: {'; '.join((str(error), *getattr(error, '__notes__', ())))}")
+        sys.exit(f"conf: {explain(error)}")
     except KeyboardInterrupt as interrupt:
         _exit_interrupted(interrupt)
     except BrokenPipeError:

@@ -5,6 +5,11 @@ class ConfError(Exception):
     """An error of the user or the machine; the command line prints its message, one sentence that says what to do."""
 
 
+def explain(error: ConfError, /) -> str:
+    """Return the message with its notes, which name files that were being written."""
+    return "; ".join((str(error), *getattr(error, "__notes__", ())))
+
+
 class CameraError(ConfError):
     """A camera or clip cannot be opened or has stopped."""
 

@@ -13,7 +13,9 @@ from conf.animator.gui.main import AnimatorGui
 from conf.animator.gui.theme import BACKDROP, themed
 from conf.animator.keys import key_label
 from conf.animator.viewport_controller import ViewportController, WindowCommand
-from conf.output.media_writer import VideoWriter, next_free_path
+from conf.errors import ConfError, explain
+from conf.output.image_writer import next_free_path
+from conf.output.video_writer import VideoWriter
 from conf.render.ui.imgui_input import ImGuiInput, dropped_files
 from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.render.window import Window
@@ -93,7 +95,8 @@ class AnimatorApp:
     def close(self) -> None:
         """Finish a clip, free everything."""
         if self._clip is not None:
-            self._clip.close()
+            with self.controller.errors_as_notice():
+                self._end_clip(self._clip)
         self._gui.release()
         self.controller.release()
         self._overlay.release()
@@ -118,11 +121,15 @@ class AnimatorApp:
 
     def _toggle_clip(self) -> None:
         if self._clip is None:
-            self._clip = VideoWriter(next_free_path(self._folder, "conf", ".avi"), fps=CLIP_FPS)
-            self.controller.notice = f"recording the face as AVI; {key_label('record')} stops"
+            self._clip = VideoWriter(next_free_path(self._folder, "conf", ".mp4"), fps=CLIP_FPS)
+            self.controller.notice = f"recording the face as MP4; {key_label('record')} stops"
         else:
-            clip, self._clip = self._clip, None
-            self.controller.notice = f"saved {clip.close()}"
+            self._end_clip(self._clip)
+
+    def _end_clip(self, clip: VideoWriter) -> None:
+        self._clip = None
+        if path := clip.close():
+            self.controller.on_saved(path)
 
     def _record_clip(self, layout: Layout, now: float) -> None:
         """Add the face's part of the window to the clip."""
@@ -131,4 +138,9 @@ class AnimatorApp:
         x, y, width, height = layout.face_viewport(self._window.size[1])
         bottom = self._window.size[1] - y
         face = slice(bottom - height, bottom), slice(x, x + width)
-        self._clip.write_at(lambda: np.ascontiguousarray(self._window.read()[face]), now)
+        try:
+            self._clip.write_at(lambda: np.ascontiguousarray(self._window.read()[face]), now)
+        except ConfError as error:  # a full disk ends the recording, not the program
+            with self.controller.errors_as_notice():
+                self._end_clip(self._clip)
+            self.controller.notice = f"{explain(error)}; {self.controller.notice}"

@@ -1,6 +1,6 @@
 """The animator's controller: owns the editor state and carries out what the user asks for."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -32,7 +32,8 @@ from conf.animator.motion_player import (
 )
 from conf.animator.state.editor import CURRENT_VIEW, RECORDING, EditorState
 from conf.animator.state.point_placement import PointPlacement
-from conf.errors import ConfError
+from conf.atomic_write import interrupted_note, partial_path
+from conf.errors import ConfError, explain
 from conf.face.animation.action_units import load_emotions
 from conf.face.animation.expression_state import ExpressionState
 from conf.face.animation.idle_motion import IdleMotion
@@ -43,7 +44,7 @@ from conf.face.formats.epc import ExpressionSet, read_epc
 from conf.face.formats.ppc import read_ppc
 from conf.face.mesh.mesh import MESH_SUFFIXES
 from conf.face.symmetry import MIRROR_INDICES
-from conf.output.media_writer import next_free_path
+from conf.output.image_writer import next_free_path
 from conf.output.motion_recorder import MotionRecorder
 
 # Text field -> title, kind and suffixes of the files that its dialog offers, and whether a new file may be named.
@@ -62,6 +63,7 @@ class Controller:
     """Replaces `state` on every change, and holds the objects that are no plain data.
 
     expressions : everything that can be played; notice : text for the user, cleared when it is shown
+    reports : lines for the terminal about the files written
     export_progress : 0 to 1, None if no export is running
     Methods that use files put the text of a ConfError into `notice`.
     """
@@ -86,7 +88,9 @@ class Controller:
         self.notice = ""
         self._file_dialog = file_dialog or FileDialog()
         self._has_unsaved_points = False  # placed by hand
+        self.reports: list[str] = []
         self._export: Iterator[float] | None = None
+        self._output = Path()
         self._idle = IdleMotion(np.random.default_rng())
         self._last_frame = (self.face.model.neutral, REST)
         self.find_missing_points()
@@ -103,9 +107,11 @@ class Controller:
         try:
             self.export_progress = next(self._export)
         except StopIteration:
-            self._end_export(f"saved {self.state.fields.output}")
+            self._end_export()
+            self.on_saved(self._output)
         except ConfError as error:
-            self._end_export(str(error))
+            self._end_export()
+            self.notice = explain(error)
 
     def deform(self, now: float) -> tuple[NDArray[np.float32], MotionSample]:
         """Return the (V, 3) vertices to draw, and the motion they show; a running recorder records the motion."""
@@ -129,7 +135,12 @@ class Controller:
         try:
             yield
         except ConfError as error:
-            self.notice = str(error)
+            self.notice = explain(error)
+
+    def on_saved(self, path: Path) -> None:
+        """Tell the user the full path of a file that was written."""
+        self.notice = f"saved {path.absolute()}"
+        self.reports.append(self.notice)
 
     def open_file(self, path: Path, now: float) -> None:
         """Open a mesh, control points, a recording or expressions, by the suffix."""
@@ -183,7 +194,7 @@ class Controller:
         with self.errors_as_notice():
             save_points(path, self.face.document)
             self._has_unsaved_points = False
-            self.notice = f"saved {path.absolute()}"
+            self.on_saved(path)
         return not self._has_unsaved_points
 
     def choose_file(self, field: str) -> None:
@@ -287,12 +298,15 @@ class Controller:
                 self._export_view(options)
             else:
                 clip, peak = self._source_clip(fields.source, parse_fps(fields.fps))
+                self._output = options.output
                 self._export = export(self.face.model, clip, replace(options, at=peak), self.ctx)
                 self.export_progress = 0.0
 
     def cancel_export(self) -> None:
-        """Stop the running export."""
-        self._end_export("export cancelled; a clip contains the frames written so far")
+        """Stop the running export; what was written of a clip stays beside it."""
+        self._end_export()
+        note = f"; {interrupted_note(self._output.absolute())}" if partial_path(self._output).exists() else ""
+        self.notice = f"export cancelled{note}"
 
     def save_screenshot(self, folder: Path) -> None:
         """Save the current view as JPEG, in the size of the export panel."""
@@ -301,7 +315,7 @@ class Controller:
 
     def release(self) -> None:
         """Stop exports, wait for background tasks, free all GPU objects."""
-        self._end_export("")
+        self._end_export()
         self._file_dialog.close()
         self.fitting.close()
         self.face.release()
@@ -352,7 +366,7 @@ class Controller:
 
     def _export_view(self, options: ExportOptions) -> None:
         export_still(self.face.model, *self._last_frame, options, self.ctx)
-        self.notice = f"saved {options.output}"
+        self.on_saved(options.output)
 
     def _source_clip(self, source: str, fps: float) -> tuple[MotionClip, float]:
         """Return the clip of an export source, and the seconds of its peak."""
@@ -364,6 +378,7 @@ class Controller:
         clip = make_expression_clip([self.expressions[source]], state.envelope, fps=fps, idle=state.idle)
         return clip, peak_time(state.envelope)
 
-    def _end_export(self, notice: str) -> None:
+    def _end_export(self) -> None:
+        if isinstance(self._export, Generator):
+            self._export.close()
         self._export, self.export_progress = None, None
-        self.notice = notice or self.notice

@@ -22,8 +22,10 @@ from conf.face.formats.ppc import write_ppc
 from conf.face.head_pose import HeadPose
 from conf.face.retargeting.arkit_csv import write_blendshape_csv
 from conf.face.retargeting.mpeg4_fap import to_faps, write_fap
-from conf.output.media_writer import IMAGE_FORMATS, VIDEO_FORMATS, VideoWriter, save_image
+from conf.output.clip_encoder import CLIP_FORMATS
+from conf.output.image_writer import IMAGE_FORMATS, save_image
 from conf.output.obj_writer import write_obj
+from conf.output.video_writer import VideoWriter
 from conf.render.window import read_pixels
 
 SIZE_LIMITS = (16, 4096)  # width and height of an image, pixels
@@ -35,7 +37,7 @@ MOTIONS: dict[str, Callable[[FaceModel, MotionClip, Path], None]] = {
     ".fap": lambda face, clip, path: write_fap(path, to_faps(clip, face.fapu)),
     ".csv": lambda _face, clip, path: write_blendshape_csv(path, clip),
 }
-SUFFIXES = (*VIDEO_FORMATS, *STILLS, *MOTIONS)
+SUFFIXES = (*CLIP_FORMATS, *STILLS, *MOTIONS)
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ def parse_fps(text: str, /) -> float:
 
 def needs_drawing(output: Path, /) -> bool:
     """Tell whether the format is an image or a clip."""
-    return output.suffix.lower() in (*IMAGE_FORMATS, *VIDEO_FORMATS)
+    return output.suffix.lower() in (*IMAGE_FORMATS, *CLIP_FORMATS)
 
 
 def export(
@@ -104,7 +106,7 @@ def export(
         export_still(face, face.deform(sample.displacements), sample, options, ctx)
     else:
         clip = clip if options.fps is None else resample(clip, options.fps)
-        if suffix in VIDEO_FORMATS:
+        if suffix in CLIP_FORMATS:
             yield from _write_clip(face, fit_to_aspect(clip, options.size), options, ctx)
         else:
             with report_write_errors(options.output):
@@ -127,7 +129,7 @@ def export_still(
     """
     suffix = options.output.suffix.lower()
     if suffix not in STILLS:
-        kind = "clips" if suffix in VIDEO_FORMATS else "motion files"
+        kind = "clips" if suffix in CLIP_FORMATS else "motion files"
         raise ConfError(f"{kind} need a motion: choose a recording or an emotion as the source")
     with report_write_errors(options.output):
         if suffix == ".obj":

@@ -12,7 +12,7 @@ KEYS = {
     "p": ("points", "control points"),
     "e": ("eye contact", "eye contact"),
     "s": ("screenshot", "save the current view as JPEG"),
-    "r": ("record", "record the face as AVI, stop recording"),
+    "r": ("record", "record the face as MP4, stop recording"),
     "f": ("full screen", "full screen"),
     "home": ("reset", "reset the camera"),
     "0": ("reset", ""),

@@ -42,7 +42,8 @@ def animate(
     emotion: str | None = None,
     on_note: Callable[[str], None] = lambda text: None,
 ) -> None:
-    """Open the animator's window and return when it is closed; on_note gets what was wrong with the mesh's file.
+    """Open the animator's window and return when it is closed; on_note gets what was wrong with the mesh's file,
+    and at the end the full paths of the files written.
 
     face : mesh, None for the shipped head
     ppc : its control points, None for the PPC file beside it or to find them
@@ -72,6 +73,8 @@ def animate(
             animator.run()
         finally:
             animator.close()
+            for text in controller.reports:
+                on_note(text)
 
 
 def show_emotion(controller: Controller, emotion: str, now: float) -> None:

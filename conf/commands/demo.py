@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,33 +27,23 @@ HEADLESS_SECONDS = 20.0
 LOOPBACK = "127.0.0.1"
 
 
-@dataclass(frozen=True)
-class DemoResult:
-    """The figures of a demo's call, and the files that it wrote without a display."""
-
-    call: CallReport
-    clip: Path | None
-    picture: Path | None
-
-
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_seconds(parser, f" (without a display: {HEADLESS_SECONDS:.0f})")
-    parser.add_argument("--headless", action="store_true", help="no window: write conf-demo.avi and conf-demo.jpg")
+    parser.add_argument("--headless", action="store_true", help="no window: write conf-demo.mp4 and conf-demo.jpg")
     add_json(parser)
 
 
 def run(options: argparse.Namespace, terminal: Terminal) -> None:
     headless = options.headless or not has_display()
     seconds = options.seconds or (HEADLESS_SECONDS if headless else None)
-    result = demo(seconds=seconds, headless=headless)
-    terminal.print_figures("the call", result.call, call_table(result.call))
-    if result.clip and not options.json:
-        terminal.write(f"wrote {result.clip} and {result.picture}")
+    call = demo(seconds=seconds, headless=headless, on_report=terminal.write)
+    terminal.print_figures("the call", call, call_table(call))
 
 
-def demo(*, seconds: float | None, headless: bool) -> DemoResult:
-    """Run sender and receiver until the window is closed or the time is over.
+def demo(*, seconds: float | None, headless: bool, on_report: Callable[[str], None] = lambda text: None) -> CallReport:
+    """Run sender and receiver until the window is closed, the time is over or the user interrupts.
 
+    on_report : called at the end, with the full path of each file written
     Raises ConfError if one of the two cannot run.
     """
     import tempfile
@@ -63,7 +53,7 @@ def demo(*, seconds: float | None, headless: bool) -> DemoResult:
     from conf.sender.tracking.model_files import fetch_demo_clip
     from conf.transport.udp import UdpSocket
 
-    clip = Path("conf-demo.avi") if headless else None
+    clip = Path("conf-demo.mp4") if headless else None
     picture = Path("conf-demo.jpg") if headless else None
     with tempfile.TemporaryDirectory(prefix="conf-demo-") as folder, UdpSocket.bind(LOOPBACK, 0) as socket:
         clip_file = there_and_back(fetch_demo_clip(), Path(folder) / "clip.mp4")
@@ -73,14 +63,14 @@ def demo(*, seconds: float | None, headless: bool) -> DemoResult:
         arguments = ["send", receiver, "--file", str(clip_file), "--loop", "--json"]
         with start_conf(arguments, environment={"CONF_CODE": code}) as sender:
             try:
-                receive_options = ReceiveOptions(clip, picture, seconds)
+                receive_options = ReceiveOptions(clip, picture, seconds, on_report=on_report)
                 call = receive(socket, code, receive_options, should_continue=lambda: sender.poll() is None)
             finally:
                 sender.terminate()
                 _, message = sender.communicate()
     if not call.frames_received:
         raise ConfError(f"no frame was received: {message.strip() or 'the sender printed no reason'}")
-    return DemoResult(call, clip, picture)
+    return call
 
 
 def there_and_back(clip: Path, output: Path) -> Path:
@@ -88,7 +78,7 @@ def there_and_back(clip: Path, output: Path) -> Path:
 
     Returns output. Raises CameraError, RecordingError.
     """
-    from conf.output.media_writer import VideoWriter
+    from conf.output.video_writer import VideoWriter
     from conf.sender.capture.clip import open_clip
 
     with open_clip(clip) as source, VideoWriter(output, fps=source.fps) as writer:

@@ -189,7 +189,7 @@ def _check_window(_: argparse.Namespace) -> str:
     from conf.render.window.glfw_window import GlfwWindow
 
     if not has_display():
-        raise ConfError("there is no display here: `conf receive --headless OUT.avi` draws into a file instead")
+        raise ConfError("there is no display here: `conf receive --headless OUT.mp4` draws into a file instead")
     with GlfwWindow(64, 64, "conf doctor") as window:
         window.begin()
         window.end()
@@ -217,7 +217,7 @@ CHECKS = {
     "voice": Check("voice codecs", _check_voice, 20.0, "type `pip install --force-reinstall av pycodec2`"),
     "offscreen": Check("drawing without a display", _check_offscreen, 20.0, DRIVER),
     "window": Check(
-        "window", _check_window, 20.0, f"{DRIVER}, or draw without a window: `conf receive --headless OUT.avi`"
+        "window", _check_window, 20.0, f"{DRIVER}, or draw without a window: `conf receive --headless OUT.mp4`"
     ),
     "port": Check("port", _check_port, 20.0, "name another with --listen HOST:PORT"),
 }

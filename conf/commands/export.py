@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--dpc", type=Path, help="a recording")
     source.add_argument("--emotion", metavar="NAME", help="an emotion, or an EPC file")
-    suffixes = "a .jpg .png .avi .mp4 .obj .dpc .fap or .csv file"
+    suffixes = "a .jpg .png .mp4 .avi .obj .dpc .fap or .csv file"
     parser.add_argument("-o", "--output", type=Path, required=True, help=suffixes)
     parser.add_argument("--size", default=ExportRequest.size, metavar="WxH")
     parser.add_argument("--fps", metavar="N", help="frames a second")
@@ -106,7 +106,7 @@ def export_file(
         for fraction in file_export.export(face, motion, options, ctx):
             on_progress(fraction)
     motion_fps = motion.fps if fps is None else fps
-    return ExportResult(str(request.output), int(seconds * motion_fps + 1e-6) + 1, seconds, motion_fps)
+    return ExportResult(str(request.output.absolute()), int(seconds * motion_fps + 1e-6) + 1, seconds, motion_fps)
 
 
 def _load_motion(request: ExportRequest, face: FaceModel, fps: float | None) -> tuple[MotionClip, float]:

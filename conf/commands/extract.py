@@ -63,4 +63,4 @@ def extract(
     extracted = extract_motion(clip, on_progress, on_note)
     with report_write_errors(output, RecordingError):
         write_dpc(output, extracted.motion)
-    return ExtractionResult(extracted.frames, extracted.frames_tracked, extracted.motion.fps, str(output))
+    return ExtractionResult(extracted.frames, extracted.frames_tracked, extracted.motion.fps, str(output.absolute()))

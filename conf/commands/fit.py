@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, terminal: Terminal) -> None:
     from conf.mesh_fitting.expression_sheet import draw_fitted_face
     from conf.mesh_fitting.fit import fit
-    from conf.output.media_writer import save_image
+    from conf.output.image_writer import save_image
 
     if options.picture:
         _check_picture(options.picture)
@@ -38,13 +38,13 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
             save_image(options.picture, draw_fitted_face(options.face, output))
     terminal.print_figures("fitted", report)
     if options.picture:
-        terminal.write(f"{options.picture}: check the drawings")
+        terminal.write(f"saved {options.picture.absolute()}: check the drawings")
 
 
 def _check_picture(path: Path) -> None:
     """Raise ConfError unless the suffix is that of an image and the folder exists."""
     from conf.errors import ConfError
-    from conf.output.media_writer import IMAGE_FORMATS
+    from conf.output.image_writer import IMAGE_FORMATS
 
     if path.suffix.lower() not in IMAGE_FORMATS:
         raise ConfError(f"{path}: the name must end in one of {', '.join(IMAGE_FORMATS)}")

@@ -50,6 +50,8 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
     for stage in stages:
         table.add_row(stage.name, f"{stage.bytes_per_frame:,.1f}", f"{stage.kbps:,.1f}", f"{stage.ratio:,.0f}")
     terminal.print_list("stages", stages, table)
+    if options.plot:
+        terminal.write(f"saved {options.plot.absolute()}")
 
 
 def measure(
@@ -113,7 +115,7 @@ def measure(
 
 def plot(stages: list[StageCost], path: Path) -> None:
     """Write a bar chart of the stages, with a logarithmic scale. Raises RecordingError, GraphicsError."""
-    from conf.output.media_writer import save_image
+    from conf.output.image_writer import save_image
     from conf.render.ui.charts import bar_chart
 
     bars = [

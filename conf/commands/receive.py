@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from conf.atomic_write import check_writable
 from conf.commands import Terminal
 from conf.commands.arguments import add_json, add_listen, add_seconds, pairing_code
 from conf.commands.call_table import call_table
@@ -33,21 +34,24 @@ HEADLESS_FPS = 30.0
 class ReceiveOptions:
     """How the participants are shown.
 
-    headless : AVI file to draw into instead of a window
+    headless : MP4 or AVI file to draw into instead of a window
     image : JPG file of the last image, for headless drawing
+    on_event : called when a caller comes or goes
+    on_report : called at the end, with a line about each file written
     """
 
     headless: Path | None = None
     image: Path | None = None
     seconds: float | None = None
     on_event: Callable[[str], None] | None = None
+    on_report: Callable[[str], None] = lambda text: None
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_listen(parser)
     parser.add_argument("--code", type=pairing_code, help="the code that callers need (default: a new one each time)")
     parser.add_argument("--face", type=Path, metavar="FILE", help="another face: a mesh with its PPC beside it")
-    parser.add_argument("--headless", type=Path, metavar="OUT.avi", help="no window: draw into this clip")
+    parser.add_argument("--headless", type=Path, metavar="OUT.mp4", help="no window: draw into this clip (MP4 or AVI)")
     add_seconds(parser)
     add_json(parser)
 
@@ -61,30 +65,40 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
     code = options.code or generate_code(os.urandom)
     with UdpSocket.bind(*options.listen) as socket:
         terminal.write(f"listening on {format_address(socket.address)}, code {code}")
-        receive_options = ReceiveOptions(options.headless, None, options.seconds, on_event=terminal.write)
+        receive_options = ReceiveOptions(options.headless, None, options.seconds, terminal.write, terminal.write)
         report = receive(socket, code, receive_options, face=options.face)
     terminal.print_figures("the call", report, call_table(report))
 
 
 def check_before_call(face: Path | None, headless: Path | None) -> None:
-    """Raise what loading the face and opening the window would raise after the code has been printed.
+    """Raise what loading the face, opening the window and writing the clip would raise after the code has been printed.
 
-    Raises FileFormatError, GraphicsError.
+    headless : the clip to draw into
+    Raises FileFormatError, GraphicsError, RecordingError.
     """
     if face is not None:
         for path, advice in (face, "check the name"), (face.with_suffix(".ppc"), f"`conf fit {face}` makes it"):
             if not path.exists():
                 raise FileFormatError(path, None, f"expected a file; {advice}")
-    if headless is None and not has_display():
+    if headless is not None:
+        from conf.output.clip_encoder import clip_format
+
+        clip_format(headless)
+        check_writable(headless)
+    elif not has_display():
         from conf.render.window.glfw_window import NO_DISPLAY
 
         raise GraphicsError(NO_DISPLAY.format(display="not set"))
 
 
-def _run(loop: ReceiverLoop, seconds: float | None, should_continue: Callable[[], bool]) -> CallReport:
+def _run(loop: ReceiverLoop, options: ReceiveOptions, should_continue: Callable[[], bool]) -> CallReport:
     """Run the loop until the time is over, should_continue is False or the user interrupts."""
-    with until_interrupted() as is_uninterrupted:
-        return loop.run(seconds=seconds, should_continue=lambda: is_uninterrupted() and should_continue())
+    try:
+        with until_interrupted() as is_uninterrupted:
+            return loop.run(seconds=options.seconds, should_continue=lambda: is_uninterrupted() and should_continue())
+    finally:
+        for text in loop.reports:
+            options.on_report(text)
 
 
 def has_display() -> bool:
@@ -110,7 +124,8 @@ def receive(
     Raises GraphicsError, FileFormatError, RecordingError.
     """
     from conf.face.loading import load_face
-    from conf.output.media_writer import VideoWriter, save_image
+    from conf.output.image_writer import save_image
+    from conf.output.video_writer import VideoWriter
     from conf.protocol.address import format_address
     from conf.protocol.receiver_endpoint import ReceiverEndpoint
     from conf.protocol.session.server import SessionServer
@@ -127,14 +142,16 @@ def receive(
         loop_options = LoopOptions(WINDOW_FPS, idle_text, on_event=options.on_event, draw_clock=time.perf_counter)
         with GlfwWindow(*WINDOW_SIZE, "conf") as window:
             loop = ReceiverLoop(window, model, endpoint, socket, loop_options)
-            return _run(loop, options.seconds, should_continue)
-    with OffscreenWindow(*HEADLESS_SIZE) as window, VideoWriter(options.headless, fps=HEADLESS_FPS) as video:
-        loop_options = LoopOptions(
-            HEADLESS_FPS, idle_text, lambda window, now: video.write_at(window.read, now), options.on_event
-        )
-        try:
+            return _run(loop, options, should_continue)
+    with OffscreenWindow(*HEADLESS_SIZE) as window:
+        with VideoWriter(options.headless, fps=HEADLESS_FPS) as video:
+            loop_options = LoopOptions(
+                HEADLESS_FPS, idle_text, lambda window, now: video.write_at(window.read, now), options.on_event
+            )
             loop = ReceiverLoop(window, model, endpoint, socket, loop_options)
-            return _run(loop, options.seconds, should_continue)
-        finally:
-            if options.image is not None:
-                save_image(options.image, window.read())
+            report = _run(loop, options, should_continue)
+        if video.frames:
+            options.on_report(f"saved {video.path}")
+        if options.image is not None:
+            options.on_report(f"saved {save_image(options.image, window.read())}")
+    return report

@@ -64,7 +64,7 @@ def fit(
         write_ppc(output, fitted.points)
     left, right = fitted.points[PUPILS]
     return FitReport(
-        str(face), str(output), *axes, float(np.linalg.norm(left - right)),
+        str(face), str(output.absolute()), *axes, float(np.linalg.norm(left - right)),
         fitted.lip_lines, fitted.lid_edges, fitted.eyeballs, fitted.mouth_open, remarks,
     )  # fmt: skip
 

@@ -1,51 +1,67 @@
-"""Record motion as it is shown, at an even frame rate, and write it as a DPC file."""
+"""Record motion at the times of its frames, and write it as a DPC file, whose frames are even in time."""
 
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import FileFormatError, RecordingError
 from conf.face.formats.dpc import MotionClip, write_dpc
+from conf.protocol.motion.jitter_buffer import MAX_INTERPOLATION_S
 
-FPS = 30.0
+FPS = 30.0  # of motion that has no frame rate of its own
 MAX_FRAMES = 108_000  # an hour, 70 MB of memory
+_SAME_TIME_S = 1e-6
+_Number = TypeVar("_Number", np.float32, np.float64)
 
 
 class MotionRecorder:
-    """Resamples motion, which is shown at uneven times, to FPS by linear interpolation; stops after MAX_FRAMES."""
+    """Keeps frames in the order of their times; stops after MAX_FRAMES."""
 
     def __init__(self) -> None:
-        self._displacements: list[NDArray[np.float32]] = []
-        self._poses: list[NDArray[np.float64]] = []
-        self._began = self._last_time = 0.0
-        self._last: tuple[NDArray[np.float32], NDArray[np.float64]] | None = None
+        self._frames: dict[float, tuple[NDArray[np.float32], NDArray[np.float64]]] = {}
 
-    def add(self, displacements: NDArray[np.float32], pose: NDArray[np.float64], now: float) -> None:
-        """Add the motion shown at `now`, seconds: (n, 3) in FAPU, and the head pose as a (6,) vector."""
-        if self._last is None:
-            self._began = self._last_time = now
-            self._last = displacements, pose
-        last_displacements, last_pose = self._last
-        due = min(int((now - self._began) * FPS) + 1, MAX_FRAMES)
-        for i in range(len(self._poses), due):
-            elapsed = self._began + i / FPS - self._last_time
-            alpha = min(max(elapsed / (now - self._last_time), 0.0), 1.0) if now > self._last_time else 1.0
-            between = last_displacements + alpha * (displacements - last_displacements)
-            self._displacements.append(between.astype(np.float32))
-            self._poses.append(last_pose + alpha * (pose - last_pose))
-        if now > self._last_time:
-            self._last, self._last_time = (displacements.copy(), pose.copy()), now
+    @property
+    def is_full(self) -> bool:
+        """Whether no more frames are recorded."""
+        return len(self._frames) >= MAX_FRAMES
 
-    def finish(self) -> MotionClip | None:
-        """Return the recorded clip, or None if nothing was added."""
-        if not self._poses:
+    def add(self, displacements: NDArray[np.float32], pose: NDArray[np.float64], time: float) -> None:
+        """Add the motion of a time in seconds: (n, 3) in FAPU, and the head pose as a (6,) vector.
+
+        Frames may come in any order; of two with the same time the first is kept.
+        """
+        if not self.is_full:
+            self._frames.setdefault(time, (displacements.copy(), pose.copy()))
+
+    def finish(self, fps: float = FPS) -> MotionClip | None:
+        """Return the recorded clip with `fps` frames a second, or None if nothing was added.
+
+        A frame whose time is a multiple of 1/fps from the first one's is in it unchanged, once. Other frames of the
+        clip are interpolated as the receiver does: after a gap the motion belongs to its end.
+        """
+        if not self._frames:
             return None
-        return MotionClip(FPS, "fapu", np.array(self._displacements), np.array(self._poses))
+        times = np.array(sorted(self._frames))
+        count = min(int((times[-1] - times[0]) * fps + _SAME_TIME_S) + 1, MAX_FRAMES)
+        grid = times[0] + np.arange(count) / fps
+        before = np.searchsorted(times, grid + _SAME_TIME_S, side="right") - 1
+        after = np.minimum(before + 1, len(times) - 1)
+        begins = np.maximum(times[before], times[after] - MAX_INTERPOLATION_S)
+        weights = np.clip((grid - begins) / np.maximum(times[after] - begins, _SAME_TIME_S), 0.0, 1.0)
+        weights[grid - times[before] < _SAME_TIME_S] = 0.0
+        frames = [self._frames[time] for time in times.tolist()]
+        return MotionClip(
+            fps,
+            "fapu",
+            _interpolate(np.array([displacements for displacements, _ in frames]), before, after, weights),
+            _interpolate(np.array([pose for _, pose in frames]), before, after, weights),
+        )
 
-    def save(self, path: Path) -> Path | None:
+    def save(self, path: Path, fps: float = FPS) -> Path | None:
         """Write the clip as a DPC file. Returns the path, or None if nothing was added. Raises RecordingError."""
-        clip = self.finish()
+        clip = self.finish(fps)
         if clip is None:
             return None
         try:
@@ -53,3 +69,11 @@ class MotionRecorder:
         except (OSError, FileFormatError) as error:
             raise RecordingError(f"{path} cannot be written ({error}); choose another folder") from error
         return path
+
+
+def _interpolate(
+    values: NDArray[_Number], before: NDArray[np.intp], after: NDArray[np.intp], weights: NDArray[np.float64]
+) -> NDArray[_Number]:
+    """Return values[before] + weights (values[after] - values[before]) along the first axis."""
+    alpha = weights.astype(values.dtype).reshape(-1, *[1] * (values.ndim - 1))
+    return np.asarray(values[before] + alpha * (values[after] - values[before]), values.dtype)

@@ -69,13 +69,15 @@ class FrameComposer(GpuObject):
 
     def _draw(self, now: float) -> None:
         controls, streams = self.controls, self._endpoint.streams
+        controls.has_callers = bool(streams)
         controls.process_events(now)
         if not controls.paused:
             playouts = {session: stream.motion.frame_at(now) for session, stream in streams.items()}
             self._frames = {session: playout.frame if playout else None for session, playout in playouts.items()}
         frames = {s: frame and controls.add_emotions(frame, now) for s, frame in self._frames.items()}
-        if first := next((frame for frame in frames.values() if frame), None):
-            controls.on_motion(first, now)
+        for session, stream in streams.items():
+            controls.on_frames_received(session, stream.motion.received, now)
+            stream.motion.received.clear()
         self._window.begin()
         for session, stream in streams.items():
             if stream.received_objects:  # one object per frame: the photo takes as long as several frames

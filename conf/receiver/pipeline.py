@@ -59,6 +59,11 @@ class ReceiverLoop:
         """Whether the viewer has quit or closed the window."""
         return self._composer.controls.quit_requested or self._window.should_close
 
+    @property
+    def reports(self) -> list[str]:
+        """Lines for the terminal about the files that the viewer has written."""
+        return self._composer.controls.reports
+
     def run(
         self,
         *,

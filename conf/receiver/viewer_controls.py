@@ -1,6 +1,6 @@
 """The viewer's controls: keys, view, pause, emotions, saved images, recordings."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,9 +8,11 @@ from conf.errors import ConfError
 from conf.face.animation.action_units import load_emotions
 from conf.face.animation.expression_state import ExpressionState
 from conf.face.animation.timed_expression import blend_without_doubling
-from conf.output.media_writer import VideoWriter, next_free_path, save_image
-from conf.output.motion_recorder import MotionRecorder
+from conf.output.image_writer import next_free_path, save_image
+from conf.output.video_writer import VideoWriter
 from conf.protocol.messages import MotionFrame
+from conf.protocol.motion.inbound import ReceivedFrame
+from conf.receiver.call_recorder import CallRecorder
 from conf.render.camera import TOGGLES, ViewState
 from conf.render.window import Window
 from conf.render.window.input_events import Event, KeyPressed, apply_camera_event
@@ -28,8 +30,8 @@ KEYS = {
     "v": ("portrait", "the caller's own picture, or the head"),
     "c": ("centred", "centre the head, or as sent"),
     "s": ("save image", "save a picture (JPG)"),
-    "r": ("record video", "record a clip (AVI), stop recording"),
-    "d": ("record motion", "record the motion (DPC), stop recording"),
+    "r": ("record video", "record a clip (MP4), stop recording"),
+    "d": ("record motion", "record the motion received (DPC), stop recording"),
     "1": ("emotion", "an emotion over the live motion"),
     **dict.fromkeys("23456", ("emotion", "")),
     "f": ("full screen", "full screen"),
@@ -66,20 +68,26 @@ def help_lines() -> list[tuple[str, str]]:
 
 
 class ViewerControls:
-    """Processes the window's input events and keeps the state that they change."""
+    """Processes the window's input events and keeps the state that they change.
+
+    has_callers : whether there is a call whose motion can be recorded
+    reports : lines for the terminal: the full path of each file written, and why the last one could not be
+    """
 
     def __init__(self, window: Window, folder: Path | None = None) -> None:
         """folder : of images and recordings; None is the current folder"""
         self.view = ViewState()
         self.paused = False
         self.quit_requested = False
+        self.has_callers = False
+        self.reports: list[str] = []
         self._expressions = ExpressionState()
         self._window = window
         self._folder = folder or Path()
         self._toast = ("", 0.0)
         self._save_requested = False
         self._video: VideoWriter | None = None
-        self._motion: MotionRecorder | None = None
+        self._motion: CallRecorder | None = None
         self._video_since = self._motion_since = 0.0
 
     @property
@@ -130,10 +138,12 @@ class ViewerControls:
             return frame
         return replace(frame, displacements=blend_without_doubling(frame.displacements, self._expressions.at(now)))
 
-    def on_motion(self, frame: MotionFrame, now: float) -> None:
-        """Record the motion that is shown, if that is switched on."""
+    def on_frames_received(self, session: int, frames: Iterable[ReceivedFrame], now: float) -> None:
+        """Record the frames that have arrived from a caller, if that is switched on."""
         if self._motion:
-            self._motion.add(frame.displacements, frame.pose, now)
+            self._motion.add(session, frames)
+            if self._motion.is_full:
+                self._try(lambda: f"{self._toggle_motion()} after an hour; D starts again", now)
 
     def on_frame_drawn(self, now: float) -> None:
         """Save or record the frame in the window's framebuffer, if that is switched on."""
@@ -146,10 +156,9 @@ class ViewerControls:
     def close(self) -> None:
         """Complete the recordings."""
         if self._motion:
-            self._try(self._toggle_motion, 0.0)
+            self._report(self._toggle_motion)
         if self._video:
-            self._video.close()
-            self._video = None
+            self._report(self._toggle_video)
 
     def _play_emotion(self, index: int, now: float) -> None:
         emotions = load_emotions()
@@ -157,28 +166,46 @@ class ViewerControls:
         self.show_toast(emotions.names[index], now)
 
     def _save_image(self) -> str:
-        return f"saved {save_image(next_free_path(self._folder, 'conf', '.jpg'), self._window.read())}"
+        return self._saved([save_image(next_free_path(self._folder, "conf", ".jpg"), self._window.read())])
 
     def _toggle_video(self) -> str:
         if self._video is None:
-            self._video = VideoWriter(next_free_path(self._folder, "conf", ".avi"), fps=VIDEO_FPS)
+            self._video = VideoWriter(next_free_path(self._folder, "conf", ".mp4"), fps=VIDEO_FPS)
             return "recording; R stops"
         video, self._video = self._video, None
-        return f"saved {video.close() or 'nothing'}"
+        return self._complete(video)
 
     def _toggle_motion(self) -> str:
         if self._motion is None:
-            self._motion = MotionRecorder()
+            if not self.has_callers:
+                return "there is no call to record: press D again when someone has called"
+            self._motion = CallRecorder()
             return "recording the motion; D stops"
         motion, self._motion = self._motion, None
-        return f"saved {motion.save(next_free_path(self._folder, 'conf', '.dpc')) or 'nothing'}"
+        return self._saved(motion.save(self._folder)) or "no motion has arrived: nothing is saved"
 
     def _add_frame(self, video: VideoWriter, now: float) -> None:
         try:
             video.write_at(self._window.read, now)
         except ConfError as error:
             self._video, reason = None, str(error)
-            self._try(lambda: f"{reason}; saved {video.close() or 'nothing'}", now)
+            self._try(lambda: f"{reason}; {self._complete(video)}", now)
+
+    def _complete(self, video: VideoWriter) -> str:
+        path = video.close()
+        return self._saved([path]) if path else "nothing is saved"
+
+    def _saved(self, paths: list[Path]) -> str:
+        """Report files, and return the text about them for the window; empty for none."""
+        self.reports += [f"saved {path}" for path in paths]
+        return f"saved {' and '.join(map(str, paths))}" if paths else ""
+
+    def _report(self, task: Callable[[], str]) -> None:
+        """Complete a recording; an error is reported, as the window closes."""
+        try:
+            task()
+        except ConfError as error:
+            self.reports.append(str(error))
 
     def _try(self, task: Callable[[], str], now: float) -> None:
         """Show the message that a task returns, or its error: a full disk must not end the call."""

@@ -3,23 +3,28 @@ from pathlib import Path
 import cv2
 import pytest
 
-from conf.commands.receive import HEADLESS_FPS, HEADLESS_SIZE, ReceiveOptions, check_before_call, has_display, receive
+from conf.commands.receive import HEADLESS_SIZE, ReceiveOptions, check_before_call, has_display, receive
 from conf.errors import ConfError, FileFormatError, GraphicsError
+from conf.sender.capture.clip import open_clip
 from conf.transport.udp import UdpSocket
 
 CODE = "amber-canoe-tiger-7"
 
 
 @pytest.mark.slow
-def test_headless_drawing_writes_a_clip_and_an_image(gl: None, tmp_path: Path) -> None:
-    options = ReceiveOptions(tmp_path / "call.avi", tmp_path / "call.jpg", seconds=0.5)
+@pytest.mark.parametrize("name", ["call.mp4", "call.avi"])
+def test_headless_drawing_writes_a_clip_and_an_image(gl: None, tmp_path: Path, name: str) -> None:
+    reports: list[str] = []
+    options = ReceiveOptions(tmp_path / name, tmp_path / "call.jpg", seconds=0.5, on_report=reports.append)
     with UdpSocket.bind("127.0.0.1", 0) as link:
-        traffic = receive(link, CODE, options)
-    assert traffic.datagrams == 0
+        report = receive(link, CODE, options)
+    assert report.datagrams == 0 and report.callers == ()
+    assert reports == [f"saved {tmp_path / name}", f"saved {tmp_path / 'call.jpg'}"]
     image = cv2.imread(str(tmp_path / "call.jpg"))
     assert image is not None and image.shape[1::-1] == HEADLESS_SIZE
-    clip = cv2.VideoCapture(str(tmp_path / "call.avi"))
-    assert clip.get(cv2.CAP_PROP_FPS) == HEADLESS_FPS and clip.read()[0]
+    with open_clip(tmp_path / name) as clip:
+        frames = list(iter(clip.read, None))
+    assert frames and frames[-1].timestamp < 0.6
 
 
 def test_a_clip_that_cannot_be_written_is_an_error(gl: None, tmp_path: Path) -> None:
@@ -60,3 +65,14 @@ def test_what_cannot_be_shown_is_told_before_the_code(monkeypatch: pytest.Monkey
     check_before_call(face, tmp_path / "call.avi")
     with pytest.raises(GraphicsError, match="no window can be opened: there is no display"):
         check_before_call(face, None)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [("call.mov", "must end in .mp4 or .avi"), ("none/call.mp4", "cannot be written"), ("call", "must end in")],
+)
+def test_a_clip_is_checked_before_the_call(tmp_path: Path, name: str, message: str) -> None:
+    with pytest.raises(ConfError, match=message):
+        check_before_call(None, tmp_path / name)
+    check_before_call(None, tmp_path / "call.mp4")
+    assert not list(tmp_path.iterdir())

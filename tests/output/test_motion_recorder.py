@@ -2,6 +2,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from conf.errors import RecordingError
 from conf.face.formats.dpc import read_dpc
@@ -39,10 +41,36 @@ def test_motion_shown_at_uneven_times_is_resampled_evenly() -> None:
 def test_recording_stops_at_its_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(motion_recorder, "MAX_FRAMES", 10)
     recorder = MotionRecorder()
-    for now in (0.0, 1.0, 2.0):
+    for count in range(12):
+        assert recorder.is_full is (count >= 10)
+        add(recorder, count, count / FPS)
+    clip = recorder.finish()
+    assert clip is not None and len(clip.displacements) == 10
+    recorder = MotionRecorder()
+    for now in (0.0, 1e6):  # a gap cannot make a longer clip either
         add(recorder, now, now)
     clip = recorder.finish()
     assert clip is not None and len(clip.displacements) == 10
+
+
+def test_what_was_added_may_change_afterwards() -> None:
+    recorder, displacements, pose = MotionRecorder(), np.ones((50, 3), np.float32), np.ones(6)
+    recorder.add(displacements, pose, 0.0)
+    displacements[:] = pose[:] = 5
+    clip = recorder.finish()
+    assert clip is not None and clip.poses is not None
+    assert (clip.displacements == 1).all() and (clip.poses == 1).all()
+
+
+@given(st.lists(st.integers(0, 200), min_size=1, max_size=40, unique=True), st.sampled_from([15, 24, 30]))
+def test_frames_on_the_grid_are_kept_unchanged_in_any_order(numbers: list[int], fps: int) -> None:
+    recorder = MotionRecorder()
+    for number in numbers:
+        add(recorder, float(number), 7 + number / fps)
+    clip = recorder.finish(fps)
+    assert clip is not None and len(clip.displacements) == max(numbers) - min(numbers) + 1
+    for number in numbers:
+        assert clip.displacements[number - min(numbers), 0, 0] == number
 
 
 def test_an_empty_recording_writes_no_file(tmp_path: Path) -> None:

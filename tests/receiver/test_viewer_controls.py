@@ -1,5 +1,6 @@
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import cv2
 import numpy as np
@@ -9,18 +10,12 @@ from conf.face.animation.action_units import load_emotions
 from conf.face.animation.timed_expression import blend_without_doubling
 from conf.face.formats.dpc import read_dpc
 from conf.protocol.messages import MotionFrame
-from conf.receiver.viewer_controls import (
-    KEYS,
-    TOAST_S,
-    VIDEO_FPS,
-    ViewerControls,
-    action_of,
-    apply_view_event,
-    help_lines,
-)
+from conf.protocol.motion.inbound import ReceivedFrame
+from conf.receiver.viewer_controls import KEYS, TOAST_S, ViewerControls, action_of, apply_view_event, help_lines
 from conf.render.camera import TOGGLES, ViewState
 from conf.render.window.input_events import Dragged, Event, KeyPressed, Scrolled
 from conf.render.window.offscreen import OffscreenWindow
+from conf.sender.capture.clip import open_clip
 
 
 def press(
@@ -112,18 +107,20 @@ def test_a_video_plays_at_the_speed_of_the_call(
         paint(window, now)
         viewer.on_frame_drawn(now)
     press(monkeypatch, viewer, window, "r")
-    assert viewer.toast(0.0) == f"saved {tmp_path / 'conf-001.avi'}"
-    capture = cv2.VideoCapture(str(tmp_path / "conf-001.avi"))
-    frames = [capture.read()[1] for _ in range(int(capture.get(cv2.CAP_PROP_FRAME_COUNT)))]
-    assert capture.get(cv2.CAP_PROP_FPS) == VIDEO_FPS and len(frames) == VIDEO_FPS + 1
+    assert viewer.toast(0.0) == f"saved {tmp_path / 'conf-001.mp4'}"
+    with open_clip(tmp_path / "conf-001.mp4") as clip:
+        frames = {round(frame.timestamp, 3): frame.pixels.mean() for frame in iter(clip.read, None)}
+    assert list(frames) == [0.0, 0.1, 0.3, 0.6, 0.9, 1.0]  # .31 is too soon after .3
     for now in (0.1, 0.6, 1.0):
-        assert frames[round(now * VIDEO_FPS)].mean() == pytest.approx(255 * now, abs=4)
+        assert frames[now] == pytest.approx(255 * now, abs=4)
+    assert viewer.reports == [f"saved {tmp_path / 'conf-001.mp4'}"]
 
 
 def test_running_recordings_have_clocks(
     monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, tmp_path: Path
 ) -> None:
     viewer = ViewerControls(window, tmp_path)
+    viewer.has_callers = True
     assert viewer.recordings(0.0) == [] and not viewer.is_capturing
     press(monkeypatch, viewer, window, "r")
     assert viewer.recordings(7.5) == [("R", 7.5)] and viewer.is_capturing
@@ -144,7 +141,22 @@ def test_closing_completes_a_recording(
     viewer.on_frame_drawn(0.0)
     viewer.close()
     viewer.close()
-    assert [path.name for path in tmp_path.iterdir()] == ["conf-001.avi"]
+    assert [path.name for path in tmp_path.iterdir()] == ["conf-001.mp4"]
+    assert viewer.reports == [f"saved {tmp_path / 'conf-001.mp4'}"]
+
+
+def test_what_cannot_be_completed_when_the_window_closes_is_reported(
+    monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, tmp_path: Path
+) -> None:
+    viewer = ViewerControls(window, tmp_path)
+    press(monkeypatch, viewer, window, "r")
+    paint(window, 0.5)
+    viewer.on_frame_drawn(0.0)
+    monkeypatch.setattr("conf.output.video_writer.move_index_to_front", Mock(side_effect=OSError(28, "No space left")))
+    monkeypatch.setattr(Path, "replace", Mock(side_effect=OSError(30, "Read-only file system")))
+    viewer.close()
+    (report,) = viewer.reports
+    assert report.startswith(f"{tmp_path / 'conf-001.mp4'} cannot be written (Read-only file system)")
 
 
 @pytest.mark.parametrize("key", ["s", "r"])
@@ -167,32 +179,76 @@ def test_a_full_disk_ends_the_recording_but_not_the_call(
     press(monkeypatch, viewer, window, "r")
     paint(window, 0.5)
     viewer.on_frame_drawn(0.0)
-    monkeypatch.setattr("conf.output.media_writer.shutil.disk_usage", lambda _: SimpleNamespace(free=1000))
+    monkeypatch.setattr("conf.output.video_writer.DISK_CHECK_INTERVAL", 1)
+    monkeypatch.setattr("conf.output.video_writer.shutil.disk_usage", lambda _: SimpleNamespace(free=1000))
     viewer.on_frame_drawn(2.0)
-    path = tmp_path / "conf-001.avi"
+    path = tmp_path / "conf-001.mp4"
     full = f"{path}: the disk is full; free some space or choose another folder"
     assert viewer.toast(2.0) == f"{full}; saved {path}"
     assert path.exists()
     viewer.on_frame_drawn(2.1)
     press(monkeypatch, viewer, window, "r")
     viewer.on_frame_drawn(2.2)
-    assert viewer.toast(2.2).endswith("choose another folder; saved nothing")
+    assert viewer.toast(2.2).endswith("choose another folder; nothing is saved")
     viewer.close()
 
 
-def test_the_motion_of_a_call_is_recorded(
+def arrived(*numbers: int) -> list[ReceivedFrame]:
+    return [
+        ReceivedFrame(MotionFrame(number / 15, np.full((50, 3), number, np.float32), np.zeros(6)), 15)
+        for number in numbers
+    ]
+
+
+def test_the_motion_that_arrives_is_recorded(
     monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, tmp_path: Path
 ) -> None:
     viewer = ViewerControls(window, tmp_path)
-    frame = MotionFrame(0.0, np.full((50, 3), 7, np.float32), np.zeros(6))
-    viewer.on_motion(frame, 0.0)
+    viewer.has_callers = True
+    viewer.on_frames_received(1, arrived(0), 0.0)
+    press(monkeypatch, viewer, window, "d", "1", "space")  # neither an emotion nor a pause changes what has arrived
+    viewer.on_frames_received(1, arrived(1, 2), 0.1)
+    viewer.on_frames_received(1, [], 0.2)
+    viewer.on_frames_received(2, arrived(9), 0.3)
     press(monkeypatch, viewer, window, "d")
-    for count in range(31):
-        viewer.on_motion(frame, count / 30)
+    first, second = (tmp_path / f"conf-00{number}.dpc" for number in (1, 2))
+    assert viewer.toast(0.0) == f"saved {first} and {second}"
+    assert viewer.reports == [f"saved {first}", f"saved {second}"]
+    assert [float(frame[0, 0]) for frame in read_dpc(first).displacements] == [1, 2]
+    assert [float(frame[0, 0]) for frame in read_dpc(second).displacements] == [9]
+
+
+def test_without_a_call_no_recording_of_motion_starts(
+    monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, tmp_path: Path
+) -> None:
+    viewer = ViewerControls(window, tmp_path)
     press(monkeypatch, viewer, window, "d")
-    (path,) = tmp_path.iterdir()
-    assert viewer.toast(0.0) == f"saved {path}"
-    assert (read_dpc(path).displacements == 7).all()
+    assert viewer.toast(0.0) == "there is no call to record: press D again when someone has called"
+    viewer.on_frames_received(1, arrived(1), 0.0)
+    viewer.close()
+    assert not list(tmp_path.iterdir()) and not viewer.reports
+
+
+def test_a_recording_of_motion_without_a_frame_says_so(
+    monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, tmp_path: Path
+) -> None:
+    viewer = ViewerControls(window, tmp_path)
+    viewer.has_callers = True
+    press(monkeypatch, viewer, window, "d", "d")
+    assert viewer.toast(0.0) == "no motion has arrived: nothing is saved"
+
+
+def test_a_full_recording_of_motion_is_saved(
+    monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("conf.output.motion_recorder.MAX_FRAMES", 3)
+    viewer = ViewerControls(window, tmp_path)
+    viewer.has_callers = True
+    press(monkeypatch, viewer, window, "d")
+    viewer.on_frames_received(1, arrived(1, 2, 3), 5.0)
+    assert viewer.toast(5.0) == f"saved {tmp_path / 'conf-001.dpc'} after an hour; D starts again"
+    viewer.on_frames_received(1, arrived(4), 5.1)
+    assert viewer.reports == [f"saved {tmp_path / 'conf-001.dpc'}"]
 
 
 @pytest.mark.parametrize("toggle", TOGGLES)

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from conf.output.media_writer import VideoWriter
+from conf.output.video_writer import VideoWriter
 from conf.sender.capture.clip import open_clip
 
 SHORT = 24

@@ -12,7 +12,7 @@ import numpy as np
 
 from conf.face.deformation.face_model import FaceModel
 from conf.face.head_pose import HeadPose
-from conf.output.media_writer import save_image
+from conf.output.image_writer import save_image
 from conf.receiver.viewer_controls import action_of, apply_view_event, help_lines
 from conf.render.camera import ViewState
 from conf.render.face_renderer import FaceRenderer

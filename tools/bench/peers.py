@@ -24,7 +24,7 @@ import msgpack
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.output.media_writer import save_image
+from conf.output.image_writer import save_image
 from conf.protocol.codec.profiles import LIVE, NARROWBAND, RICH, Profile
 from conf.protocol.statistics import HEADER_BYTES, raw_frame_bytes
 from conf.sender.motion.extractor import MotionExtractor

@@ -1,5 +1,8 @@
 """The incoming motion stream: message bodies in, motion to draw out. No I/O, no clock."""
 
+from collections import deque
+from dataclasses import dataclass
+
 from conf.protocol.codec.decoder import Decoder
 from conf.protocol.codec.payload_header import profile_of
 from conf.protocol.messages import KeepAlive, MotionFrame, MotionPayload, Presence, StreamParameters
@@ -10,12 +13,23 @@ from conf.protocol.statistics import RateWindow
 from conf.protocol.stream_clock import PeerStreamClock
 from conf.protocol.wire import NUMBER_BITS
 
+MAX_RECEIVED = 256  # frames kept for a user that records them
+
+
+@dataclass(frozen=True)
+class ReceivedFrame:
+    """A frame as it arrived. fps : rate of the sender's clock, of whose period its timestamp is a multiple"""
+
+    frame: MotionFrame
+    fps: float
+
 
 class InboundMotion:
     """Decode the motion of one sender and play it out in time.
 
     parameters : None until they have been received
     frames : count and rate of the frames received; datagrams : that carried them
+    received : the frames as they arrived, oldest first, for the user to remove; the newest MAX_RECEIVED
     """
 
     def __init__(self, playout: PlayoutClock | None = None, peer_clock: PeerStreamClock | None = None) -> None:
@@ -24,6 +38,7 @@ class InboundMotion:
         self.presence = Presence.FACE
         self.frames = RateWindow()
         self.datagrams = 0
+        self.received: deque[ReceivedFrame] = deque(maxlen=MAX_RECEIVED)
         self.buffer = JitterBuffer(playout)
         self._decoder = Decoder()
         self._clock = peer_clock or PeerStreamClock()
@@ -56,7 +71,9 @@ class InboundMotion:
         for frame in decoded:
             timestamp = frame.frame_number / profile.fps
             self.frames.add(1, now)
-            self.buffer.add(MotionFrame(timestamp, frame.displacements, frame.pose), now)
+            motion = MotionFrame(timestamp, frame.displacements, frame.pose)
+            self.received.append(ReceivedFrame(motion, profile.fps))
+            self.buffer.add(motion, now)
         self._clock.advance(timestamp, now)
         return timestamp
 

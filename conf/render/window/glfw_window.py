@@ -14,11 +14,11 @@ from conf.render.window.input_events import TextInput
 
 NO_DISPLAY = (
     "no window can be opened: there is no display (DISPLAY is {display}); "
-    "run in a desktop session, or draw without a window with --headless OUT.avi"
+    "run in a desktop session, or draw without a window with --headless OUT.mp4"
 )
 NO_OPENGL = (
     "the display has no OpenGL 3.3: install a driver with `sudo apt install libgl1 libgl1-mesa-dri`, "
-    "or draw without a window with --headless OUT.avi"
+    "or draw without a window with --headless OUT.mp4"
 )
 
 CONTEXT_HINTS = (

@@ -23,6 +23,8 @@ def test_motion_is_played_out_at_its_time() -> None:
     for number in range(15):
         assert inbound.receive_motion(payload(number), 100 + number / 15) == number / 15
     assert (inbound.datagrams, inbound.frames.count) == (15, 15)
+    assert [received.frame.timestamp for received in inbound.received] == [number / 15 for number in range(15)]
+    assert {received.fps for received in inbound.received} == {15}
     playout = inbound.frame_at(100 + 14 / 15 + inbound.buffer.clock.delay_s)
     assert playout is not None
     assert playout.frame.timestamp == pytest.approx(14 / 15)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from conf.output.media_writer import VideoWriter
+from conf.output.video_writer import VideoWriter
 from conf.sender.capture.frame import Frame
 from conf.sender.tracking.detector import DetectedFace, FaceDetector
 from conf.sender.tracking.orientation import (

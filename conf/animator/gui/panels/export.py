@@ -8,13 +8,13 @@ from conf.animator.file_export import MOTIONS, needs_drawing
 from conf.animator.gui.widgets import combo_box, heading, hint, output_field, progress_bar, text_field, wide_button
 from conf.animator.keys import key_label
 from conf.animator.state.editor import CURRENT_VIEW, RECORDING
-from conf.output.media_writer import VIDEO_FORMATS
+from conf.output.clip_encoder import CLIP_FORMATS
 
 FORMATS = {
     ".jpg": "image, JPEG",
     ".png": "image, PNG",
-    ".avi": "clip, AVI",
     ".mp4": "clip, MP4",
+    ".avi": "clip, AVI",
     ".obj": "deformed mesh, OBJ",
     ".ppc": "control points, PPC",
     ".dpc": "motion, DPC",
@@ -38,7 +38,7 @@ def draw_export(controller: Controller, _now: float) -> None:
     fields = replace(fields, output=output)
     if needs_drawing(Path(fields.output)):
         fields = replace(fields, size=text_field("size, px", fields.size))
-    if suffix in (*VIDEO_FORMATS, *MOTIONS):
+    if suffix in (*CLIP_FORMATS, *MOTIONS):
         fields = replace(fields, fps=text_field("frames/s", fields.fps))
     controller.state = replace(controller.state, fields=fields)
     if browse:
