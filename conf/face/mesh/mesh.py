@@ -14,7 +14,7 @@ from conf.face.mesh.orientation import consistent_flips
 
 
 def _read_with_trimesh(path: Path) -> RawMesh:
-    # Importing trimesh takes half of the time that the default head, an OBJ file, takes to load.
+    # Importing trimesh takes a fifth of the time that the default head, an OBJ file, takes to load with it.
     from conf.face.formats.trimesh_reader import read_with_trimesh
 
     return read_with_trimesh(path)
