@@ -23,8 +23,9 @@ MIN_SCORE = 0.75  # of the best orientation; clouds and walls stay below 0.7, fa
 MIN_MARGIN = 0.05  # between the best orientation and the frame as it is
 VOTES = 3  # images in a row that must agree before anything is turned; one is enough to leave it as it is
 MAX_SIDE = 640  # px: images are reduced to this size, and the detector uses 128 px
-SCAN_FRAMES = 300  # a face that appears later in a clip is taken as upright
-SCAN_STEP = 5  # frames between two images examined
+SCAN_FRAMES = 1000  # a face that appears later in a clip is taken as upright
+SCAN_STEP = 10  # frames of a clip between two images examined
+CAMERA_STEP = 5  # the same of a camera
 NAMES = {1: "lies on its side", 2: "is upside down", 3: "lies on its side"}
 
 
@@ -121,7 +122,7 @@ class UprightCamera:
         Raises CameraError as the camera does.
         """
         frame = self._camera.read()
-        if self._estimator.turns is None and self._number % SCAN_STEP == 0:
+        if self._estimator.turns is None and self._number % CAMERA_STEP == 0:
             turns = self._estimator.add(frame.pixels)
             while turns is None and self._estimator.suspicious:
                 frame = self._camera.read()

@@ -10,6 +10,7 @@ from conf.output.video_writer import VideoWriter
 from conf.sender.capture.frame import Frame
 from conf.sender.tracking.detector import DetectedFace, FaceDetector
 from conf.sender.tracking.orientation import (
+    CAMERA_STEP,
     SCAN_STEP,
     VOTES,
     OrientationEstimator,
@@ -103,7 +104,7 @@ def test_uprightness_falls_with_the_angle_of_the_eyes() -> None:
 
 
 def test_an_upright_camera_is_read_frame_by_frame() -> None:
-    images = [image(0)] * SCAN_STEP + [image(91, 0, 70, 0)] * 5
+    images = [image(0)] * CAMERA_STEP + [image(91, 0, 70, 0)] * 5
     camera, detector = FakeCamera(images), FakeDetector()
     upright = UprightCamera(camera, detector)  # type: ignore[arg-type]
     for expected in images:
@@ -116,10 +117,10 @@ def test_a_camera_upside_down_is_turned_before_any_image_of_a_face_is_given() ->
     turned, notes = image(75, 0, 92, 0), list[str]()
     camera = FakeCamera([image(0), *[turned] * 20])
     upright = UprightCamera(camera, FakeDetector(), on_note=notes.append)  # type: ignore[arg-type]
-    frames = [upright.read() for _ in range(SCAN_STEP + 4)]
+    frames = [upright.read() for _ in range(CAMERA_STEP + 4)]
     assert np.array_equal(frames[-1].pixels, turned[::-1, ::-1]) and frames[-1].pixels.flags.c_contiguous
-    assert np.array_equal(frames[SCAN_STEP].pixels, turned[::-1, ::-1])
-    assert frames[SCAN_STEP].timestamp == camera_time(SCAN_STEP + VOTES)
+    assert np.array_equal(frames[CAMERA_STEP].pixels, turned[::-1, ::-1])
+    assert frames[CAMERA_STEP].timestamp == camera_time(CAMERA_STEP + VOTES)
     assert notes == ["the camera is upside down: its images are turned"]
 
 
@@ -148,6 +149,15 @@ def test_a_real_clip_is_turned_upright(models: Path, carphone: list[Image], tmp_
     assert np.abs(frame.pixels.astype(int) - carphone[0]).mean() < 6  # grey levels: the writer compresses
     note = {0: [], 1: ["lies on its side"], 2: ["is upside down"], 3: ["lies on its side"]}[turns]
     assert notes == [f"{path} {text}: its frames are turned" for text in note]
+
+
+@pytest.mark.slow
+def test_a_face_that_appears_later_in_a_clip_is_examined(models: Path, carphone: list[Image], tmp_path: Path) -> None:
+    path, empty = tmp_path / "clip.avi", np.full_like(carphone[0], 100)
+    with VideoWriter(path, fps=25.0) as writer:
+        for pixels in [*[empty] * (3 * SCAN_STEP), *carphone[:10]]:
+            writer.write(np.ascontiguousarray(pixels[::-1, ::-1]))
+    assert find_turns(path, FaceDetector(models)) == 2
 
 
 @pytest.mark.slow
