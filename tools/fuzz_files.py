@@ -38,7 +38,8 @@ from conf.face.formats.ppc import read_ppc
 from conf.face.mesh.mesh import load_mesh
 from conf.sender.capture.clip import open_clip, read_sound
 
-LIMIT_S = 5.0
+LIMIT_S = 5.0  # of CPU time: other load on the machine does not count
+NO_ANSWER_S = 120.0  # after this a case hangs
 BATCH = 500
 FRAMES = 12  # frames of a clip that are read
 ASSETS = Path(__file__).resolve().parents[1] / "conf" / "assets"
@@ -101,10 +102,10 @@ def fuzz(kind: str, sample: bytes, cases: int, seed: int, folder: Path) -> Outco
         worker.start()
         child.close()
         while case < last:
-            if not results.poll(LIMIT_S * 2):
+            if not results.poll(NO_ANSWER_S):
                 worker.kill()
                 outcome.too_slow += 1
-                outcome.examples.append(f"{kind} {seed} {case}: no answer in {2 * LIMIT_S:.0f} s")
+                outcome.examples.append(f"{kind} {seed} {case}: no answer in {NO_ANSWER_S:.0f} s")
                 case += 1
                 break
             try:
@@ -154,7 +155,7 @@ def run_cases(kind: str, sample: bytes, cases: range, seed: int, folder: Path, r
             (own / "head.mtl").write_bytes(data)
             data = b"mtllib head.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
         path.write_bytes(data)
-        start = time.perf_counter()
+        start = time.process_time()
         try:
             read(path)
             ending = "data"
@@ -163,7 +164,7 @@ def run_cases(kind: str, sample: bytes, cases: range, seed: int, folder: Path, r
         except Exception as error:
             ending = f"{type(error).__name__}: {error}"[:200]
             (folder.parent / f"fuzz-{kind}-{seed}-{case}.{kind}").write_bytes(data)
-        seconds = time.perf_counter() - start
+        seconds = time.process_time() - start
         results.send((ending, seconds, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024))
     results.close()
 
