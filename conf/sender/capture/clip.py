@@ -30,6 +30,7 @@ from conf.errors import CameraError
 from conf.sender.capture.deinterlacer import Deinterlacer
 from conf.sender.capture.frame import Frame
 from conf.sender.capture.geometry import fit_into, square_pixel_size, turn_by_matrix
+from conf.sender.capture.mp4_index import claims_more_than_it_holds
 from conf.sender.capture.presentation_time import PlausibleTime, TimestampChoice
 
 DEFAULT_FPS = 25.0  # of files without a frame rate
@@ -273,6 +274,8 @@ def _open_container(name: str) -> tuple[IO[bytes] | None, Any]:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise CameraError(f"{name} cannot be opened ({reason}): give a video file that may be read.") from error
     try:
+        if claims_more_than_it_holds(file):
+            raise ValueError("its index names more frames than it has bytes")
         return file, av.open(file, "r")
     except _CLIP_ERRORS as error:
         file.close()
@@ -304,7 +307,7 @@ def _open_pattern(name: str) -> Any:
 
 
 def _missing(name: str) -> str:
-    if "://" in name:
+    if re.match(r"[A-Za-z][A-Za-z0-9+.-]+:/", name):  # a path has lost the second slash of an address
         return f"{name} is an address, not a file: download the clip first, then give its path."
     return f"there is no file {name}: check the path, or name pictures by a pattern such as frames/%04d.png."
 

@@ -142,6 +142,8 @@ def test_a_row_of_pictures_is_a_clip(tmp_path: Path) -> None:
         ("none%04d.png", r"there is no file .*none%04d\.png: check the path"),
         ("http://example.org/a.mp4", r"is an address, not a file: download the clip first"),
         ("rtsp://10.0.0.1/a", r"is an address, not a file"),
+        (str(Path("https://example.org/a.mp4")), r"is an address, not a file"),
+        ("C:/Users/me/a.mp4", r"there is no file C:/Users/me/a\.mp4: check the path"),
     ],
 )
 def test_what_is_not_there_is_named(name: str, text: str) -> None:
