@@ -8,11 +8,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.atomic_write import report_write_errors
-from conf.errors import ConfError
+from conf.atomic_write import atomic_write, report_write_errors
+from conf.errors import ConfError, FileFormatError
 from conf.face.mesh.mesh import Mesh
 from conf.render.materials import group_triangles, material_of
-from conf.render.textures import read_image
+from conf.render.textures import read_image, read_image_file
 
 PORTABLE_FORMATS = (".png", ".jpg", ".jpeg", ".bmp", ".tga")  # textures that every program with OBJ import reads
 OPAQUE_MATERIAL, BLENDED_MATERIAL = "face", "hair"
@@ -33,8 +33,9 @@ def write_obj(path: Path, mesh: Mesh, vertices: NDArray[np.floating], /) -> None
         library = "" if texture is None else MATERIALS.format(texture=texture.name)
         library += "".join(_material_text(path, mesh, number) for number in _used_materials(mesh))
         if library:
-            path.with_suffix(".mtl").write_text(library, encoding="utf-8")
-        with path.open("w", encoding="utf-8") as file:
+            with atomic_write(path.with_suffix(".mtl")) as partial:
+                partial.write_text(library, encoding="utf-8", errors="surrogateescape")  # names may be any bytes
+        with atomic_write(path) as partial, partial.open("w", encoding="utf-8", errors="surrogateescape") as file:
             if library:
                 file.write(f"mtllib {path.with_suffix('.mtl').name}\n")
             file.writelines(f"{line}\n" for line in _lines(mesh, vertices, has_texture=texture is not None))
@@ -45,13 +46,20 @@ def _write_texture(path: Path, texture: Path) -> Path:
     is_portable = texture.suffix.lower() in PORTABLE_FORMATS
     copy = path.with_name(f"{path.stem}-texture{texture.suffix if is_portable else '.png'}")
     if not is_portable:
-        pixels = cv2.imread(str(texture), cv2.IMREAD_UNCHANGED)
-        if pixels is None:
-            raise ConfError(f"{texture}: expected an image file; remove it from the mesh's MTL file")
-        copy.write_bytes(cv2.imencode(".png", pixels)[1].tobytes())
+        try:
+            pixels = read_image_file(texture)
+        except FileFormatError as error:
+            raise ConfError(f"{texture}: expected an image file; remove it from the mesh's MTL file") from error
+        _write_png(copy, pixels)
     elif copy.resolve() != texture.resolve():
-        shutil.copyfile(texture, copy)
+        with atomic_write(copy) as partial:
+            shutil.copyfile(texture, partial)
     return copy
+
+
+def _write_png(path: Path, pixels: NDArray[np.uint8]) -> None:
+    with atomic_write(path) as partial:
+        partial.write_bytes(cv2.imencode(".png", pixels)[1].tobytes())
 
 
 def _used_materials(mesh: Mesh) -> list[int]:
@@ -64,8 +72,8 @@ def _material_text(path: Path, mesh: Mesh, number: int) -> str:
     lines = [f"newmtl material_{number}", "Kd {:.4f} {:.4f} {:.4f}".format(*material.colour), f"d {material.alpha:.4f}"]
     if material.image is not None:
         image = path.with_name(f"{path.stem}-texture{number}.png")
-        pixels = cv2.cvtColor(read_image(material)[::-1], cv2.COLOR_RGBA2BGRA)
-        image.write_bytes(cv2.imencode(".png", pixels)[1].tobytes())
+        pixels = np.asarray(cv2.cvtColor(read_image(material)[::-1], cv2.COLOR_RGBA2BGRA), np.uint8)
+        _write_png(image, pixels)
         lines += [f"map_Kd {image.name}", *([f"map_d {image.name}"] if material.has_alpha else [])]
     return "\n".join((*lines, "", ""))
 

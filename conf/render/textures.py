@@ -116,20 +116,27 @@ def read_image(material: MeshMaterial) -> Pixels:
     """
     if not isinstance(material.image, Path):
         return np.ascontiguousarray(np.asarray(material.image)[::-1])
-    image = _read_file(material.image)
+    image = read_image_file(material.image)
     to_rgba = cv2.COLOR_BGRA2RGBA if image.shape[2] == 4 else cv2.COLOR_BGR2RGBA
     rgba = np.asarray(cv2.cvtColor(image, to_rgba), np.uint8)
     if material.alpha_image not in (None, material.image):
         assert material.alpha_image is not None
-        mask = _read_file(material.alpha_image)
+        mask = read_image_file(material.alpha_image)
         alpha = mask[..., 3] if mask.shape[2] == 4 else cv2.cvtColor(mask, cv2.COLOR_BGR2GRAY)
         rgba[..., 3] = cv2.resize(alpha, (rgba.shape[1], rgba.shape[0]), interpolation=cv2.INTER_LINEAR)
     return np.ascontiguousarray(rgba[::-1])
 
 
-def _read_file(path: Path) -> Pixels:
-    """Return (h, w, 3 or 4) BGR with 8 bits a channel."""
-    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+def read_image_file(path: Path) -> Pixels:
+    """Return (h, w, 3 or 4) BGR with 8 bits a channel. Raises FileFormatError.
+
+    The file is read here, because names that are not UTF-8 end the process in OpenCV.
+    """
+    try:
+        data = np.frombuffer(path.read_bytes(), np.uint8)
+        image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+    except (OSError, cv2.error):
+        image = None
     if image is None or image.dtype not in (np.uint8, np.uint16):
         raise FileFormatError(path, None, "expected a PNG, JPEG or WebP image with 8 bits a channel")
     if image.dtype == np.uint16:

@@ -1,3 +1,4 @@
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -43,6 +44,39 @@ def test_a_portable_texture_is_copied_and_a_mesh_without_texture_gets_no_materia
     assert load_mesh(tmp_path / "b.obj").texture == tmp_path / "b-texture.jpg", "written over itself"
     write_obj(tmp_path / "c.obj", replace(head, texture=None), head.vertices)
     assert not (tmp_path / "c.mtl").exists() and "usemtl" not in (tmp_path / "c.obj").read_text()
+
+
+def small_mesh(folder: Path) -> Mesh:
+    """Return a triangle with a texture."""
+    folder.mkdir(exist_ok=True)
+    (folder / "skin.webp").write_bytes(cv2.imencode(".webp", np.full((4, 4, 3), 90, np.uint8))[1].tobytes())
+    (folder / "a.mtl").write_text("newmtl a\nmap_Kd skin.webp\n")
+    (folder / "a.obj").write_text(
+        "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl a\nf 1/1 2/2 3/3\n"
+    )
+    return load_mesh(folder / "a.obj")
+
+
+def test_any_folder_and_file_name_can_be_written(tmp_path: Path) -> None:
+    mesh = small_mesh(tmp_path / os.fsdecode(b"\xefn"))
+    path = tmp_path / os.fsdecode(b"na\xefve.obj")
+    write_obj(path, mesh, mesh.vertices)
+    found = load_mesh(path)
+    assert found.texture == tmp_path / os.fsdecode(b"na\xefve-texture.png") and found.notes == ()
+
+
+def test_an_interrupted_write_keeps_the_old_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = small_mesh(tmp_path / "in")
+    write_obj(tmp_path / "a.obj", mesh, mesh.vertices)
+    before = {path: path.read_bytes() for path in tmp_path.glob("a*")}
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("conf.output.obj_writer.group_triangles", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        write_obj(tmp_path / "a.obj", mesh, 2 * mesh.vertices)
+    assert {path: path.read_bytes() for path in before} == before
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import FileFormatError
-from conf.face.formats.text import read_lines
+from conf.face.formats.text import decode_name, read_lines
 
 _IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tga", ".tif", ".tiff")
 _IMAGE_FOLDERS = ("textures", "texture", "tex", "maps", "images", "materials")  # below the mesh's folder
@@ -77,7 +77,8 @@ def find_file(reference: str, folders: Iterable[Path]) -> Path | None:
     name = reference.strip().strip("\"'").removeprefix("file://").replace("\\", "/")
     if not name or "\0" in name:
         return None
-    names = dict.fromkeys((name, unquote(name)))
+    as_bytes = name.encode("latin-1", "ignore").decode("utf-8", "surrogateescape")  # as files are named after unzipping
+    names = dict.fromkeys((name, unquote(name), as_bytes))
     try:
         for folder in folders:
             for text in names:
@@ -113,7 +114,7 @@ def _read_library(path: Path, mesh_folder: Path, notes: list[str]) -> dict[str, 
     name: str | None = None
     try:
         for _, line in read_lines(path):
-            keyword, _, rest = line.decode("utf-8", "replace").strip().replace("\t", " ").partition(" ")
+            keyword, _, rest = decode_name(line).strip().replace("\t", " ").partition(" ")
             if keyword.lower() == "newmtl":
                 name = rest.strip()
                 if len(materials) < _MAX_MATERIALS:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from conf.errors import FileFormatError
 from conf.face.formats.mtl import MeshMaterial, read_material_libraries
 from conf.face.formats.polygons import split_concave
-from conf.face.formats.text import read_lines
+from conf.face.formats.text import decode_name, read_lines
 
 MAX_VERTICES = 1_000_000
 MAX_TRIANGLES = 2_000_000
@@ -121,7 +121,7 @@ class _ObjText:
             reader(self, words[1:], number)
         elif keyword in _NAMES:
             parts = line.split(None, 1)
-            _NAMES[keyword](self, parts[1].decode("utf-8", "replace").strip() if len(parts) > 1 else "")
+            _NAMES[keyword](self, decode_name(parts[1]).strip() if len(parts) > 1 else "")
         elif keyword not in _IGNORED:
             self.skip("lines with an unknown keyword", number)
 

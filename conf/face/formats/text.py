@@ -62,6 +62,14 @@ def read_lines(path: Path, /, *, on_long_line: Callable[[int], None] | None = No
         raise FileFormatError(path, None, f"cannot be read: {error}") from error
 
 
+def decode_name(data: bytes, /) -> str:
+    """Return a name in a file: UTF-8, or else in the encoding of Western Windows programs."""
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
 def parse_floats(words: Sequence[bytes], path: Path, line: int, expected: str) -> list[float]:
     """Return the words, which may have decimal commas, as finite numbers.
 

@@ -118,4 +118,8 @@ def open_camera(
     """
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # errors reach the user as exceptions
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    try:
+        str(which).encode()
+    except UnicodeEncodeError as error:  # it would end the process in OpenCV
+        raise CameraError(f"camera {which} has a name that is not UTF-8: name it by its number.") from error
     return Camera(which, clock=clock, opener=opener)

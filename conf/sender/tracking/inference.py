@@ -6,6 +6,8 @@ small is erratic, with either backend.
 """
 
 import os
+import shutil
+import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, version
@@ -74,12 +76,25 @@ def _import_litert() -> Any:
     return Interpreter
 
 
+@contextmanager
+def _utf8_named(path: Path) -> Iterator[Path]:
+    """Yield a file of the same content whose name OpenCV can bear: one that is not UTF-8 would end the process."""
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        with tempfile.TemporaryDirectory() as folder:
+            yield Path(shutil.copy(path, Path(folder) / "model.tflite"))
+    else:
+        yield path
+
+
 def _load_with_opencv(path: Path, outputs: Sequence[str]) -> InferenceFunction:
     cv2.setNumThreads(1)
     classic = getattr(cv2.dnn, "ENGINE_CLASSIC", None)  # OpenCV 4 has no other engine
     engine = () if classic is None else (classic,)
     try:
-        net = cv2.dnn.readNetFromTFLite(str(path), *engine)
+        with _utf8_named(path) as readable:
+            net = cv2.dnn.readNetFromTFLite(str(readable), *engine)
         net.enableFusion(False)  # same outputs, 0.7 ms faster: fused layers use a slower convolution
     except cv2.error as error:
         raise ModelError(f"{path} is damaged: run `conf models fetch` to get it again.") from error
@@ -97,7 +112,7 @@ def _load_with_litert(path: Path, outputs: Sequence[str]) -> InferenceFunction:
     interpreter_class = _import_litert()
     with _quiet_stderr():
         try:
-            interpreter = interpreter_class(model_path=str(path), num_threads=1)
+            interpreter = interpreter_class(model_content=path.read_bytes(), num_threads=1)
             interpreter.allocate_tensors()
         except (ValueError, RuntimeError) as error:
             raise ModelError(f"{path} is damaged: run `conf models fetch` to get it again.") from error

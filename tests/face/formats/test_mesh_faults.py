@@ -1,5 +1,6 @@
 """Meshes as other programs write them, each with the value that must be read. Every file is made here."""
 
+import os
 import shutil
 from pathlib import Path
 
@@ -120,6 +121,16 @@ def test_a_texture_is_found_as_people_name_it(tmp_path: Path, reference: str, fi
     png(tmp_path / file)
     mesh = read(tmp_path, SQUARE + UVS + "usemtl a\nf 1/1 2/2 3/3\n", f"newmtl a\n{reference}\n")
     assert mesh.texture == tmp_path / file and mesh.notes == ()
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+@pytest.mark.parametrize("file", [b"h\xc3\xa4ut.png", b"h\xe4ut.png"])
+def test_a_texture_is_found_whatever_the_encoding_of_its_name(tmp_path: Path, encoding: str, file: bytes) -> None:
+    path = tmp_path / os.fsdecode(file)
+    path.write_bytes(png(tmp_path / "a.png").read_bytes())
+    (tmp_path / "face.mtl").write_bytes("newmtl a\nmap_Kd häut.png\n".encode(encoding))
+    mesh = read(tmp_path, f"mtllib face.mtl\n{SQUARE}{UVS}usemtl a\nf 1/1 2/2 3/3\n")
+    assert (mesh.texture, mesh.notes) == (path, ())
 
 
 @pytest.mark.parametrize(

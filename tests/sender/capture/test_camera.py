@@ -103,6 +103,11 @@ def test_a_camera_without_permission_is_reported(tmp_path: Path, monkeypatch: py
     )
 
 
+def test_a_camera_whose_name_is_not_utf8_is_reported() -> None:
+    with pytest.raises(CameraError, match="has a name that is not UTF-8: name it by its number"):
+        open_camera(os.fsdecode(b"/dev/vid\xefo0"))
+
+
 def test_a_network_camera_that_does_not_answer_is_reported() -> None:
     with pytest.raises(CameraError, match=r"camera http://10\.0\.0\.9/ gives no image: check the address"):
         open_camera("http://10.0.0.9/", opener=opener(FakeCapture(0, opens=False)))

@@ -1,4 +1,5 @@
 import builtins
+import os
 import sys
 import tomllib
 from pathlib import Path
@@ -151,3 +152,14 @@ def test_litert_is_required_where_it_has_a_wheel(system: str, machine: str, pyth
     assert marker is not None
     environment = {"sys_platform": system, "platform_machine": machine, "python_version": python}
     assert marker.evaluate(environment) is expected
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_the_models_may_lie_in_a_folder_of_any_name(models: Path, tmp_path: Path, backend: Backend) -> None:
+    folder = tmp_path / os.fsdecode(b"na\xefve")
+    folder.mkdir()
+    (folder / BLENDSHAPES).write_bytes((models / BLENDSHAPES).read_bytes())
+    [output] = load_network(folder / BLENDSHAPES, ("StatefulPartitionedCall:0",), backend=backend)(
+        np.zeros((1, 146, 2), np.float32)
+    )
+    assert output.size == 52
