@@ -23,6 +23,7 @@ from conf.protocol.wire import (
     MOTION_BIT,
     PARAMETERS,
     PORTRAIT_CHUNK,
+    REFRESH_REPORT,
     REPORT,
     VOICE_BIT,
     decode_body,
@@ -160,7 +161,7 @@ class CallLeg:
 
     def _on_acks_sent(self, acks: Sequence[OutgoingBody], now: float) -> None:
         self._waiting_since = self._portrait_ack = None
-        if any(ack.kind == REPORT for ack in acks):
+        if any(ack.kind in (REPORT, REFRESH_REPORT) for ack in acks):
             self._reception.on_reported(now)
             if self.receive:
                 self.receive.refresh_needed = False

@@ -14,6 +14,7 @@ from conf.protocol.wire import (
     PARAMETERS,
     PORTRAIT_ACK,
     PORTRAIT_CHUNK,
+    REFRESH_REPORT,
     REPORT,
     ROUND_TRIP,
     VOICE_BIT,
@@ -24,7 +25,19 @@ from conf.protocol.wire import (
 
 _MOTION, _VOICE = MOTION_BIT, VOICE_BIT
 # The order of bodies in a composite. The chunk may be long, and only the last body needs no length.
-_ORDER = (REPORT, PORTRAIT_ACK, PARAMETERS, ROUND_TRIP, VOICE_FORMAT, VOICE_STATE, KEEP_ALIVE, _MOTION, _VOICE, BYE)
+_ORDER = (
+    REPORT,
+    REFRESH_REPORT,
+    PORTRAIT_ACK,
+    PARAMETERS,
+    ROUND_TRIP,
+    VOICE_FORMAT,
+    VOICE_STATE,
+    KEEP_ALIVE,
+    _MOTION,
+    _VOICE,
+    BYE,
+)
 _RANKS = {kind: rank for rank, kind in enumerate((*_ORDER, PORTRAIT_CHUNK))}
 
 

@@ -31,6 +31,7 @@ ROUND_TRIP_INTERVAL_S = 10.0
 VOICE_LATENESS_S = 0.06  # of a voice packet, beyond half of its duration, for which motion still waits
 VOICE_HEADERS = HEADER_BYTES + SEAL_BYTES
 PACKETS_PER_REPORT = 4
+ACTIVE_S = 1.5  # after the last body no other is to be expected: even a still face sends one each second
 RIDE_WAIT_S = 0.25  # for which a report waits for a datagram
 
 
@@ -161,8 +162,8 @@ class SendLeg:
         """Return the seconds that a report may wait for the next datagram, 0 if none is to be expected."""
         if self._voice_flows(now):
             return max(RIDE_WAIT_S, self._voice_until - now)
-        interval_s = self.motion.datagram_interval_s
-        return max(RIDE_WAIT_S, 1.25 * interval_s) if now < self._sent_at + 1.5 * interval_s else 0.0
+        is_active = now < self._sent_at + ACTIVE_S
+        return max(RIDE_WAIT_S, 1.25 * self.motion.datagram_interval_s) if is_active else 0.0
 
     def closing_bodies(self) -> list[OutgoingBody]:
         """Return the bodies that end the call, each for a datagram of its own: two, as one may be lost."""

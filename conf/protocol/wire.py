@@ -40,18 +40,8 @@ MAX_POINTS = 64
 MILLISECONDS = 1000  # per second
 FAPU_STEPS = 1000  # per centimetre
 FPS_STEPS = 100
-(
-    PARAMETERS,
-    KEEP_ALIVE,
-    REPORT,
-    ROUND_TRIP,
-    BYE,
-    PORTRAIT_CHUNK,
-    PORTRAIT_ACK,
-    COMPOSITE,
-    VOICE_FORMAT,
-    VOICE_STATE,
-) = range(10)
+PARAMETERS, KEEP_ALIVE, REPORT, ROUND_TRIP, BYE, PORTRAIT_CHUNK, PORTRAIT_ACK, COMPOSITE = range(8)
+VOICE_FORMAT, VOICE_STATE, REFRESH_REPORT = range(8, 11)
 SHORT_COMPOSITE = 0x10  # kinds 10 to 3f: a composite whose first body has kind - 0f bytes
 VOICE_BIT = 0x40  # kinds 40 to 7f
 MAX_SHORT_FIRST = VOICE_BIT - SHORT_COMPOSITE
@@ -69,6 +59,8 @@ def encode_body(body: Body) -> bytes:
         return bytes((MOTION_BIT | body.frame_number & (MOTION_BIT - 1),)) + body.payload
     if isinstance(body, VoicePayload):
         return _encode_voice(body)
+    if isinstance(body, Feedback):
+        return bytes((REFRESH_REPORT if body.refresh else REPORT,)) + encode_report(body.report)
     kind, encode = _ENCODERS[type(body)]
     return bytes((kind,)) + encode(body)
 
@@ -155,12 +147,6 @@ def _decode_keep_alive(data: bytes) -> KeepAlive:
     return KeepAlive(clock / MILLISECONDS, Presence(presence))
 
 
-def _decode_feedback(data: bytes) -> Feedback:
-    if len(data) < 2 or data[0] > 1:
-        raise ProtocolError("a report without its flag")
-    return Feedback(decode_report(data[1:]), bool(data[0]))
-
-
 def _decode_round_trip(data: bytes) -> RoundTripMessage:
     (milliseconds,) = _unpack(data, 1)
     if milliseconds > 0xFFFF:
@@ -221,7 +207,6 @@ _PRESENCES = {presence.value for presence in Presence}
 _ENCODERS: dict[type, tuple[int, Callable[[Any], bytes]]] = {
     StreamParameters: (PARAMETERS, _encode_parameters),
     KeepAlive: (KEEP_ALIVE, lambda body: msgpack.packb([round(body.timestamp * MILLISECONDS), body.presence.value])),
-    Feedback: (REPORT, lambda body: bytes((body.refresh,)) + encode_report(body.report)),
     RoundTripMessage: (ROUND_TRIP, lambda body: msgpack.packb([min(body.milliseconds, 0xFFFF)])),
     Bye: (BYE, lambda body: b""),
     PortraitChunk: (PORTRAIT_CHUNK, lambda body: body.data),
@@ -232,7 +217,8 @@ _ENCODERS: dict[type, tuple[int, Callable[[Any], bytes]]] = {
 _DECODERS: dict[int, Callable[[bytes], SingleBody]] = {
     PARAMETERS: _decode_parameters,
     KEEP_ALIVE: _decode_keep_alive,
-    REPORT: _decode_feedback,
+    REPORT: lambda data: Feedback(decode_report(data), refresh=False),
+    REFRESH_REPORT: lambda data: Feedback(decode_report(data), refresh=True),
     ROUND_TRIP: _decode_round_trip,
     BYE: _decode_bye,
     PORTRAIT_CHUNK: PortraitChunk,

@@ -50,7 +50,7 @@ def test_a_report_confirms_the_highest_and_what_is_not_missing(
 
 
 def test_reports_in_bytes() -> None:
-    assert encode_report(TYPICAL).hex() == "95cd03e800000714"
+    assert encode_report(TYPICAL).hex() == "cd03e800000714"
     largest = Report(0xFFFFFFFF, (1 << 63) - 1, 0xFFFFFFFE, MAX_MILLISECONDS, MAX_MILLISECONDS)
     assert len(encode_report(largest)) <= MAX_REPORT_BYTES
     assert decode_report(encode_report(largest)) == largest
@@ -70,9 +70,9 @@ def test_any_bytes_are_a_report_or_a_protocol_error(data: bytes) -> None:
 @pytest.mark.parametrize(
     ("value", "message"),
     [
-        ([1, 0, 0, 0], "not an array of five"),
-        ([1, 0, 0, 0, 0, 0], "not msgpack"),
-        ({}, "not an array of five"),
+        ([1, 0, 0, 0], "not five msgpack integers"),
+        ([1, 0, 0, 0, 0, 0], "not five msgpack integers"),
+        ([1, 0, 0, 0, {}], "no small integer"),
         ([1, 0, 0, 0, -1], "no small integer"),
         ([1, 0, 0, 0, True], "no small integer"),
         ([1, 0, 0, 0, 0.5], "no small integer"),
@@ -83,15 +83,15 @@ def test_any_bytes_are_a_report_or_a_protocol_error(data: bytes) -> None:
         ([1, 0, 2, 0, 0], "never sent"),
         ([1, 2, 0, 0, 0], "never sent"),
         ([1, 0, 0, 0, b"x" * 40], "too long"),
-        ([1, 0, 0, 0, b"x"], "not msgpack"),
-        ([1, 0, 0, 0, "x"], "not msgpack"),
-        ([1, 0, 0, 0, {1: 1}], "not msgpack"),
-        ([1, 0, 0, 0, msgpack.ExtType(1, b"x")], "not msgpack"),
+        ([1, 0, 0, 0, b"x"], "not five msgpack integers"),
+        ([1, 0, 0, 0, "x"], "not five msgpack integers"),
+        ([1, 0, 0, 0, {1: 1}], "not five msgpack integers"),
+        ([1, 0, 0, 0, msgpack.ExtType(1, b"x")], "not five msgpack integers"),
     ],
 )
-def test_bad_reports_are_explained(value: object, message: str) -> None:
+def test_bad_reports_are_explained(value: list[object], message: str) -> None:
     with pytest.raises(ProtocolError, match=message):
-        decode_report(msgpack.packb(value))
+        decode_report(b"".join(map(msgpack.packb, value)))
 
 
 @given(st.floats(0, 5), st.integers(0, 3000), st.floats(0, 1e6))
@@ -105,7 +105,7 @@ def test_the_delay_of_the_report_is_no_part_of_the_round_trip(way: float, delay_
 
 def test_a_report_of_32_bytes_is_not_too_long() -> None:
     data = encode_report(TYPICAL)
-    with pytest.raises(ProtocolError, match="not msgpack"):
+    with pytest.raises(ProtocolError, match="not five msgpack integers"):
         decode_report(data + bytes(MAX_REPORT_BYTES - len(data)))
     with pytest.raises(ProtocolError, match="too long"):
         decode_report(data + bytes(MAX_REPORT_BYTES - len(data) + 1))

@@ -381,14 +381,17 @@ def test_reports_are_rarer_and_wait_longer_in_long_voice_packets() -> None:
 
 
 @pytest.mark.parametrize(("profile", "interval_s"), [("live", 1 / 15), ("narrow", 0.2)])
-def test_a_report_waits_for_motion_only_while_it_flows(profile: str, interval_s: float) -> None:
+def test_a_report_waits_for_motion_until_even_a_still_face_would_have_sent_some(
+    profile: str, interval_s: float
+) -> None:
     leg = started(RateOptions(profile))
     assert leg.ride_wait(1.0) == 0.0
     for number in range(3):
         leg.send_frame(frame(1.0 + number / 15), 1.0)
     assert sent(leg, 1.0)
-    assert leg.ride_wait(1.0 + 1.5 * interval_s - 0.001) == pytest.approx(max(send_leg.RIDE_WAIT_S, 1.25 * interval_s))
-    assert leg.ride_wait(1.0 + 1.5 * interval_s + 0.001) == 0.0
+    wait_s = pytest.approx(max(send_leg.RIDE_WAIT_S, 1.25 * interval_s))
+    assert leg.ride_wait(1.0 + send_leg.ACTIVE_S - 0.001) == wait_s
+    assert leg.ride_wait(1.0 + send_leg.ACTIVE_S + 0.001) == 0.0
 
 
 def test_a_probe_tells_the_time_also_without_a_face() -> None:

@@ -35,7 +35,7 @@ from conf.protocol.wire import MAX_BODY, encode_body
 FOLDER = Path(__file__).resolve().parents[2] / "tests" / "data"
 
 
-REPORT = Feedback(Report(highest=300, missing=5, lost=2, jitter_ms=12, ack_delay_ms=30), refresh=True)
+REPORT = Feedback(Report(highest=300, missing=5, lost=2, jitter_ms=12, ack_delay_ms=30), refresh=False)
 CODEC2_700 = VoiceFormat("codec2", 700, 40, 3, fixed_size=True)
 OPUS = VoiceFormat("opus", 5500, 60, 1, fixed_size=False, redundant=True)
 VOICE_FRAMES = {
@@ -52,6 +52,7 @@ BODIES: dict[str, Body] = {
     "parameters": StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1), clock=12.345),
     "keep_alive": KeepAlive(3.25, Presence.NO_FACE),
     "report": REPORT,
+    "report_refresh": Feedback(Report(highest=4, missing=0, lost=0, jitter_ms=200, ack_delay_ms=0), refresh=True),
     "round_trip": RoundTripMessage(80),
     "goodbye": Bye(),
     "motion": MotionPayload(77, b"\x01\x02\x03"),
@@ -89,18 +90,18 @@ def invalid() -> dict[str, bytes]:
     return {
         "empty": b"",
         "too_long": bytes([0x80]) * (MAX_BODY + 1),
-        "unknown_kind": b"\x0a" + parameters[1:],
+        "unknown_kind": b"\x0b" + parameters[1:],
         "parameters_truncated": parameters[:-1],
         "parameters_without_points": parameters.replace(b"\x32", b"\x00", 1),
         "parameters_width_0": parameters.replace(b"\xcd\x01\x40", b"\x00", 1),
         "parameters_negative_clock": parameters.replace(b"\xcd\x30\x39", b"\xff", 1),
         "keep_alive_presence_2": good["keep_alive"][:-1] + b"\x02",
-        "report_flag_2": report[:1] + b"\x02" + report[2:],
-        "report_lost_more_than_sent": report[:7] + b"\xcd\x01\x2d" + report[8:],
+        "report_in_an_array": report[:1] + b"\x95" + report[1:],
+        "report_lost_more_than_sent": report[:5] + b"\xcd\x01\x2d" + report[6:],
         "report_with_a_tail": report + b"\x00",
         "round_trip_of_two_minutes": b"\x03\x91\xce\x00\x01\xd4\xc0",
         "goodbye_with_more": good["goodbye"] + b"\x00",
-        "composite_truncated": good["composite"][:13],
+        "composite_truncated": good["composite"][:11],
         "composite_of_nine": b"\x10\x04" * 8 + b"\x04",
         "composite_in_front": b"\x12\x10\x04\x04\x04",
         "composite_of_length_0": b"\x07\x00\x04",

@@ -1,5 +1,6 @@
 """The encoder: motion to payloads, predicted only from acknowledged frames."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -19,6 +20,7 @@ from conf.protocol.messages import MotionFrame
 LAMBDA_FACTORS = (0.5, 1.5)
 # The same for a payload with a reference: its headers are larger than it is, so its bits count less.
 INTER_LAMBDA_FACTOR = 0.5
+COARSER_FACTORS = (4.0, 10.0)  # tried one after another when the payload is too long
 # Steps: log scale keeps the reference's value within this distance, because the face centre is measured in it.
 LOG_SCALE_HYSTERESIS = 0.7
 SKIP_THRESHOLD = 1.0  # steps: a frame that differs by less in every value need not be sent
@@ -47,11 +49,14 @@ class Encoder:
             self._profile, self._newest = profile, None
             self._acknowledged.clear()
 
-    def encode(self, frames: Sequence[MotionFrame], frame_number: int, *, stride: int = 1) -> bytes:
+    def encode(
+        self, frames: Sequence[MotionFrame], frame_number: int, *, stride: int = 1, max_bytes: float = math.inf
+    ) -> bytes:
         """Return the payload of one or more frames.
 
         frame_number : of the first frame, ticks of the frame clock; greater than that of any earlier frame
         stride : ticks from each frame to the next
+        max_bytes : if the payload is longer, precision is given up for length; it may be longer nevertheless
         Raises ValueError if the number is not greater, the number of frames or the stride is out of range, or a frame
         is not finite.
         """
@@ -62,6 +67,9 @@ class Encoder:
         rd_lambda = self.profile.rd_lambda * (INTER_LAMBDA_FACTOR if header.age else 1.0)
         attempts = [_attempt(model, header, context, frames, factor * rd_lambda) for factor in LAMBDA_FACTORS]
         best = min(attempts, key=lambda attempt: attempt.error + 8 * rd_lambda * len(attempt.payload))
+        for factor in COARSER_FACTORS:
+            if len(best.payload) > max_bytes:
+                best = _attempt(model, header, context, frames, factor * rd_lambda)
         for position, quantised in enumerate(best.frames):
             self._references.add(frame_number + position * stride, quantised)
         self._newest = best.frames[-1]

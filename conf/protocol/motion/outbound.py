@@ -20,6 +20,7 @@ from conf.protocol.wire import encode_body
 REPEAT_S = 1.0  # interval of keep-alives and of parameters that are not acknowledged
 FAPU_TOLERANCE = 0.02  # relative change of a FAPU distance that is not worth new parameters
 TYPICAL_FRAME_BYTES = 5.0
+SQUEEZE = 0.8  # of the mean size of a frame is enough, at a loss of precision
 SMOOTHING = 8  # payloads: time constant of the mean size of a frame
 MAX_IN_FLIGHT = 256  # datagrams remembered until they are acknowledged
 
@@ -87,7 +88,7 @@ class OutboundMotion:
         stride = self._pending[1][0] - self._pending[0][0] if len(self._pending) > 1 else 1
         for step in (1, 2, MAX_STRIDE):
             kept = self._pending[::-step][::-1] if stride * step <= MAX_STRIDE else self._pending[-1:]
-            if 1 + len(kept) * self._frame_bytes <= max_bytes:
+            if 1 + SQUEEZE * len(kept) * self._frame_bytes <= max_bytes:
                 self._pending = kept
                 self._flush(max_bytes)
                 return
@@ -171,7 +172,8 @@ class OutboundMotion:
             return
         numbers = tuple(number for number, _ in self._pending)
         stride = numbers[1] - numbers[0] if len(numbers) > 1 else 1
-        payload = self._encoder.encode([frame for _, frame in self._pending], numbers[0], stride=stride)
+        frames = [frame for _, frame in self._pending]
+        payload = self._encoder.encode(frames, numbers[0], stride=stride, max_bytes=max_bytes - 1)
         self._pending.clear()
         self._frame_bytes += (len(payload) / len(numbers) - self._frame_bytes) / SMOOTHING
         if 1 + len(payload) <= max_bytes:
