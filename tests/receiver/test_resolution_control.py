@@ -5,7 +5,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.receiver.resolution_control import MAX_DRAW_S, MIN_SCALE, RAISE_AFTER, STEPS, WINDOW, ResolutionControl
+from conf.receiver.resolution_control import (
+    MAX_DRAW_S,
+    MIN_SCALE,
+    RAISE_AFTER,
+    RETRY_AFTER,
+    STEPS,
+    WINDOW,
+    ResolutionControl,
+)
 
 
 def scales(control: ResolutionControl, fixed_ms: float, full_ms: float, frames: int) -> list[float]:
@@ -24,6 +32,8 @@ def scales(control: ResolutionControl, fixed_ms: float, full_ms: float, frames: 
         (8.0, 60.0, 9 / 16),
         (10.0, 120.0, MIN_SCALE),
         (60.0, 60.0, MIN_SCALE),  # nine callers: the vertices alone take too long
+        (33.3, 0.0, 1.0),  # a display of 30 Hz, for which the driver waits
+        (40.0, 3.0, 1.0),
     ],
 )
 def test_the_scale_settles_where_drawing_takes_less_than_the_limit(
@@ -31,7 +41,7 @@ def test_the_scale_settles_where_drawing_takes_less_than_the_limit(
 ) -> None:
     settled = scales(ResolutionControl(), fixed_ms, full_ms, 20 * RAISE_AFTER)[-5 * RAISE_AFTER :]
     assert set(settled) == {expected}
-    if expected > MIN_SCALE:
+    if MIN_SCALE < expected < 1.0:
         assert fixed_ms + full_ms * expected**2 <= MAX_DRAW_S * 1000
 
 
@@ -65,3 +75,10 @@ def test_the_scale_falls_at_once_and_rises_step_by_step() -> None:
     steps = [b - a for a, b in pairwise(rising) if b != a]
     assert set(steps) == {1 / STEPS}
     assert rising.count(control.scale - 1 / STEPS) >= RAISE_AFTER
+
+
+def test_a_fall_that_did_not_help_is_undone_and_tried_again_later() -> None:
+    control = ResolutionControl()
+    tried = scales(control, 40.0, 1.0, RETRY_AFTER + 3 * WINDOW)
+    lower = [frame for frame, scale in enumerate(tried) if scale < 1.0]
+    assert lower[0] < WINDOW and lower[WINDOW] > RETRY_AFTER and len(lower) <= 2 * WINDOW
