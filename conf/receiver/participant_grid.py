@@ -91,7 +91,7 @@ class ParticipantGrid(GpuObject):
             else:
                 vertices, pose = self._face.deform(frame.displacements), HeadPose.from_vector(frame.pose)
                 pose = self._framing[participant].frame(pose, now, area) if view.centred else pose
-            self._renderer.draw(vertices, pose, view, framebuffer)
+            self._renderer.draw(vertices, pose, view, framebuffer, participant=participant)
         framebuffer.viewport = (0, 0, *self._window.size)
         return dict(zip(frames, cells, strict=False))
 

@@ -77,11 +77,18 @@ class FaceRenderer(GpuObject):
         )
 
     def draw(
-        self, vertices: NDArray[np.float32], pose: HeadPose, view: ViewState, framebuffer: moderngl.Framebuffer
+        self,
+        vertices: NDArray[np.float32],
+        pose: HeadPose,
+        view: ViewState,
+        framebuffer: moderngl.Framebuffer,
+        *,
+        participant: int = 0,
     ) -> None:
         """Draw the face into the framebuffer's viewport.
 
         vertices : (V, 3) float32, face axes, cm
+        participant : number of who is drawn, where several are drawn in turn
         """
         bent = self._neck.apply(vertices, pose)
         interleaved = self._normals.interleaved(bent)
@@ -101,7 +108,7 @@ class FaceRenderer(GpuObject):
             target.begin()
             self._vertex_colours.draw(**matrices)
         else:
-            light = self._shadow.update(light_matrix(rotation, self._lighting.key), points)
+            light = self._shadow.update(light_matrix(rotation, self._lighting.key), points, participant=participant)
             target.begin()
             self._shadow.depth.use(1)
             matrices["light"] = to_column_major(CLIP_TO_TEXTURE @ light)

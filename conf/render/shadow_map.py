@@ -19,6 +19,7 @@ EXTENT_CM = 18.0  # half of the side of the square, around the face's origin, th
 # The map is redrawn after a rotation, rad, or a movement, cm, of more than this: far less than a shadow's soft edge.
 REDRAW_ANGLE = 0.03
 REDRAW_DISTANCE_CM = 0.12
+MAX_MAPS = 10  # of 0.3 MB; one more than participants of a call
 
 
 def light_matrix(rotation: NDArray[np.float64], key: Vector = STUDIO.key) -> NDArray[np.float64]:
@@ -37,36 +38,65 @@ def light_matrix(rotation: NDArray[np.float64], key: Vector = STUDIO.key) -> NDA
 
 
 class ShadowMap(GpuObject):
-    """Depth of one mesh as the key light sees it; eyes, mouth and clothes cast no shadow."""
+    """Depth of one mesh as the key light sees it; eyes, mouth and clothes cast no shadow.
+
+    Every participant who is drawn with the mesh has a map of its own, so that one who keeps still needs no new one.
+
+    depth : the map that was updated last
+    """
 
     def __init__(self, ctx: moderngl.Context, mesh: Mesh, vertices: moderngl.Buffer) -> None:
         """vertices : positions and normals of the render vertices, (R, 6) float32"""
         self._ctx = ctx
-        self.depth = ctx.depth_texture((SIZE, SIZE))
-        self.depth.repeat_x = self.depth.repeat_y = False
-        self._drawn: tuple[NDArray[np.float64], NDArray[np.float32]] | None = None
-        self._framebuffer = ctx.framebuffer(depth_attachment=self.depth)
         names = [name for name in mesh.groups if material_of(name).casts_shadow]
         casters = np.concatenate([mesh.groups[name] for name in names]) if names else slice(None)
         attributes = [(vertices, "3f4 3x4", "in_position")]
         self._casters = DrawCall(ctx, ("depth_only", "depth_only"), attributes, mesh.render_triangles[casters])
-        self._owned = (self._casters, self._framebuffer, self.depth)
+        self._maps = {0: _DepthMap(ctx)}
+        self.depth = self._maps[0].depth
 
-    def update(self, light: NDArray[np.float64], points: NDArray[np.float32]) -> NDArray[np.float64]:
-        """Redraw the map if the face has moved: that costs an eighth of drawing the face.
+    def update(
+        self, light: NDArray[np.float64], points: NDArray[np.float32], *, participant: int = 0
+    ) -> NDArray[np.float64]:
+        """Redraw a participant's map if the face has moved: that costs an eighth of drawing the face.
 
         light : (4, 4) of `light_matrix`; points : (n, 3) of the face, cm
         Returns the (4, 4) light matrix with which the map was drawn last.
         """
-        if self._drawn is not None:
-            drawn_light, drawn_points = self._drawn
+        found = self._maps.pop(participant, None) or self._oldest_or_new()
+        self._maps[participant] = found  # the last used one is the last
+        self.depth = found.depth
+        if found.drawn is not None:
+            drawn_light, drawn_points = found.drawn
             angle = np.abs(light - drawn_light).max() * EXTENT_CM
             distance = np.abs(points - drawn_points).max(initial=0.0)
             if angle < REDRAW_ANGLE and distance < REDRAW_DISTANCE_CM:
                 return drawn_light
-        self._drawn = light, points.copy()
-        self._framebuffer.use()
-        self._framebuffer.clear()
+        found.drawn = light, points.copy()
+        found.framebuffer.use()
+        found.framebuffer.clear()
         self._ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         self._casters.draw(light=to_column_major(light))
         return light
+
+    def release(self) -> None:
+        for owned in (self._casters, *self._maps.values()):
+            owned.release()
+
+    def _oldest_or_new(self) -> "_DepthMap":
+        if len(self._maps) < MAX_MAPS:
+            return _DepthMap(self._ctx)
+        oldest = self._maps.pop(next(iter(self._maps)))
+        oldest.drawn = None
+        return oldest
+
+
+class _DepthMap(GpuObject):
+    """One map. drawn : light matrix and points with which it was drawn"""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self.depth = ctx.depth_texture((SIZE, SIZE))
+        self.depth.repeat_x = self.depth.repeat_y = False
+        self.framebuffer = ctx.framebuffer(depth_attachment=self.depth)
+        self.drawn: tuple[NDArray[np.float64], NDArray[np.float32]] | None = None
+        self._owned = (self.framebuffer, self.depth)

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from conf.face.deformation.face_model import FaceModel
 from conf.render.lighting import STUDIO
 from conf.render.shader_programs import load_source
-from conf.render.shadow_map import EXTENT_CM, SIZE, ShadowMap, light_matrix
+from conf.render.shadow_map import EXTENT_CM, MAX_MAPS, SIZE, ShadowMap, light_matrix
 from conf.render.vertex_normals import VertexNormals
 from conf.render.window.offscreen import OffscreenWindow
 
@@ -51,4 +51,24 @@ def test_the_map_is_redrawn_only_when_the_face_rotates_or_moves(window: Offscree
         light = light_matrix(Rotation.from_euler("Y", angle).as_matrix())
         drawn = shadow.update(light, points + np.float32(lift))
         np.testing.assert_array_equal(drawn, light if is_redrawn else first)
+    shadow.release()
+
+
+def test_each_participant_has_a_map_and_the_one_drawn_longest_ago_is_replaced(
+    window: OffscreenWindow, face: FaceModel
+) -> None:
+    rows = VertexNormals(face.mesh.triangles, face.mesh.render_vertices).interleaved(face.neutral)
+    shadow = ShadowMap(window.ctx, face.mesh, window.ctx.buffer(rows.tobytes()))
+    points = face.control_points.astype(np.float32)
+    lights = [light_matrix(Rotation.from_euler("Y", 0.1 * i).as_matrix()) for i in range(MAX_MAPS + 2)]
+    nearly = light_matrix(Rotation.from_euler("Y", 0.11).as_matrix())
+    for participant in (1, 2):
+        shadow.update(lights[participant], points, participant=participant)
+    maps = [shadow.depth.glo]
+    np.testing.assert_array_equal(shadow.update(nearly, points, participant=1), lights[1])
+    maps.append(shadow.depth.glo)
+    assert maps[0] != maps[1]
+    for participant in range(2, MAX_MAPS + 2):
+        shadow.update(lights[participant], points, participant=participant)
+    np.testing.assert_array_equal(shadow.update(nearly, points, participant=1), nearly)
     shadow.release()
