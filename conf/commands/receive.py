@@ -6,7 +6,8 @@ import argparse
 import os
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,11 +17,15 @@ from conf.commands import Terminal
 from conf.commands.arguments import add_json, add_listen, add_seconds, pairing_code
 from conf.commands.call_table import call_table
 from conf.commands.interruption import until_interrupted
-from conf.errors import FileFormatError, GraphicsError
+from conf.commands.sound import add_no_sound, add_sound_output
+from conf.errors import AudioError, FileFormatError, GraphicsError
 
 if TYPE_CHECKING:
     from conf.protocol.call_report import CallReport
     from conf.receiver.pipeline import ReceiverLoop
+    from conf.receiver.voice.call_sound import CallSound
+    from conf.receiver.voice.voice_mixer import VoiceMixer
+    from conf.render.window import Window
     from conf.transport.udp import UdpSocket
 
 HELP = "accept calls and show the participants"
@@ -38,6 +43,7 @@ class ReceiveOptions:
     image : JPG file of the last image, for headless drawing
     on_event : called when a caller comes or goes
     on_report : called at the end, with a line about each file written
+    sound : play the callers' voices; speaker : number or name of the loudspeaker, None for the default
     """
 
     headless: Path | None = None
@@ -45,6 +51,8 @@ class ReceiveOptions:
     seconds: float | None = None
     on_event: Callable[[str], None] | None = None
     on_report: Callable[[str], None] = lambda text: None
+    sound: bool = True
+    speaker: str | None = None
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -52,6 +60,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--code", type=pairing_code, help="the code that callers need (default: a new one each time)")
     parser.add_argument("--face", type=Path, metavar="FILE", help="another face: a mesh with its PPC beside it")
     parser.add_argument("--headless", type=Path, metavar="OUT.mp4", help="no window: draw into this clip (MP4 or AVI)")
+    add_sound_output(parser)
+    add_no_sound(parser)
     add_seconds(parser)
     add_json(parser)
 
@@ -65,7 +75,15 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
     code = options.code or generate_code(os.urandom)
     with UdpSocket.bind(*options.listen) as socket:
         terminal.write(f"listening on {format_address(socket.address)}, code {code}")
-        receive_options = ReceiveOptions(options.headless, None, options.seconds, terminal.write, terminal.write)
+        receive_options = ReceiveOptions(
+            options.headless,
+            None,
+            options.seconds,
+            terminal.write,
+            terminal.write,
+            sound=not options.no_sound,
+            speaker=options.speaker,
+        )
         report = receive(socket, code, receive_options, face=options.face)
     terminal.print_figures("the call", report, call_table(report))
 
@@ -121,8 +139,11 @@ def receive(
     Returns the figures of all calls.
 
     code : what callers need, as normalise_code returns it
-    Raises GraphicsError, FileFormatError, RecordingError.
+    Raises GraphicsError, FileFormatError, RecordingError, AudioError.
     """
+    import numpy as np
+
+    from conf.audio.samples import SAMPLE_RATE
     from conf.face.loading import load_face
     from conf.output.image_writer import save_image
     from conf.output.video_writer import VideoWriter
@@ -130,6 +151,8 @@ def receive(
     from conf.protocol.receiver_endpoint import ReceiverEndpoint
     from conf.protocol.session.server import SessionServer
     from conf.receiver.pipeline import LoopOptions, ReceiverLoop
+    from conf.receiver.voice.call_sound import FileSound
+    from conf.receiver.voice.voice_mixer import VoiceMixer
     from conf.render.window.glfw_window import GlfwWindow
     from conf.render.window.offscreen import OffscreenWindow
 
@@ -138,20 +161,51 @@ def receive(
         options.on_event(f"{face}: {'; '.join(model.mesh.notes)}")
     endpoint = ReceiverEndpoint(SessionServer(code, os.urandom))
     idle_text = f"listening on {format_address(socket.address)}   code  {code}"
+    mixer = VoiceMixer(endpoint.streams, np.random.default_rng())
     if options.headless is None:
-        loop_options = LoopOptions(WINDOW_FPS, idle_text, on_event=options.on_event, draw_clock=time.perf_counter)
-        with GlfwWindow(*WINDOW_SIZE, "conf") as window:
-            loop = ReceiverLoop(window, model, endpoint, socket, loop_options)
-            return _run(loop, options, should_continue)
-    with OffscreenWindow(*HEADLESS_SIZE) as window:
-        with VideoWriter(options.headless, fps=HEADLESS_FPS) as video:
+        with GlfwWindow(*WINDOW_SIZE, "conf") as window, _open_loudspeaker(mixer, options) as sound:
             loop_options = LoopOptions(
-                HEADLESS_FPS, idle_text, lambda window, now: video.write_at(window.read, now), options.on_event
+                WINDOW_FPS, idle_text, on_event=options.on_event, draw_clock=time.perf_counter, sound=sound
             )
             loop = ReceiverLoop(window, model, endpoint, socket, loop_options)
+            return _run(loop, options, should_continue)
+    with OffscreenWindow(*HEADLESS_SIZE) as offscreen:
+        rate = SAMPLE_RATE if options.sound else None
+        with VideoWriter(options.headless, fps=HEADLESS_FPS, audio_rate=rate) as video:
+            file_sound = FileSound(mixer) if options.sound else None
+
+            def write(window: Window, now: float) -> None:
+                video.write_at(window.read, now)
+                for block in file_sound.recorded(now) if file_sound else ():
+                    video.write_audio(block.samples, block.timestamp)
+
+            loop_options = LoopOptions(HEADLESS_FPS, idle_text, write, options.on_event, sound=file_sound)
+            loop = ReceiverLoop(offscreen, model, endpoint, socket, loop_options)
             report = _run(loop, options, should_continue)
         if video.frames:
             options.on_report(f"saved {video.path}")
         if options.image is not None:
-            options.on_report(f"saved {save_image(options.image, window.read())}")
+            options.on_report(f"saved {save_image(options.image, offscreen.read())}")
     return report
+
+
+@contextmanager
+def _open_loudspeaker(mixer: VoiceMixer, options: ReceiveOptions) -> Iterator[CallSound | None]:
+    """Yield the sound of a window: None without a loudspeaker, which is an error only if one was asked for."""
+    from conf.audio.devices import open_speaker
+    from conf.receiver.voice.call_sound import LoudspeakerSound
+
+    if not options.sound:
+        yield None
+        return
+    try:
+        output = open_speaker(options.speaker)
+    except AudioError as error:
+        if options.speaker is not None:
+            raise
+        if options.on_event:
+            options.on_event(f"no sound is played: {error}")
+        yield None
+        return
+    with LoudspeakerSound(mixer, output) as sound:
+        yield sound

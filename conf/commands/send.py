@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from conf.commands import Terminal
 from conf.commands.arguments import add_json, add_seconds, address, pairing_code, positive_number
 from conf.commands.interruption import until_interrupted
+from conf.commands.sound import add_no_sound, add_sound_input, open_sound
 from conf.errors import ConfError
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from conf.sender.capture.clip import Clip
     from conf.sender.motion_source import MotionSource
     from conf.sender.pipeline import SenderStatus
+    from conf.sender.voice.voice_sender import VoiceSender
 
 HELP = "track a face and send its motion"
 PROFILES_HELP = "live: 15 frames a second; narrow: for 2,400 bit/s; rich: 30; auto: live, and less when the link asks"
@@ -36,7 +38,8 @@ class SendOptions:
     calibrate : use the first detected face as the neutral pose
     preview : show the camera's image in a window
     portrait_kbps : rate for images of the person; None never sends any
-    profile, kbps : as in RateOptions
+    profile, kbps, voice : as in RateOptions
+    sound : a file in place of the microphone; microphone : its number or name, None for the default
     """
 
     camera: str = "0"
@@ -49,6 +52,9 @@ class SendOptions:
     portrait_kbps: float | None = None
     profile: str = "auto"
     kbps: float | None = None
+    voice: str = "auto"
+    sound: Path | None = None
+    microphone: str | None = None
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -65,7 +71,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--preview", action="store_true", help="show the camera's image in a window; N: this is my neutral face")
     add("--portrait", action="store_true", help="allow images of the person to be sent (default: none ever)")
     add("--portrait-kbps", type=positive_number, default=4.0, metavar="N", help="rate for these images (default 4)")
-    add("--loop", action="store_true", help="repeat the clip")
+    add("--loop", action="store_true", help="repeat the clip, and its sound")
+    add_sound_input(parser)
+    add_no_sound(parser)
     add_seconds(parser)
     add_json(parser)
 
@@ -76,6 +84,8 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
         terminal.write("no image will be sent: --profile narrow or a --kbps this low leaves no room for one")
     if not options.portrait:
         options.portrait_kbps = None
+    if options.no_sound:
+        options.voice = "off"
     send_options = SendOptions(**{field.name: getattr(options, field.name) for field in fields(SendOptions)})
     with terminal.status_line() as show:
         status = send(
@@ -129,6 +139,7 @@ def send(
     from conf.face.control_points import CONTROL_POINT_COUNT
     from conf.protocol.messages import StreamParameters
     from conf.protocol.portrait.object_sender import ObjectSender
+    from conf.protocol.rate_control.rate_levels import VoiceMode
     from conf.protocol.rate_control.send_budget import RateOptions
     from conf.protocol.sender_connection import SenderConnection
     from conf.protocol.session.client import SenderSession
@@ -136,14 +147,16 @@ def send(
     from conf.transport.udp import UdpSocket
 
     object_sender = ObjectSender() if options.portrait_kbps else None
-    with UdpSocket.open_to(*receiver) as socket, _open_source(options, object_sender, on_note) as source:
+    with UdpSocket.open_to(*receiver) as socket, _open_source(options, object_sender, on_note) as opened:
+        source, voice = opened
         parameters = StreamParameters(*source.size, min(FPS, source.fps), CONTROL_POINT_COUNT, source.fapu_lengths)
         now = time.monotonic()
         assert socket.remote is not None
         session = SenderSession(code, socket.remote, os.urandom, now)
-        rate = RateOptions(options.profile, options.kbps, options.portrait_kbps)
+        mode = VoiceMode(options.voice) if voice else VoiceMode.OFF
+        rate = RateOptions(options.profile, options.kbps, options.portrait_kbps, mode)
         connection = SenderConnection(session, parameters, now, rate=rate, portrait=object_sender)
-        loop = SenderLoop(source, connection, socket)
+        loop = SenderLoop(source, connection, socket, voice=voice)
         with until_interrupted() as should_continue:
             return loop.run(seconds=options.seconds, on_status=on_status, should_continue=should_continue)
 
@@ -151,36 +164,61 @@ def send(
 @contextmanager
 def _open_source(
     options: SendOptions, object_sender: ObjectSender | None, on_note: Callable[[str], None]
-) -> Iterator[MotionSource]:
+) -> Iterator[tuple[MotionSource, VoiceSender | None]]:
     from conf.sender.capture.camera import open_camera
+    from conf.sender.capture.clip import open_clip
     from conf.sender.motion.extractor import MotionExtractor
     from conf.sender.motion_source import TrackedMotionSource, open_motion_file
     from conf.sender.portrait.scheduler import PortraitScheduler
     from conf.sender.tracking.canonical_face import load_canonical_face
-    from conf.sender.tracking.detector import FaceDetector
     from conf.sender.tracking.model_files import fetch_models
-    from conf.sender.tracking.orientation import UprightCamera, open_upright_clip
     from conf.sender.tracking.tracker import FaceTracker
 
-    if options.dpc is not None:
-        yield open_motion_file(options.dpc, loop=options.loop)
-        return
-    models = fetch_models()
     with ExitStack() as stack:
-        source: Clip | UprightCamera
-        if options.file:
-            source = stack.enter_context(open_upright_clip(options.file, models, loop=options.loop, on_note=on_note))
-        else:
-            camera = stack.enter_context(open_camera(options.camera))
-            source = UprightCamera(camera, FaceDetector(models), on_note=on_note)
+        if options.dpc is not None:
+            motion = open_motion_file(options.dpc, loop=options.loop)
+            voice = _open_voice(options, None, on_note) if options.sound or options.microphone else None
+            if voice:
+                stack.callback(voice.close)
+            yield motion, voice
+            return
+        models = fetch_models()
+        clip = stack.enter_context(open_clip(options.file, loop=options.loop)) if options.file else None
+        source = clip or stack.enter_context(open_camera(options.camera))
         canonical = load_canonical_face()
         extractor = MotionExtractor(canonical, source.size)
         scheduler = PortraitScheduler(canonical, object_sender) if object_sender else None
         if options.calibrate:
             extractor.set_neutral_now()
         tracker, on_frame = FaceTracker(models), None
+        voice = _open_voice(options, clip, on_note)
+        if voice:
+            stack.callback(voice.close)
         if options.preview:
             from conf.commands.preview import Preview
 
             on_frame = stack.enter_context(Preview(source.size, on_neutral=extractor.set_neutral_now)).show
-        yield TrackedMotionSource(source, tracker, extractor, portrait_scheduler=scheduler, on_frame=on_frame)
+        yield TrackedMotionSource(source, tracker, extractor, portrait_scheduler=scheduler, on_frame=on_frame), voice
+
+
+def _open_voice(options: SendOptions, clip: Clip | None, on_note: Callable[[str], None]) -> VoiceSender | None:
+    """Open microphone or file and prepare the voice, None if none is to be sent."""
+    from conf.audio.processing import VoiceProcessor
+    from conf.sender.voice.voice_sender import VoiceSender
+
+    if options.voice == "off":
+        return None
+    sound = open_sound(
+        clip=clip,
+        clip_path=options.file,
+        file=options.sound,
+        loop=options.loop,
+        microphone=options.microphone,
+        on_note=on_note,
+    )
+    if sound is None:
+        return None
+    processor = VoiceProcessor()
+    if processor.fault:
+        on_note(processor.fault)
+    return VoiceSender(sound, processor)

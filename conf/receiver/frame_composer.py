@@ -11,6 +11,7 @@ from conf.receiver.panel_layout import Rect
 from conf.receiver.participant_grid import ParticipantGrid, Viewport
 from conf.receiver.resolution_control import ResolutionControl
 from conf.receiver.viewer_controls import ViewerControls, help_lines
+from conf.receiver.voice.call_sound import CallSound
 from conf.render.gpu_object import GpuObject
 from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.render.window import Window
@@ -31,14 +32,16 @@ class FrameComposer(GpuObject):
         *,
         idle_text: str = "",
         draw_clock: Callable[[], float] | None = None,
+        sound: CallSound | None = None,
     ) -> None:
         """Prepare drawing.
 
         idle_text : message while there is no call, such as where to call and with which code
         draw_clock : seconds, to measure how long drawing takes; given one, the resolution of the heads is adapted so
             that 30 frames a second are drawn
+        sound : of the call, None if it is silent
         """
-        self.controls = ViewerControls(window)
+        self.controls = ViewerControls(window, sound=sound)
         self.names: dict[int, str] = {}
         self.note = ""
         self._draw_clock = draw_clock

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
 
 from conf.errors import NetworkError
@@ -10,6 +11,7 @@ from conf.protocol.call_report import CallReport
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.session.events import AddressChanged, Connected, Event, SessionEnded, WrongCode
 from conf.receiver.frame_composer import FrameComposer
+from conf.receiver.voice.call_sound import CallSound
 from conf.render.window import Window
 from conf.transport.fault_tolerance import NETWORK_LIMIT_S, FaultTolerance
 from conf.transport.udp import ReceivedDatagram, UdpSocket
@@ -26,6 +28,7 @@ class LoopOptions:
     on_frame : called with the window, its frame drawn but not yet presented, and the time
     on_event : called with a short text when a caller comes, goes, moves or has a wrong code, or the network fails
     draw_clock : seconds, to adapt the resolution to the time that drawing takes; None draws all in full
+    sound : what the callers' voices are heard through, None for silence
     """
 
     fps: float
@@ -33,6 +36,7 @@ class LoopOptions:
     on_frame: Callable[[Window, float], None] | None = None
     on_event: Callable[[str], None] | None = None
     draw_clock: Callable[[], float] | None = None
+    sound: CallSound | None = None
 
 
 class ReceiverLoop:
@@ -46,8 +50,9 @@ class ReceiverLoop:
         self._socket = socket
         self._options = options
         self._composer = FrameComposer(
-            window, face, endpoint, idle_text=options.idle_text, draw_clock=options.draw_clock
+            window, face, endpoint, idle_text=options.idle_text, draw_clock=options.draw_clock, sound=options.sound
         )
+        self._sound_lock = options.sound.lock if options.sound else nullcontext()
         # The socket is bound: what fails from now on may pass.
         self._sending, self._receiving = (FaultTolerance(NETWORK_LIMIT_S, has_worked=True) for _ in range(2))
         self._frame_due: float | None = None
@@ -117,12 +122,14 @@ class ReceiverLoop:
     def _exchange_datagrams(self, now: float) -> bool:
         """Process the datagrams received and send the answers. Returns whether a full batch was received."""
         datagrams = self._receive(now)
-        for data, address, queued_s in datagrams:
-            self._endpoint.receive_datagram(data, address, now - queued_s)
+        with self._sound_lock:
+            for data, address, queued_s in datagrams:
+                self._endpoint.receive_datagram(data, address, now - queued_s)
         self._send(now)
         while event := self._endpoint.next_event():
             self._handle_event(event, now)
-        self._show_note(self._sending.note or self._receiving.note)
+        sound_fault = self._options.sound.fault if self._options.sound else ""
+        self._show_note(self._sending.note or self._receiving.note or sound_fault)
         return len(datagrams) == RECEIVE_BATCH
 
     def _receive(self, now: float) -> list[ReceivedDatagram]:
@@ -136,7 +143,8 @@ class ReceiverLoop:
 
     def _send(self, now: float) -> None:
         """Send what is due. What cannot be sent to anybody but the callers ends no call: its sender may be forged."""
-        datagrams = self._endpoint.datagrams_to_send(now)
+        with self._sound_lock:
+            datagrams = self._endpoint.datagrams_to_send(now)
         is_to_caller = not self._endpoint.callers.isdisjoint(address for _, address in datagrams)
         try:
             self._socket.send(datagrams)

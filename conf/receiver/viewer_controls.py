@@ -4,7 +4,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 
-from conf.errors import ConfError
+from conf.audio.samples import SAMPLE_RATE
+from conf.errors import AudioError, ConfError
 from conf.face.animation.action_units import load_emotions
 from conf.face.animation.expression_state import ExpressionState
 from conf.face.animation.timed_expression import blend_without_doubling
@@ -13,6 +14,8 @@ from conf.output.video_writer import VideoWriter
 from conf.protocol.messages import MotionFrame
 from conf.protocol.motion.inbound import ReceivedFrame
 from conf.receiver.call_recorder import CallRecorder
+from conf.receiver.voice.call_sound import CallSound
+from conf.receiver.voice.voice_mixer import VoiceMixer
 from conf.render.camera import TOGGLES, ViewState
 from conf.render.window import Window
 from conf.render.window.input_events import Event, KeyPressed, apply_camera_event
@@ -34,6 +37,10 @@ KEYS = {
     "d": ("record motion", "record the motion received (DPC), stop recording"),
     "1": ("emotion", "an emotion over the live motion"),
     **dict.fromkeys("23456", ("emotion", "")),
+    "u": ("mute sound", "mute the sound, sound on"),
+    "+": ("louder", "louder"),
+    "=": ("louder", ""),
+    "-": ("quieter", "quieter"),
     "f": ("full screen", "full screen"),
     "h": ("help", "this help"),
     "home": ("reset", "look straight again"),
@@ -74,8 +81,8 @@ class ViewerControls:
     reports : lines for the terminal: the full path of each file written, and why the last one could not be
     """
 
-    def __init__(self, window: Window, folder: Path | None = None) -> None:
-        """folder : of images and recordings; None is the current folder"""
+    def __init__(self, window: Window, folder: Path | None = None, *, sound: CallSound | None = None) -> None:
+        """folder : of images and recordings; None is the current folder. sound : of the call, None if it is silent"""
         self.view = ViewState()
         self.paused = False
         self.quit_requested = False
@@ -84,6 +91,7 @@ class ViewerControls:
         self._expressions = ExpressionState()
         self._window = window
         self._folder = folder or Path()
+        self._sound = sound
         self._toast = ("", 0.0)
         self._save_requested = False
         self._video: VideoWriter | None = None
@@ -117,6 +125,12 @@ class ViewerControls:
                 case "record motion":
                     self._motion_since = now
                     self._try(self._toggle_motion, now)
+                case "mute sound":
+                    self._try(self._toggle_sound, now)
+                case "louder":
+                    self._try(lambda: self._change_volume(+1), now)
+                case "quieter":
+                    self._try(lambda: self._change_volume(-1), now)
                 case "full screen":
                     self._window.toggle_full_screen()
                 case "emotion" if isinstance(event, KeyPressed):
@@ -152,6 +166,8 @@ class ViewerControls:
             self._try(self._save_image, now)
         if self._video:
             self._add_frame(self._video, now)
+        if self._video:
+            self._add_sound(self._video, now)
 
     def close(self) -> None:
         """Complete the recordings."""
@@ -170,9 +186,14 @@ class ViewerControls:
 
     def _toggle_video(self) -> str:
         if self._video is None:
-            self._video = VideoWriter(next_free_path(self._folder, "conf", ".mp4"), fps=VIDEO_FPS)
+            rate = SAMPLE_RATE if self._sound else None
+            self._video = VideoWriter(next_free_path(self._folder, "conf", ".mp4"), fps=VIDEO_FPS, audio_rate=rate)
+            if self._sound:
+                self._sound.record(True)
             return "recording; R stops"
         video, self._video = self._video, None
+        if self._sound:
+            self._sound.record(False)
         return self._complete(video)
 
     def _toggle_motion(self) -> str:
@@ -183,6 +204,25 @@ class ViewerControls:
             return "recording the motion; D stops"
         motion, self._motion = self._motion, None
         return self._saved(motion.save(self._folder)) or "no motion has arrived: nothing is saved"
+
+    def _add_sound(self, video: VideoWriter, now: float) -> None:
+        for block in self._sound.recorded(now) if self._sound else ():
+            video.write_audio(block.samples, block.timestamp)
+
+    def _toggle_sound(self) -> str:
+        mixer = self._mixer()
+        mixer.muted = not mixer.muted
+        return "sound off; U turns it on" if mixer.muted else "sound on"
+
+    def _change_volume(self, steps: int) -> str:
+        mixer = self._mixer()
+        mixer.change_volume(steps)
+        return f"volume {mixer.volume_db:+.0f} dB"
+
+    def _mixer(self) -> VoiceMixer:
+        if self._sound is None:
+            raise AudioError("there is no sound: start without --no-sound, on a machine with a loudspeaker")
+        return self._sound.mixer
 
     def _add_frame(self, video: VideoWriter, now: float) -> None:
         try:

@@ -12,6 +12,10 @@ class FramePacer:
         self._due = float("-inf")  # timestamp of the next frame to send
         self._previous: float | None = None
 
+    def source_time(self, now: float) -> float | None:
+        """Return the time on the source's clock at `now`, None before the first frame."""
+        return None if self._offset is None else now - self._offset
+
     def delay_for(self, timestamp: float, now: float) -> float | None:
         """Return the seconds to wait before this frame is sent, or None if it is to be dropped.
 

@@ -8,19 +8,22 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
-from conf.errors import CameraError, NetworkError
+from conf.errors import AudioError, CameraError, NetworkError
 from conf.protocol.messages import MotionFrame
 from conf.protocol.send_leg import LinkStatus
 from conf.protocol.sender_connection import SenderConnection
 from conf.protocol.session.events import Connected, Event, NoAnswer, Refused, SessionEnded, WrongCode
 from conf.protocol.session.handshake import Refusal
+from conf.protocol.voice.formats import VoiceState
 from conf.sender.frame_pacer import FramePacer
 from conf.sender.motion_source import MotionSource
+from conf.sender.voice.voice_sender import VoiceSender
 from conf.transport.fault_tolerance import CAMERA_LIMIT_S, NETWORK_LIMIT_S, FaultTolerance
 from conf.transport.udp import UdpSocket
 
 STATUS_INTERVAL_S = 0.25
 POLL_S = 0.1
+VOICE_WAIT_S = 0.1  # voice that waits so long for a frame is sent without one
 RETRY_S = 0.25  # between two attempts to read a camera that fails
 WRONG_CODE = "the code is wrong: type it as the receiver shows it (conf send ... --code CODE)"
 NO_ANSWER = "nobody answered: start `conf receive` there, with --listen PORT to be reached from other machines"
@@ -50,8 +53,14 @@ class SenderStatus:
 class SenderLoop:
     """Sends each frame of a source at its time. `run` does it all; `step` fits into another program's loop."""
 
-    def __init__(self, source: MotionSource, connection: SenderConnection, socket: UdpSocket) -> None:
+    def __init__(
+        self, source: MotionSource, connection: SenderConnection, socket: UdpSocket, *, voice: VoiceSender | None = None
+    ) -> None:
+        """voice : the caller's, None to send none"""
         self._source = source
+        self._voice = voice
+        self._voice_note = ""
+        self._voice_polled_at = float("-inf")
         self._connection = connection
         self._socket = socket
         self._pacer = FramePacer(connection.outbound.profile.fps)
@@ -159,6 +168,8 @@ class SenderLoop:
         """Receive and send datagrams until a time, at least once."""
         while True:
             self._receive()
+            if self._now - self._voice_polled_at >= VOICE_WAIT_S:
+                self._poll_voice()
             self._transmit()
             while event := self._connection.next_event():
                 self._note = describe_event(event)
@@ -178,7 +189,20 @@ class SenderLoop:
             outbound = self._connection.outbound
             outbound.parameters = replace(outbound.parameters, fapu=self._source.fapu_lengths)
             self._connection.send_frame(motion, self._now)
+        self._poll_voice()
         self._transmit()
+
+    def _poll_voice(self) -> None:
+        """Send the voice that was captured up to now; after a frame, so that one datagram carries both."""
+        source_time = self._pacer.source_time(self._now)
+        if self._voice is not None and source_time is not None:
+            try:
+                self._voice.poll(source_time, self._connection, self._now)
+            except AudioError as error:
+                self._voice.close()
+                self._voice, self._voice_note = None, str(error)
+                self._connection.set_voice_state(VoiceState.OFF, self._now)
+        self._voice_polled_at = self._now
 
     def _receive(self) -> None:
         """Process the datagrams received. Raises NetworkError if receiving has failed for too long."""

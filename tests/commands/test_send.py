@@ -37,7 +37,10 @@ def test_images_are_captured_and_sent_only_if_allowed(
     created: list[tuple[TrackedMotionSource, SenderConnection]] = []
 
     class Loop:
-        def __init__(self, source: TrackedMotionSource, connection: SenderConnection, socket: object) -> None:
+        def __init__(
+            self, source: TrackedMotionSource, connection: SenderConnection, socket: object, *, voice: object
+        ) -> None:
+            assert voice is None  # the clip has no sound
             created.append((source, connection))
 
         def run(self, **options: object) -> None: ...

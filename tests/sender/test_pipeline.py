@@ -128,7 +128,7 @@ def test_a_clip_is_sent_at_its_own_speed_and_the_profiles_frame_rate() -> None:
     assert sender.socket.now == pytest.approx(2.0, abs=0.5)
     np.testing.assert_allclose(np.diff(sender.source.tracked), 1 / 15, atol=1e-6)
     assert [timestamp for timestamp, _ in sender.source.after_sends] == sender.source.tracked
-    inbound = sender.receiver.snapshot(sender.socket.now)
+    inbound = sender.receiver.report(sender.socket.now)
     assert inbound.frames_received == status.frames_sent and inbound.frames_lost == 0
 
 

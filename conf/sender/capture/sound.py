@@ -1,35 +1,21 @@
 """Sound that is captured beside the frames: a clip's own track, a file in place of a microphone."""
 
 from collections.abc import Generator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.audio.samples import SAMPLE_RATE, AudioBlock
 from conf.errors import CameraError
 from conf.sender.capture.clip import Clip, read_sound
-
-SOUND_RATE = 16000  # samples a second: wideband speech, and what the voice processing works at
-
-
-@dataclass(frozen=True)
-class SoundBlock:
-    """Consecutive samples.
-
-    timestamp : capture time of the first sample on the clock of the frames, seconds
-    samples : (n,) int16, mono, SOUND_RATE
-    """
-
-    timestamp: float
-    samples: NDArray[np.int16]
 
 
 class SoundSource(Protocol):
     """Where sound comes from."""
 
-    def read(self, until: float, /) -> list[SoundBlock]:
+    def read(self, until: float, /) -> list[AudioBlock]:
         """Return the sound captured up to a time on the clock of the frames that was not returned yet."""
         ...
 
@@ -44,7 +30,7 @@ class FileSound:
     def __init__(self, path: Path | str, *, clip: Clip | None = None, loop: bool = False) -> None:
         """Open a file with sound.
 
-        clip : whose frames it accompanies, None for a file of its own
+        clip : whose frames it accompanies, None for a file of its own, which starts when it is first read
         loop : a file of its own starts again at its end
         Raises CameraError if the file cannot be read or has no sound.
         """
@@ -53,14 +39,18 @@ class FileSound:
         self._loop = loop and clip is None
         self._round = 0
         self._start, self._offset = (clip.round.start, clip.round.offset) if clip else (0.0, 0.0)
+        self._has_started = clip is not None
         self._blocks = self._open()
         self._pending = next(self._blocks, None)
         if self._pending is None:
             raise CameraError(f"{path} has no sound: give a file with a sound track, or --no-sound.")
 
-    def read(self, until: float, /) -> list[SoundBlock]:
+    def read(self, until: float, /) -> list[AudioBlock]:
         """Return the sound up to `until` that was not returned yet, in blocks without overlap."""
-        blocks: list[SoundBlock] = []
+        if not self._has_started:
+            self._start = self._offset = until
+            self._has_started = True
+        blocks: list[AudioBlock] = []
         while self._clip and self._clip.round.number != self._round and until >= self._clip.round.start:
             blocks += self._read_round(self._clip.round.start)
             self._round, self._start, self._offset = (
@@ -69,7 +59,7 @@ class FileSound:
             self._reopen()
         blocks += self._read_round(until)
         while self._loop and self._pending is None and blocks:
-            self._start = self._offset = blocks[-1].timestamp + len(blocks[-1].samples) / SOUND_RATE
+            self._start = self._offset = blocks[-1].timestamp + len(blocks[-1].samples) / SAMPLE_RATE
             self._reopen()
             more = self._read_round(until)
             if not more:
@@ -82,26 +72,26 @@ class FileSound:
         self._blocks.close()
 
     def _open(self) -> Generator[tuple[float, NDArray[np.int16]]]:
-        return read_sound(self._path, rate=SOUND_RATE)
+        return read_sound(self._path, rate=SAMPLE_RATE)
 
     def _reopen(self) -> None:
         self._blocks.close()
         self._blocks = self._open()
         self._pending = next(self._blocks, None)
 
-    def _read_round(self, until: float) -> list[SoundBlock]:
+    def _read_round(self, until: float) -> list[AudioBlock]:
         """Return the rest of the present round up to `until`, without what lies before the round's first frame."""
         blocks = []
         while self._pending is not None:
             timestamp, samples = self._pending[0] + self._offset, self._pending[1]
-            due = round((until - timestamp) * SOUND_RATE)
+            due = round((until - timestamp) * SAMPLE_RATE)
             if due <= 0:
                 break
-            early = max(0, round((self._start - timestamp) * SOUND_RATE))
+            early = max(0, round((self._start - timestamp) * SAMPLE_RATE))
             if early < min(due, len(samples)):
-                blocks.append(SoundBlock(timestamp + early / SOUND_RATE, samples[early:due]))
+                blocks.append(AudioBlock(timestamp + early / SAMPLE_RATE, samples[early:due]))
             if due < len(samples):
-                self._pending = self._pending[0] + due / SOUND_RATE, samples[due:]
+                self._pending = self._pending[0] + due / SAMPLE_RATE, samples[due:]
                 break
             self._pending = next(self._blocks, None)
         return blocks

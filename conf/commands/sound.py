@@ -1,0 +1,66 @@
+"""Options for sound that several commands have, and what they open."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from conf.errors import AudioError, CameraError
+
+if TYPE_CHECKING:
+    from conf.sender.capture.clip import Clip
+    from conf.sender.capture.sound import SoundSource
+
+VOICE_CHOICES = ("auto", "opus", "codec2", "off")
+
+
+def add_no_sound(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--no-sound", action="store_true", help="neither send nor play sound")
+
+
+def add_sound_input(parser: argparse.ArgumentParser) -> None:
+    source = parser.add_mutually_exclusive_group()
+    source.add_argument("--microphone", metavar="N|NAME", help="the microphone (default: the system's; `conf devices`)")
+    source.add_argument("--sound", type=Path, metavar="FILE", help="a file with sound in place of the microphone")
+    parser.add_argument("--voice", choices=VOICE_CHOICES, default="auto", help="the voice codec (default auto)")
+
+
+def add_sound_output(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--speaker", metavar="N|NAME", help="the loudspeaker (default: the system's; `conf devices`)")
+
+
+def open_sound(
+    *,
+    clip: Clip | None = None,
+    clip_path: Path | None = None,
+    file: Path | None = None,
+    loop: bool = False,
+    microphone: str | None = None,
+    on_note: Callable[[str], None],
+) -> SoundSource | None:
+    """Open what is captured beside the frames: a file, the clip's own sound, else a microphone.
+
+    clip, clip_path : the clip that is read as the camera, if there is one
+    on_note : called with a sentence where sound is missing though nobody asked for a certain one
+    Raises AudioError if the microphone that was asked for cannot be opened, CameraError if the file cannot.
+    """
+    from conf.sender.capture.sound import FileSound
+
+    if file is not None:
+        return FileSound(file, loop=loop)
+    if microphone is None and clip_path is not None:
+        try:
+            return FileSound(clip_path, clip=clip)
+        except CameraError:
+            return None
+    from conf.sender.capture.microphone import Microphone
+
+    try:
+        return Microphone(microphone)
+    except AudioError as error:
+        if microphone is not None:
+            raise
+        on_note(f"no voice is sent: {error}")
+        return None

@@ -1,0 +1,141 @@
+"""What the voices of a call go to: a loudspeaker, fed from a thread of its own, or a clip that is being written.
+
+Drawing a frame may take longer than the loudspeaker's sound lasts; therefore the thread.
+"""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from types import TracebackType
+from typing import Protocol, Self
+
+from conf.audio.samples import SAMPLE_RATE, AudioBlock, Samples
+from conf.errors import AudioError
+from conf.receiver.voice.voice_mixer import VoiceMixer
+
+BLOCK = SAMPLE_RATE // 100  # samples rendered at a time: 10 ms
+TARGET_S = 0.04  # of sound ready for the device: what a busy machine keeps this thread waiting
+POLL_S = 0.005
+MAX_TAPPED = 500  # blocks that wait to be recorded: 5 s
+MAX_SKIPPED_S = 1.0  # of sound that a stopped program does not make up for
+
+
+class CallSound(Protocol):
+    """Where the voices of a call go.
+
+    lock : held while the mixer takes frames; whoever changes the streams from another thread holds it meanwhile
+    fault : why nothing is heard any more, empty while all is well
+    """
+
+    mixer: VoiceMixer
+    lock: AbstractContextManager[object]
+    fault: str
+
+    def record(self, recording: bool, /) -> None:
+        """Start or stop keeping the sound for `recorded`."""
+        ...
+
+    def recorded(self, now: float, /) -> list[AudioBlock]:
+        """Return the sound up to `now` that was not returned yet; a block's time is when it is heard."""
+        ...
+
+
+class SoundOutput(Protocol):
+    """An open loudspeaker.
+
+    queued_s : of what was written and has not gone to the device
+    latency_s : until a sample written now is heard
+    """
+
+    @property
+    def queued_s(self) -> float: ...
+    @property
+    def latency_s(self) -> float: ...
+    def write(self, samples: Samples, /) -> None: ...
+    def close(self) -> None: ...
+
+
+class LoudspeakerSound:
+    """Keeps a loudspeaker supplied with the voices of a call.
+
+    fault : why nothing is heard any more, empty while all is well
+    """
+
+    def __init__(self, mixer: VoiceMixer, output: SoundOutput, *, clock: Callable[[], float] = time.monotonic) -> None:
+        self.lock: AbstractContextManager[object] = threading.Lock()
+        self.mixer = mixer
+        self.fault = ""
+        self._output = output
+        self._clock = clock
+        self._tapped: deque[AudioBlock] | None = None
+        self._stopped = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="voice", daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stopped.set()
+        self._thread.join()
+        self._output.close()
+
+    def record(self, recording: bool, /) -> None:
+        """Start or stop keeping the sound for `recorded`."""
+        self._tapped = deque(maxlen=MAX_TAPPED) if recording else None
+
+    def recorded(self, now: float, /) -> list[AudioBlock]:
+        """Return the sound that was kept; a block's time is when it is heard, on the clock of the program."""
+        tapped, blocks = self._tapped, []
+        while tapped and tapped[0].timestamp < now:
+            blocks.append(tapped.popleft())
+        return blocks
+
+    def fill(self) -> None:
+        """Render until TARGET_S of sound wait for the device. Raises AudioError if the device is gone."""
+        while self._output.queued_s < TARGET_S:
+            latency_s = self._output.latency_s
+            heard_at = self._clock() + latency_s
+            delay_s = latency_s - self._output.queued_s + TARGET_S
+            with self.lock:
+                samples = self.mixer.render(heard_at, BLOCK, output_delay_s=delay_s)
+            if (tapped := self._tapped) is not None:
+                tapped.append(AudioBlock(heard_at, samples))
+            self._output.write(self.mixer.audible(samples))
+
+    def _run(self) -> None:
+        try:
+            while not self._stopped.wait(POLL_S):
+                self.fill()
+        except AudioError as error:
+            self.fault = str(error)
+
+
+class FileSound:
+    """Renders the voices of a call for a clip, as time passes; nothing is heard."""
+
+    lock: AbstractContextManager[object] = nullcontext()
+    fault = ""
+
+    def __init__(self, mixer: VoiceMixer) -> None:
+        self.mixer = mixer
+        self._heard_until: float | None = None
+
+    def record(self, recording: bool, /) -> None:
+        """Do nothing: a clip's sound is always kept."""
+
+    def recorded(self, now: float, /) -> list[AudioBlock]:
+        """Return the sound since the last call, up to `now`."""
+        if self._heard_until is None or now - self._heard_until > MAX_SKIPPED_S:
+            self._heard_until = now
+        at = self._heard_until
+        count = int((now - at) * SAMPLE_RATE)
+        if count <= 0:
+            return []
+        self._heard_until = at + count / SAMPLE_RATE
+        samples = self.mixer.render(at, count)
+        return [AudioBlock(at, samples)]

@@ -1,0 +1,58 @@
+"""Which sound is captured: the file that was named, the clip's own, a microphone; what is missing is said."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from conf.audio.samples import SAMPLE_RATE
+from conf.commands.sound import open_sound
+from conf.errors import AudioError, CameraError
+from conf.sender.capture.clip import open_clip
+from conf.sender.capture.microphone import Microphone
+from conf.sender.capture.sound import FileSound
+from tests.support.generated_clips import write_clip
+
+TIMES = [i / 25 for i in range(10)]
+
+
+def test_a_clips_own_sound_is_captured(tmp_path: Path) -> None:
+    path = write_clip(tmp_path / "tone.mp4", TIMES, sound_seconds=0.4)
+    notes: list[str] = []
+    with open_clip(path) as clip:
+        sound = open_sound(clip=clip, clip_path=path, on_note=notes.append)
+        assert isinstance(sound, FileSound) and notes == []
+        samples = np.concatenate([block.samples for block in sound.read(0.3)])
+        assert len(samples) == pytest.approx(0.3 * SAMPLE_RATE, abs=2) and np.abs(samples).max() > 5000
+        sound.close()
+
+
+def test_a_silent_clip_has_no_voice_and_nobody_is_told(tmp_path: Path) -> None:
+    path = write_clip(tmp_path / "silent.mp4", TIMES)
+    notes: list[str] = []
+    with open_clip(path) as clip:
+        assert open_sound(clip=clip, clip_path=path, on_note=notes.append) is None and notes == []
+
+
+def test_a_file_takes_the_place_of_the_clips_sound(tmp_path: Path) -> None:
+    path = write_clip(tmp_path / "tone.mp4", TIMES, sound_seconds=0.4)
+    with pytest.raises(CameraError, match="there is no file"):
+        open_sound(clip_path=path, file=tmp_path / "missing.wav", on_note=print)
+
+
+def test_a_microphone_that_is_not_there_is_an_error_only_if_it_was_named() -> None:
+    with pytest.raises(AudioError, match="there is no microphone"):
+        open_sound(microphone="no such microphone", on_note=print)
+    microphone = open_sound(microphone="null", on_note=print)
+    assert isinstance(microphone, Microphone)
+    microphone.close()
+
+
+def test_without_any_microphone_the_call_goes_on_without_voice(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(device: str | None) -> None:
+        raise AudioError("there is no microphone here: plug one in, or go on without sound.")
+
+    monkeypatch.setattr("conf.sender.capture.microphone.Microphone", refuse)
+    notes: list[str] = []
+    assert open_sound(on_note=notes.append) is None
+    assert notes == ["no voice is sent: there is no microphone here: plug one in, or go on without sound."]

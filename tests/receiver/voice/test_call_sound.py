@@ -1,0 +1,119 @@
+"""Sound for a loudspeaker and for a clip: as much as time passes, each sample with the time at which it is heard."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from conf.audio.samples import SAMPLE_RATE, Samples
+from conf.errors import AudioError
+from conf.receiver.voice.call_sound import BLOCK, TARGET_S, FileSound, LoudspeakerSound
+from conf.receiver.voice.voice_mixer import VoiceMixer
+
+
+class CountingMixer(VoiceMixer):
+    """A mixer whose sound is the index of each sample; it notes when each block will be heard."""
+
+    def __init__(self) -> None:
+        super().__init__({}, np.random.default_rng(1))
+        self.asked: list[tuple[float, int, float]] = []
+        self._count = 0
+
+    def render(self, heard_at: float, count: int, *, output_delay_s: float = 0.0) -> Samples:
+        self.asked.append((heard_at, count, output_delay_s))
+        self._count += count
+        return np.arange(self._count - count, self._count).astype(np.int16)
+
+
+class FakeOutput:
+    """A loudspeaker with 50 ms behind its queue. gone : whether it was unplugged"""
+
+    def __init__(self) -> None:
+        self.queue = np.zeros(0, np.int16)
+        self.closed = self.gone = False
+
+    @property
+    def queued_s(self) -> float:
+        return len(self.queue) / SAMPLE_RATE
+
+    @property
+    def latency_s(self) -> float:
+        return self.queued_s + 0.05
+
+    def write(self, samples: Samples, /) -> None:
+        if self.gone:
+            raise AudioError("the loudspeaker is gone")
+        self.queue = np.concatenate([self.queue, samples])
+
+    def play(self, count: int) -> Samples:
+        played, self.queue = self.queue[:count], self.queue[count:]
+        return played
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def test_the_queue_is_filled_to_its_target_and_times_follow_each_other() -> None:
+    mixer, output = CountingMixer(), FakeOutput()
+    sound = LoudspeakerSound(mixer, output, clock=lambda: 100.0)
+    sound.fill()
+    assert len(output.queue) == TARGET_S * SAMPLE_RATE
+    assert [at for at, _, _ in mixer.asked] == pytest.approx([100.05, 100.06, 100.07, 100.08])
+    assert [delay for _, _, delay in mixer.asked] == pytest.approx([TARGET_S + 0.05] * 4)
+    sound.fill()
+    assert len(mixer.asked) == 4
+    assert output.play(BLOCK).tolist() == list(range(BLOCK))
+    sound.fill()
+    assert len(mixer.asked) == 5
+
+
+def test_what_is_heard_is_recorded_at_full_volume() -> None:
+    mixer, output = CountingMixer(), FakeOutput()
+    sound = LoudspeakerSound(mixer, output, clock=lambda: 0.0)
+    mixer.muted = True
+    sound.record(True)
+    sound.fill()
+    assert not output.play(BLOCK).any()
+    blocks = sound.recorded(0.065)
+    assert [block.timestamp for block in blocks] == pytest.approx([0.05, 0.06])
+    assert blocks[1].samples.tolist() == list(range(BLOCK, 2 * BLOCK))
+    assert len(sound.recorded(1.0)) == 2
+    sound.record(False)
+    sound.fill()
+    assert sound.recorded(1.0) == []
+
+
+def test_the_thread_plays_until_it_is_closed() -> None:
+    mixer, output = CountingMixer(), FakeOutput()
+    with LoudspeakerSound(mixer, output) as sound:
+        while not len(output.queue):
+            pass
+    assert output.closed and sound.fault == ""
+
+
+def test_a_loudspeaker_that_is_gone_is_said_and_ends_no_call() -> None:
+    output = FakeOutput()
+    output.gone = True
+    with LoudspeakerSound(CountingMixer(), output) as sound:
+        while not sound.fault:
+            pass
+    assert sound.fault == "the loudspeaker is gone"
+
+
+def test_a_clip_gets_as_much_sound_as_time_has_passed() -> None:
+    mixer = CountingMixer()
+    sound = FileSound(mixer)
+    assert sound.recorded(10.0) == []
+    blocks = [block for now in np.arange(1, 31) / 30 + 10.0 for block in sound.recorded(float(now))]
+    samples = np.concatenate([block.samples for block in blocks])
+    assert samples.tolist() == list(range(len(samples))) and len(samples) == pytest.approx(SAMPLE_RATE, abs=1)
+    assert blocks[0].timestamp == 10.0
+    for block, following in pairwise(blocks):
+        assert following.timestamp == pytest.approx(block.timestamp + len(block.samples) / SAMPLE_RATE)
+
+
+def test_after_a_long_stop_a_clips_sound_goes_on_from_now() -> None:
+    sound = FileSound(CountingMixer())
+    sound.recorded(0.0)
+    assert sound.recorded(5.0) == []
+    assert len(sound.recorded(5.125)[0].samples) == 2000

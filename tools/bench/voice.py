@@ -1,0 +1,171 @@
+"""Measure voice and face together at each link rate: rate, intelligibility, error of the face, delay, CPU time.
+
+    python tools/bench/voice.py [CLIP...] [--rates 16 9.6 6 4.8 2.4] [--loss 0 0.05 0.1 0.2] [--seconds 12] [--json]
+
+Without clips, the talking clips of ../shared/media whose tracks are in ../shared/motion. Calls are simulated
+(voice_link.py): everything but the network and the clock is the program's. STOI compares what is heard with what the
+microphone captured (Taal, Hendriks, Heusdens, Jensen 2011). Beside each rate: Opus 6000 in RTP, voice alone.
+"""
+
+import argparse
+import json
+import os
+import sys
+import warnings
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+import numpy as np
+from pystoi import stoi
+
+from conf.audio.codecs.registry import create_decoder, create_encoder
+from conf.audio.samples import SAMPLE_RATE, Samples
+from conf.protocol.statistics import HEADER_BYTES
+from conf.sender.capture.clip import read_sound
+from tools.bench.tracks import Track, TrackReader
+from tools.bench.voice_link import ONE_WAY_S, SETTLE_S, Loss, VoiceCall, align, call
+
+SHARED = Path(__file__).resolve().parents[3] / "shared"
+GRID = ("bbaf2n", "brbk7n", "lbax4n", "lbbc2a", "lwbsza", "pwij3p", "swiz3n")
+CLIPS = [SHARED / "media" / f"grid_{name}.mpg" for name in GRID]
+CLIPS += [SHARED / "media" / f"talk_{number}.mp4" for number in (1, 3, 4)]
+RATES = (16.0, 9.6, 6.0, 4.8, 2.4)
+LOSSES = (0.0, 0.05, 0.1, 0.2)
+BURST = Loss(0.1, 3)
+FPS = 30.0
+RTP_BYTES = 12
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Of one rate and loss, over all clips. delay_ms : from microphone to ear, less the network and the datagram"""
+
+    kbps: float
+    worst_kbps: float
+    stoi: float
+    face_error_percent: float
+    face_fps: float
+    delay_ms: float
+    cpu_ms_per_s: float
+
+
+def main() -> None:
+    """Print the table, or one JSON object."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("clips", nargs="*", type=Path, default=CLIPS, metavar="CLIP")
+    parser.add_argument("--rates", nargs="+", type=float, default=RATES, metavar="KBPS")
+    parser.add_argument("--loss", nargs="+", type=float, default=LOSSES, metavar="FRACTION")
+    parser.add_argument("--seconds", type=float, default=14.0, help="duration of each call; clips are repeated")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--json", action="store_true")
+    arguments = parser.parse_args()
+    subjects = [_read(path) for path in arguments.clips]
+    losses = [Loss(fraction) for fraction in arguments.loss] + [BURST]
+    figures = {}
+    for rate in arguments.rates:
+        for loss in losses:
+            figures[rate, loss] = _measure(subjects, rate, loss, arguments)
+            if not arguments.json:
+                _print(rate, loss, figures[rate, loss])
+    if arguments.json:
+        print(json.dumps({f"{rate:g}": _summary(figures, rate) for rate in arguments.rates}, indent=2))
+    else:
+        for rate, score in _opus_in_rtp([sound for _, sound in subjects]):
+            print(f"Opus 6000 in RTP, {rate[1]} ms, no face: {rate[0]:.1f} kbit/s, STOI {score:.3f}")
+
+
+def _read(path: Path) -> tuple[Track | None, Samples]:
+    track_path = SHARED / "motion" / f"{path.stem}.npz"
+    track = TrackReader().read(track_path, fps=FPS) if track_path.exists() else None
+    return track, np.concatenate([samples for _, samples in read_sound(path, rate=SAMPLE_RATE)])
+
+
+def _measure(
+    subjects: list[tuple[Track | None, Samples]], rate: float, loss: Loss, arguments: argparse.Namespace
+) -> Figures:
+    calls, scores, delays, packets = [], [], [], []
+    for index, (track, sound) in enumerate(subjects):
+        made = call(track, sound, seconds=arguments.seconds, kbps=rate, loss=loss, seed=arguments.seed + index, fps=FPS)
+        score, delay = _compare(sound, made)
+        calls.append(made)
+        scores.append(score)
+        delays.append(delay)
+        packets.append(_datagram_s(made))
+    errors = np.concatenate([made.errors for made in calls])
+    return Figures(
+        kbps=float(np.mean([made.kbps for made in calls])),
+        worst_kbps=max(made.worst_kbps for made in calls),
+        stoi=float(np.mean(scores)),
+        face_error_percent=float(errors.mean()) if len(errors) else float("nan"),
+        face_fps=sum(len(made.errors) for made in calls) / sum(made.seconds for made in calls),
+        delay_ms=1000 * float(np.median(np.array(delays) - ONE_WAY_S - np.array(packets))),
+        cpu_ms_per_s=1000 * sum(made.cpu_s for made in calls) / sum(made.seconds for made in calls),
+    )
+
+
+def _compare(sound: Samples, made: VoiceCall) -> tuple[float, float]:
+    """Return STOI after the start, and the delay from microphone to ear, s."""
+    heard = np.concatenate(made.heard).astype(float)
+    begin = int((SETTLE_S - made.heard_at) * SAMPLE_RATE)
+    heard = heard[begin:]
+    captured = sound[(np.arange(len(heard)) + int(SETTLE_S * SAMPLE_RATE)) % len(sound)].astype(float)
+    lag = align(captured, heard)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return float(stoi(captured[: len(captured) - lag], heard[lag:], SAMPLE_RATE)), lag / SAMPLE_RATE
+
+
+def _datagram_s(made: VoiceCall) -> float:
+    """Return the duration that a datagram covers while somebody talks: the median interval between two."""
+    times = np.array([at for at, _ in made.sent if at >= SETTLE_S])
+    return float(np.median(np.diff(times)))
+
+
+def _opus_in_rtp(sounds: list[Samples]) -> list[tuple[tuple[float, int], float]]:
+    """Return rate, packet duration and STOI of Opus 6000 as other programs send it."""
+    results = []
+    for frame_ms in (20, 60):
+        sizes, scores = [], []
+        for sound in sounds:
+            encoder, decoder = create_encoder("opus", 6000, frame_ms), create_decoder("opus", 6000, frame_ms)
+            count = len(sound) // encoder.frame_samples
+            codes = [encoder.encode(frame) for frame in sound[: count * encoder.frame_samples].reshape(count, -1)]
+            heard = np.concatenate([decoder.decode(code) for code in codes]).astype(float)
+            captured = sound[: len(heard)].astype(float)
+            lag = align(captured, heard)
+            sizes.append(np.mean([len(code) + HEADER_BYTES + RTP_BYTES for code in codes]))
+            scores.append(stoi(captured[: len(captured) - lag], heard[lag:], SAMPLE_RATE))
+        results.append(((float(np.mean(sizes)) * 8 / frame_ms, frame_ms), float(np.mean(scores))))
+    return results
+
+
+def _summary(figures: dict[tuple[float, Loss], Figures], rate: float) -> dict[str, object]:
+    by_loss = {loss: found for (at, loss), found in figures.items() if at == rate}
+    clean, lossy = by_loss[Loss(0.0)], by_loss.get(Loss(0.1))
+    return {
+        "kbps": clean.kbps,
+        "stoi": clean.stoi,
+        "stoi_loss10": lossy.stoi if lossy else None,
+        "face_error_percent": clean.face_error_percent,
+        "delay_ms": clean.delay_ms,
+        "cpu_ms_per_s": clean.cpu_ms_per_s,
+        "by_loss": {f"{loss.fraction:g}x{loss.burst}": asdict(found) for loss, found in by_loss.items()},
+    }
+
+
+def _print(rate: float, loss: Loss, found: Figures) -> None:
+    lost = f"{loss.fraction:.0%}" + (f" in bursts of {loss.burst}" if loss.burst > 1 else "")
+    print(
+        f"{rate:5g} kbit/s, loss {lost:18} {found.kbps:6.2f} kbit/s (worst {found.worst_kbps:5.2f}), "
+        f"STOI {found.stoi:.3f}, "
+        f"face {found.face_error_percent:.2f} % at {found.face_fps:.1f} fps, delay {found.delay_ms:4.0f} ms, "
+        f"CPU {found.cpu_ms_per_s:.0f} ms/s",
+        flush=True,
+    )
+
+
+if __name__ == "__main__":
+    main()
