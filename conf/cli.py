@@ -16,9 +16,9 @@ from typing import Any, NoReturn
 
 from conf import __version__
 from conf.commands import animate, demo, devices, doctor, export, extract, fit, measure, models, receive, send
-from conf.commands.arguments import join_axis_options
-from conf.commands.interruption import InterruptHandler, check_interrupt
-from conf.commands.suggesting_parser import SuggestingParser
+from conf.commands.support.arguments import join_axis_options
+from conf.commands.support.interruption import InterruptHandler, check_interrupt
+from conf.commands.support.suggesting_parser import SuggestingParser
 from conf.errors import ConfError, explain
 
 COMMANDS = {

@@ -10,7 +10,7 @@ import pytest
 
 from conf import cli
 from conf.cli import main
-from conf.commands.interruption import until_interrupted
+from conf.commands.support.interruption import until_interrupted
 from conf.errors import ConfError
 
 CODE = ("--code", "amber canoe tiger 7")

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from conf.commands import Terminal
-from conf.commands.arguments import AXES
+from conf.commands.support.arguments import AXES
 
 if TYPE_CHECKING:
     from conf.animator.background_fit import Axes, FitResult

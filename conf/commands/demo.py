@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from conf.commands import Terminal
-from conf.commands.arguments import add_json, add_seconds
-from conf.commands.call_table import call_table
-from conf.commands.child_process import start_conf
 from conf.commands.receive import ReceiveOptions, has_display, receive
+from conf.commands.support.arguments import add_json, add_seconds
+from conf.commands.support.call_table import call_table
+from conf.commands.support.child_process import start_conf
 from conf.errors import ConfError
 
 if TYPE_CHECKING:

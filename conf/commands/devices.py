@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from conf.commands import Terminal
-from conf.commands.arguments import add_json
+from conf.commands.support.arguments import add_json
 
 HELP = "the cameras, microphones and speakers of this machine"
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from conf.commands import Terminal
-from conf.commands.arguments import add_json
+from conf.commands.support.arguments import add_json
 from conf.errors import ConfError
 
 if TYPE_CHECKING:

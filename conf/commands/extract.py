@@ -7,7 +7,7 @@ from pathlib import Path
 
 from conf.atomic_write import check_writable, report_write_errors
 from conf.commands import Terminal
-from conf.commands.arguments import add_json
+from conf.commands.support.arguments import add_json
 from conf.errors import RecordingError
 
 HELP = "write the motion of a clip as a DPC file"

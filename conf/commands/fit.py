@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from conf.commands import Terminal
-from conf.commands.arguments import AXES, add_json
+from conf.commands.support.arguments import AXES, add_json
 
 HELP = "find the control points of any face mesh"
 

@@ -7,8 +7,8 @@ from dataclasses import astuple, dataclass
 from pathlib import Path
 
 from conf.commands import Terminal
-from conf.commands.arguments import add_json
 from conf.commands.extract import progress_text
+from conf.commands.support.arguments import add_json
 from conf.errors import CameraError
 
 HELP = "bytes a frame at every stage of the encoding, compared with raw pixels"

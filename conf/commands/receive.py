@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING
 
 from conf.atomic_write import check_writable
 from conf.commands import Terminal
-from conf.commands.arguments import add_json, add_listen, add_seconds, pairing_code
-from conf.commands.call_table import call_table
-from conf.commands.interruption import until_interrupted
-from conf.commands.sound import add_no_sound, add_sound_output
+from conf.commands.support.arguments import add_json, add_listen, add_seconds, pairing_code
+from conf.commands.support.call_table import call_table
+from conf.commands.support.interruption import until_interrupted
+from conf.commands.support.sound import add_no_sound, add_sound_output
 from conf.errors import AudioError, FileFormatError, GraphicsError
 
 if TYPE_CHECKING:

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from conf.commands import Terminal
-from conf.commands.arguments import add_json, add_seconds, address, pairing_code, positive_number
-from conf.commands.interruption import until_interrupted
-from conf.commands.sound import add_no_sound, add_sound_input, open_sound
+from conf.commands.support.arguments import add_json, add_seconds, address, pairing_code, positive_number
+from conf.commands.support.interruption import until_interrupted
+from conf.commands.support.sound import add_no_sound, add_sound_input, open_sound
 from conf.errors import ConfError
 
 if TYPE_CHECKING:
@@ -195,7 +195,7 @@ def _open_source(
         if voice:
             stack.callback(voice.close)
         if options.preview:
-            from conf.commands.preview import Preview
+            from conf.commands.support.preview import Preview
 
             on_frame = stack.enter_context(Preview(source.size, on_neutral=extractor.set_neutral_now)).show
         yield TrackedMotionSource(source, tracker, extractor, portrait_scheduler=scheduler, on_frame=on_frame), voice

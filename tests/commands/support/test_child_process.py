@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from conf.commands.child_process import start_conf
+from conf.commands.support.child_process import start_conf
 
 pytestmark = pytest.mark.slow
 

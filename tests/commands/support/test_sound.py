@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from conf.audio.samples import SAMPLE_RATE
-from conf.commands.sound import open_sound
+from conf.commands.support.sound import open_sound
 from conf.errors import AudioError, CameraError
 from conf.sender.capture.clip import open_clip
 from conf.sender.capture.microphone import Microphone

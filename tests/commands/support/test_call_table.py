@@ -2,7 +2,7 @@ import io
 
 from rich.console import Console
 
-from conf.commands.call_table import NO_CALL, call_table
+from conf.commands.support.call_table import NO_CALL, call_table
 from conf.protocol.call_report import CallLog
 from tests.protocol.test_call_report import FIGURES
 

@@ -1,6 +1,6 @@
 import numpy as np
 
-from conf.commands.preview import DOT, rgba, with_points
+from conf.commands.support.preview import DOT, rgba, with_points
 from conf.face.control_points import CONTROL_POINT_LANDMARKS
 from conf.sender.tracking.tracker import TrackedFace
 

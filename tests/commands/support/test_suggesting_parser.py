@@ -1,7 +1,7 @@
 import pytest
 
 from conf.cli import main
-from conf.commands.suggesting_parser import SuggestingParser, did_you_mean
+from conf.commands.support.suggesting_parser import SuggestingParser, did_you_mean
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@ import argparse
 import pytest
 
 from conf.cli import build_parser
-from conf.commands.arguments import (
+from conf.commands.support.arguments import (
     add_json,
     add_listen,
     add_seconds,

@@ -7,7 +7,13 @@ from unittest.mock import Mock
 
 import pytest
 
-from conf.commands.interruption import IMPORT_SYSTEM, RETRY_S, InterruptHandler, check_interrupt, until_interrupted
+from conf.commands.support.interruption import (
+    IMPORT_SYSTEM,
+    RETRY_S,
+    InterruptHandler,
+    check_interrupt,
+    until_interrupted,
+)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -46,7 +52,7 @@ def test_an_interrupt_during_an_import_waits_for_its_end(
     handler: InterruptHandler, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     timer = Mock()
-    monkeypatch.setattr("conf.commands.interruption.threading.Timer", timer)
+    monkeypatch.setattr("conf.commands.support.interruption.threading.Timer", timer)
     exec(compile("import signal; signal.raise_signal(signal.SIGINT)", IMPORT_SYSTEM, "exec"))
     assert handler.was_called
     delay, repeat, arguments = timer.call_args.args

@@ -1,0 +1,1 @@
+"""What several commands share: options and their values, tables, interruption, child processes."""
