@@ -18,6 +18,7 @@ from conf.face.fitting.eye_opening import open_eyes
 from conf.face.fitting.eyeball_insertion import insert_eyeballs
 from conf.face.fitting.lip_cut import cut_lips, has_open_lips
 from conf.face.fitting.mouth_cavity import add_mouth_cavity
+from conf.face.fitting.painted_eyes import keep_painted_eyes
 from conf.face.fitting.part_detection import DetectedParts, detect_parts
 from conf.face.fitting.teeth_insertion import insert_teeth
 from conf.face.formats.mtl import MeshMaterial
@@ -90,6 +91,7 @@ def _complete(mesh: Mesh, points: NDArray[np.float64]) -> tuple[Mesh, NDArray[np
     surface = SurfaceGraph(mesh.vertices, mesh.triangles)
     if not has_open_lips(points, surface):
         mesh = cut_lips(mesh, points, surface)
+    painted = mesh
     opened = open_eyes(mesh, points)
     if opened is not mesh:
         remarks.append("no opening between the lids: cut open")
@@ -98,7 +100,7 @@ def _complete(mesh: Mesh, points: NDArray[np.float64]) -> tuple[Mesh, NDArray[np
         remarks.append("no eyeballs: put in")
     surface = SurfaceGraph(mesh.vertices, mesh.triangles)
     detected = detect_parts(mesh, points, surface)
-    mesh = regroup(mesh, detected.parts)
+    mesh = keep_painted_eyes(regroup(mesh, detected.parts), painted, points, detected.eyes)
     if len(detected.eyes) < len(PUPILS):
         remarks.append("no eyeballs: the eyes cannot turn")
     if "mouth" not in mesh.groups:

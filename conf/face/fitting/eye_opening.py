@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.fitting.eye_detection import Components, find_eyeball
+from conf.face.fitting.painted_eyes import image_between_lids
 from conf.face.mesh.edge_split import drop_triangles, split_edges
 from conf.face.mesh.mesh import Mesh
 from conf.face.mesh.raycast import cast_front_rays
@@ -23,13 +24,14 @@ _REFINEMENTS = 4  # halvings of longer edges, at most
 _MARGIN = 0.1  # around the opening, in which edges are halved: coarse skin beyond it keeps its smooth shading
 _MAX_DEPTH = 1.0  # from the lids to the surface between them: what is deeper is a socket
 _MIN_HEIGHT = 0.35  # of an opening: lids that are closed stay closed
+_SKIN_TOLERANCE = 0.3  # by which the skin may be farther from the corners of an eye than another part
 _TOLERANCE = 0.02  # vertices nearer than this to a lid's edge count as outside
 
 
 def open_eyes(mesh: Mesh, points: NDArray[np.float64], /) -> Mesh:
     """Return the mesh with an opening between the lids of each eye that has no eyeball and no socket.
 
-    Eyes in the image of a textured skin stay as they are: they are the face's own.
+    Eyes that are a textured part of their own, such as those of a cartoon, stay as they are.
     mesh, points : upright, in model centimetres; points (n, 3). New vertices come after those of the mesh.
     """
     for side in "lr":
@@ -39,12 +41,13 @@ def open_eyes(mesh: Mesh, points: NDArray[np.float64], /) -> Mesh:
         middle = (upper + lower) / 2
         hit = cast_front_rays(middle[None, :2], mesh.vertices, mesh.triangles)
         depth, triangle = hit.points[0, 2], int(hit.triangles[0])
-        number = mesh.materials_of_triangles()[triangle]
-        if triangle >= 0 and number >= 0 and mesh.materials[number].image is not None:
-            continue
         if not depth > middle[2] - _MAX_DEPTH or upper[1] - lower[1] < _MIN_HEIGHT:  # also True for nan, a miss
             continue
-        components = Components.of(mesh.vertices, SurfaceGraph(mesh.vertices, mesh.triangles).components)
+        surface = SurfaceGraph(mesh.vertices, mesh.triangles)
+        skin = surface.components[surface.nearest_vertices(np.stack([outer, inner]), tolerance=_SKIN_TOLERANCE)]
+        if image_between_lids(mesh, points, side) >= 0 and surface.components[mesh.triangles[triangle, 0]] not in skin:
+            continue
+        components = Components.of(mesh.vertices, surface.components)
         if find_eyeball(components, pupil, set()) is None:
             mesh = _cut(mesh, np.stack([outer, upper, inner]), np.stack([outer, lower, inner]))
     return mesh
