@@ -17,7 +17,6 @@ from conf.face.mesh.mesh import Mesh
 from conf.face.mesh.raycast import cast_front_rays
 
 _TO_CORNER = 0.75  # of the distance from the pupil to the outer corner: beyond it the skin shows the corner
-_OFF_EDGES = np.array([1.3e-5, 0.7e-5])  # cm: a ray exactly through an edge may miss both triangles
 
 
 def keep_painted_eyes(mesh: Mesh, painted: Mesh, points: NDArray[np.float64], eyes: Iterable[str], /) -> Mesh:
@@ -67,7 +66,6 @@ def _keep_eye(mesh: Mesh, painted: Mesh, points: NDArray[np.float64], rows: NDAr
 
 def _uvs_at(mesh: Mesh, positions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the (k, 2) texture coordinates of the front of a mesh at positions (k, 2)."""
-    positions = positions + _OFF_EDGES
     hits = cast_front_rays(positions, mesh.vertices, mesh.triangles)
     is_hit = hits.triangles >= 0
     found = hits.triangles[is_hit]

@@ -143,7 +143,9 @@ def _covers(points_2d: NDArray[np.floating], flat: NDArray[np.float64]) -> NDArr
         side = x * (points_2d[:, 1, None] - a[:, 1]) - y * (points_2d[:, 0, None] - a[:, 0])
         np.minimum(low, side, out=low)
         np.maximum(high, side, out=high)
-    return np.asarray(((low >= -_EDGE_TOLERANCE) | (high <= _EDGE_TOLERANCE)) & (high - low > _EDGE_TOLERANCE))
+    return np.asarray(
+        ((low >= -_EDGE_TOLERANCE) | (high <= _EDGE_TOLERANCE)) & (np.maximum(high, -low) > _EDGE_TOLERANCE)
+    )
 
 
 def _barycentric(points_2d: NDArray[np.floating], flat: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -53,7 +53,7 @@ def test_textured_eyes_are_cut_in_the_skin_and_left_if_they_are_parts_of_their_o
     for side in "lr":
         lids = points[[CONTROL_POINT_INDEX[f"eyelid_{lid}_{side}"] for lid in ("upper", "lower")]].mean(axis=0)
         triangles.append(np.array([[0, 1, 2]], np.int32) + sum(map(len, discs)))
-        discs.append(lids + np.array([[-0.3, -0.2, 0.5], [0.3, -0.2, 0.5], [0.0, 0.4, 0.5]]))
+        discs.append(lids + np.array([[-0.35, -0.2, 0.5], [0.3, -0.25, 0.5], [0.05, 0.4, 0.5]]))
     rows = np.arange(sum(map(len, discs)), dtype=np.int32)
     own = replace(
         textured, vertices=np.concatenate(discs), triangles=np.concatenate(triangles), uvs=np.zeros((len(rows), 2)),

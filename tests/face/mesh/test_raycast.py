@@ -68,3 +68,11 @@ def test_surfaces_that_face_away_or_are_out_of_reach_are_ignored() -> None:
 def test_faces_viewer_tells_the_winding_of_the_visible_side(positions: NDArray[np.float64]) -> None:
     assert faces_viewer(positions, VERTICES, TRIANGLES)
     assert not faces_viewer(positions, VERTICES, TRIANGLES[:, ::-1])
+
+
+def test_a_ray_through_the_middle_of_a_triangle_hits_it_and_one_through_a_degenerate_triangle_does_not() -> None:
+    vertices = np.array([[-0.3, -0.2, 1.0], [0.3, -0.2, 1.0], [0.0, 0.4, 1.0], [0.0, 0.0, 5.0]])
+    middle = np.array([[0.0, 0.0]])
+    for corners in ([0, 1, 2], [2, 1, 0]):
+        assert cast_front_rays(middle, vertices, np.array([corners], np.int32)).triangles.tolist() == [0]
+    assert cast_front_rays(middle, vertices, np.array([[3, 3, 3]], np.int32)).triangles.tolist() == [-1]
