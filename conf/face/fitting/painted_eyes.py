@@ -16,6 +16,7 @@ from conf.face.deformation.rig_builder import EYES
 from conf.face.mesh.mesh import Mesh
 from conf.face.mesh.raycast import cast_front_rays
 
+_MAX_DEPTH = 1.0  # cm from the lids to the surface between them: what is deeper is a socket
 _TO_CORNER = 0.75  # of the distance from the pupil to the outer corner: beyond it the skin shows the corner
 
 
@@ -35,10 +36,15 @@ def keep_painted_eyes(mesh: Mesh, painted: Mesh, points: NDArray[np.float64], ey
 
 
 def image_between_lids(mesh: Mesh, points: NDArray[np.float64], side: str, /) -> int:
-    """Return the index of the material with an image that is visible between the lids of one eye, -1 for none."""
-    lids = points[[CONTROL_POINT_INDEX[f"eyelid_{lid}_{side}"] for lid in ("upper", "lower")], :2]
-    triangle = int(cast_front_rays(lids.mean(axis=0)[None], mesh.vertices, mesh.triangles).triangles[0])
-    number = int(mesh.materials_of_triangles()[triangle]) if triangle >= 0 else -1
+    """Return the index of the material with an image that is visible between the lids of one eye.
+
+    -1 if it has no image, and for a socket, which is deeper.
+    """
+    middle = points[[CONTROL_POINT_INDEX[f"eyelid_{lid}_{side}"] for lid in ("upper", "lower")]].mean(axis=0)
+    hit = cast_front_rays(middle[None, :2], mesh.vertices, mesh.triangles)
+    if not hit.points[0, 2] > middle[2] - _MAX_DEPTH:  # also True for nan, a miss
+        return -1
+    number = int(mesh.materials_of_triangles()[hit.triangles[0]])
     return number if number >= 0 and mesh.materials[number].image is not None else -1
 
 
