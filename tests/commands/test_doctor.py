@@ -70,7 +70,7 @@ def test_a_failed_check_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None
     assert not port.works and "--listen HOST:PORT" in port.detail
     camera, window = finding("camera", "--camera", "/dev/no-such-camera"), finding("window")
     assert not camera.works and "plug one in" in camera.detail
-    assert not window.works and "--headless OUT.avi" in window.detail
+    assert not window.works and "--headless OUT.mp4" in window.detail
 
 
 def test_a_successful_check_says_what_was_found(gl: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -12,7 +12,6 @@ import os
 import statistics
 import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 
@@ -23,7 +22,7 @@ COMMANDS = {
     "python -c pass": [*PYTHON, "-c", "pass"],
     "conf --help": [*CONF, "--help"],
     "conf --version": [*CONF, "--version"],
-    "conf receive --listen PORT": [*CONF, "receive", "--listen", "0", "--headless", "unused.avi"],
+    "conf receive --listen PORT": [*CONF, "receive", "--listen", "0"],
 }
 
 
@@ -47,12 +46,10 @@ def main() -> None:
 
 def first_output(command: list[str]) -> float:
     """Return the seconds until a command has printed its first line, or ended without one."""
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    # a display, or the command would refuse before it prints the code; none is opened, as the process is ended then
+    environment = {"DISPLAY": ":0"} | os.environ | {"PYTHONPATH": str(ROOT)}
     start = time.perf_counter()
-    folder = tempfile.gettempdir()
-    with subprocess.Popen(
-        command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
-    ) as process:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment) as process:
         assert process.stdout is not None
         line = process.stdout.readline()
         if b"code" not in line:
