@@ -1,5 +1,9 @@
 """Write files whole or not at all: beside the target first, then renamed."""
 
+import contextlib
+import errno
+import os
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,12 +16,18 @@ def atomic_write(path: Path | str, /) -> Iterator[Path]:
     """Yield a path beside `path` to write to; when the block ends it replaces `path` in one step.
 
     On an error the partial file is removed and `path` stays as it was. On an interrupt (Ctrl-C) the partial file is
-    kept and named in a note of the exception. Raises OSError if the folder cannot be written.
+    kept and named in a note of the exception. A link stays a link; a device or pipe is written to, never replaced.
+    Raises OSError if the folder cannot be written, or `path` is one.
     """
-    path = Path(path)
+    path = write_target(Path(path))
+    if _is_special(path):
+        yield path
+        return
     partial = partial_path(path)
     try:
         yield partial
+        with contextlib.suppress(OSError):
+            shutil.copymode(path, partial)
         partial.replace(path)
     except Exception:
         partial.unlink(missing_ok=True)
@@ -30,10 +40,24 @@ def atomic_write(path: Path | str, /) -> Iterator[Path]:
 
 def check_writable(path: Path, /) -> None:
     """Check, before long work, that a file can be written. Raises RecordingError."""
-    partial = partial_path(path)
     with report_write_errors(path, RecordingError):
-        partial.touch()
-        partial.unlink()
+        target = write_target(path)
+        if not _is_special(target):
+            partial = partial_path(target)
+            partial.touch()
+            partial.unlink()
+
+
+def write_target(path: Path, /) -> Path:
+    """Return the file that is written for a path; for a link, the file it leads to. Raises OSError for a folder."""
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    return path if _is_special(path) else path.resolve()
+
+
+def _is_special(path: Path) -> bool:
+    """Return whether a path is a device, a pipe or a socket."""
+    return path.exists() and not path.is_file()
 
 
 @contextmanager

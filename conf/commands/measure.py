@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import astuple, dataclass
 from pathlib import Path
 
+from conf.atomic_write import check_writable
 from conf.commands import Terminal
 from conf.commands.extract import progress_text
 from conf.commands.support.arguments import add_json
@@ -37,6 +38,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, terminal: Terminal) -> None:
     from rich.table import Table
 
+    if options.plot:
+        check_writable(options.plot)
     with terminal.status_line() as show:
         stages = measure(
             options.clip,

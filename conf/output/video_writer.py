@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.atomic_write import interrupted_note, partial_path, report_write_errors
+from conf.atomic_write import interrupted_note, partial_path, report_write_errors, write_target
 from conf.errors import RecordingError
 from conf.output.clip_encoder import ENCODER_ERRORS, ClipEncoder, clip_format, move_index_to_front
 
@@ -42,11 +42,12 @@ class VideoWriter:
             raise ValueError(f"fps must be positive, got {fps}")
         if audio_rate not in (None, *AUDIO_RATES):
             raise ValueError(f"audio_rate must be one of {AUDIO_RATES}, got {audio_rate}")
-        self.path = path.absolute()
+        self._format = clip_format(path)
+        with report_write_errors(path, RecordingError):
+            self.path = write_target(path.absolute())
         self.frames = 0
         self._fps = fps
         self._audio_rate = audio_rate
-        self._format = clip_format(self.path)
         self._partial = partial_path(self.path)
         self._size = (0, 0)
         self._began: float | None = None

@@ -3,6 +3,7 @@ from pathlib import Path
 import cv2
 import pytest
 
+from conf.cli import main
 from conf.commands.measure import StageCost, measure, plot
 from conf.errors import CameraError
 
@@ -29,3 +30,8 @@ def test_the_plot_is_an_image(gl: None, tmp_path: Path) -> None:
     plot(stages, tmp_path / "plot.png")
     image = cv2.imread(str(tmp_path / "plot.png"))
     assert image is not None and image.std() > 5
+
+
+def test_a_plot_that_cannot_be_written_is_an_error_before_the_clip_is_read(tmp_path: Path) -> None:
+    with pytest.raises(SystemExit, match=r"plot\.png cannot be written \(No such file or directory\); choose another"):
+        main(["measure", "no.mp4", "--plot", str(tmp_path / "none" / "plot.png")])

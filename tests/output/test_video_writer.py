@@ -1,3 +1,4 @@
+import os
 import threading
 from pathlib import Path
 from types import SimpleNamespace
@@ -250,3 +251,22 @@ def test_unsuitable_arguments_are_refused(tmp_path: Path) -> None:
             writer.write_audio(np.zeros(5, np.int16), 0.0)
         with pytest.raises(ValueError, match=r"samples must be \(n,\) int16, got \(5,\) float64"):
             writer.write_audio(np.zeros(5), 0.0)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("suffix", [".mp4", ".avi"])
+@pytest.mark.parametrize("stem", [b"na\xefve", b"12:30", b"100%d", "\u00e9t\u00e9".encode()])
+def test_any_file_name_can_be_written(tmp_path: Path, stem: bytes, suffix: str) -> None:
+    path = tmp_path / (os.fsdecode(stem) + suffix)
+    with VideoWriter(path, fps=15) as writer:
+        writer.write(np.zeros((48, 64, 3), np.uint8))
+    assert list(tmp_path.iterdir()) == [path] and path.stat().st_size > 100
+
+
+def test_a_folder_of_the_name_is_refused_at_once_and_a_link_stays_one(tmp_path: Path) -> None:
+    (tmp_path / "folder.mp4").mkdir()
+    with pytest.raises(RecordingError, match=r"folder\.mp4 cannot be written \(Is a directory\); choose another"):
+        VideoWriter(tmp_path / "folder.mp4", fps=15)
+    (tmp_path / "link.mp4").symlink_to(tmp_path / "clip.mp4")
+    with VideoWriter(tmp_path / "link.mp4", fps=15) as writer:
+        writer.write(np.zeros((48, 64, 3), np.uint8))
+    assert (tmp_path / "link.mp4").is_symlink() and (tmp_path / "clip.mp4").stat().st_size > 100
