@@ -66,9 +66,11 @@ class Codec2Decoder:
         """Return the last frame again, quieter; silence from the fourth lost frame on and before the first good one."""
         if not self._last:
             return np.zeros(self.frame_samples, np.int16)
-        gain = _FADED[min(self._lost, len(_FADED) - 1)]
         self._lost += 1
-        return self._synthesise(self._last, gain)
+        if self._lost > len(_FADED):
+            # Some modes predict pitch and energy: each repetition would take the predictor further away.
+            return self._resampler.process(np.zeros(self.frame_samples * _RATE // SAMPLE_RATE, np.int16))
+        return self._synthesise(self._last, _FADED[self._lost - 1])
 
     def _synthesise(self, data: bytes, gain: float) -> Samples:
         """Decode and change the gain steadily from that of the last frame's end to `gain`."""
