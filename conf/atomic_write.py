@@ -10,6 +10,8 @@ from pathlib import Path
 
 from conf.errors import ConfError, RecordingError
 
+_ADVICE = "choose another file or folder"
+
 
 @contextmanager
 def atomic_write(path: Path | str, /) -> Iterator[Path]:
@@ -38,9 +40,9 @@ def atomic_write(path: Path | str, /) -> Iterator[Path]:
         raise
 
 
-def check_writable(path: Path, /) -> None:
-    """Check, before long work, that a file can be written. Raises RecordingError."""
-    with report_write_errors(path, RecordingError):
+def check_writable(path: Path, /, *, advice: str = _ADVICE) -> None:
+    """Check, before long work, that a file can be written. Raises RecordingError with the advice."""
+    with report_write_errors(path, RecordingError, advice=advice):
         target = write_target(path)
         if not _is_special(target):
             partial = partial_path(target)
@@ -62,7 +64,7 @@ def _is_special(path: Path) -> bool:
 
 @contextmanager
 def report_write_errors(
-    path: object, error_type: type[ConfError] = ConfError, *, advice: str = "choose another file or folder"
+    path: object, error_type: type[ConfError] = ConfError, *, advice: str = _ADVICE
 ) -> Iterator[None]:
     """Raise an OSError inside the block, which writes `path`, as a ConfError with the advice."""
     try:

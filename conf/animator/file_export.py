@@ -14,7 +14,7 @@ from conf.animator.face_view import FaceView
 from conf.animator.motion_mixer import with_eye_contact
 from conf.animator.motion_player import MotionSample, fit_to_aspect, resample, sample_clip
 from conf.animator.state.editor import ViewSettings
-from conf.atomic_write import report_write_errors
+from conf.atomic_write import check_writable, report_write_errors
 from conf.errors import ConfError
 from conf.face.deformation.face_model import FaceModel
 from conf.face.formats.dpc import MotionClip, write_dpc
@@ -57,11 +57,10 @@ class ExportOptions:
 
 
 def check_output(output: Path, /) -> None:
-    """Raise ConfError unless the suffix is known and the folder exists."""
+    """Raise ConfError unless the suffix is known and the file can be written."""
     if output.suffix.lower() not in SUFFIXES:
         raise ConfError(f"{output}: the name must end in one of {', '.join(SUFFIXES)}")
-    if not output.absolute().parent.is_dir():
-        raise ConfError(f"{output} cannot be written: there is no folder {output.absolute().parent}")
+    check_writable(output)
 
 
 def parse_size(text: str, /) -> tuple[int, int]:

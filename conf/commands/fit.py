@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from conf.atomic_write import check_writable
 from conf.commands import Terminal
 from conf.commands.support.arguments import AXES, add_json
 
@@ -42,11 +43,10 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
 
 
 def _check_picture(path: Path) -> None:
-    """Raise ConfError unless the suffix is that of an image and the folder exists."""
+    """Raise ConfError unless the suffix is that of an image and the file can be written."""
     from conf.errors import ConfError
     from conf.output.image_writer import IMAGE_FORMATS
 
     if path.suffix.lower() not in IMAGE_FORMATS:
         raise ConfError(f"{path}: the name must end in one of {', '.join(IMAGE_FORMATS)}")
-    if not path.absolute().parent.is_dir():
-        raise ConfError(f"{path} cannot be written: there is no folder {path.absolute().parent}")
+    check_writable(path)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.atomic_write import report_write_errors
+from conf.atomic_write import check_writable, report_write_errors
 from conf.errors import ConfError
 from conf.face.control_points import CONTROL_POINT_LANDMARKS, PUPILS
 from conf.face.fitting.custom_face import prepare_face
@@ -24,6 +24,8 @@ from conf.sender.tracking.canonical_face import CanonicalFace, load_canonical_fa
 
 TRACKER_MESH_NOTE = "a mesh of the tracker's own landmarks: its vertices are the control points"
 _EYE_RINGS = ((263, 362, 386, 374), (33, 133, 159, 145))  # landmarks of corners and lids of the left and the right eye
+
+_OUTPUT_ADVICE = "name another file with -o"
 
 
 @dataclass(frozen=True)
@@ -59,8 +61,10 @@ def fit(
     up, front : the mesh's axis towards the crown and towards the nose, such as "y" or "-z"; None searches for it
     Raises FileFormatError if the file is no mesh, ConfError if no face is found in it, GraphicsError, ModelError.
     """
+    if face.exists():
+        check_writable(output, advice=_OUTPUT_ADVICE)
     fitted, axes, remarks = find_points(face, (up, front), on_progress)
-    with report_write_errors(output, advice="name another file with -o"):
+    with report_write_errors(output, advice=_OUTPUT_ADVICE):
         write_ppc(output, fitted.points)
     left, right = fitted.points[PUPILS]
     return FitReport(

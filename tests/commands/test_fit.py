@@ -21,7 +21,11 @@ def test_the_points_are_written_beside_the_mesh(
 
 
 @pytest.mark.parametrize(
-    ("name", "expected"), [("face.txt", "must end in one of"), ("no/face.png", "there is no folder")]
+    ("name", "expected"),
+    [
+        ("face.txt", "must end in one of"),
+        ("no/face.png", "cannot be written (No such file or directory); choose another"),
+    ],
 )
 def test_the_picture_is_checked_before_the_fit(name: str, expected: str, tmp_path: Path) -> None:
     with pytest.raises(SystemExit) as exit_:

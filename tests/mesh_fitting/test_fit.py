@@ -110,3 +110,11 @@ def test_errors_name_the_file_that_cannot_be_read_or_written(tmp_path: Path, can
     path.write_text("\n".join([*lines, *(f"f {a + 1} {b + 1} {c + 1}" for a, b, c in canonical.triangles)]))
     with pytest.raises(ConfError, match=r"cannot be written .*; name another file with -o"):
         fit(path, tmp_path / "no" / "folder.ppc")
+
+
+def test_a_file_that_cannot_be_written_is_named_before_the_mesh_is_read(tmp_path: Path) -> None:
+    (tmp_path / "face.obj").write_text("no mesh")
+    with pytest.raises(
+        ConfError, match=r"a\.ppc cannot be written \(No such file or directory\); name another file with -o"
+    ):
+        fit(tmp_path / "face.obj", tmp_path / "none" / "a.ppc")
