@@ -64,6 +64,10 @@ class UdpSocket:
             found = socket.getaddrinfo(host or None, port, type=socket.SOCK_DGRAM, flags=socket.AI_PASSIVE)
         except (OSError, UnicodeError) as error:
             found, first_error = [], error
+        if any(_is_many(str(address[0])) for *_, address in found):
+            raise NetworkError(
+                f"{host} stands for many machines: give a port alone to listen on all addresses of this one"
+            )
         for family, kind, protocol, _, address in found:
             if family in {handle.family for handle in handles}:
                 continue

@@ -245,6 +245,12 @@ def test_a_port_alone_listens_on_ipv4_and_ipv6() -> None:
                 assert received.data == host.encode() and sender.receive()[0].data == b"reply"
 
 
+@pytest.mark.parametrize("host", ["255.255.255.255", "224.0.0.1", "ff02::1"])
+def test_nobody_can_listen_for_many_machines(host: str) -> None:
+    with pytest.raises(NetworkError, match=f"{host} stands for many machines: give a port alone to listen on all"):
+        UdpSocket.bind(host, 0)
+
+
 @pytest.mark.parametrize("host", ["255.255.255.255", "224.0.0.1", "ff02::1", "ff02::1%lo", "::ffff:224.0.0.1"])
 def test_an_address_of_many_machines_is_refused(host: str) -> None:
     with pytest.raises(NetworkError, match=f"{host} stands for many machines: give the address of one"):
