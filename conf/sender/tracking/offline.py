@@ -19,7 +19,8 @@ from conf.sender.tracking.orientation import open_upright_clip
 from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 
 EVEN_S = 0.002  # steps between frames that differ by less than this are even: containers round to milliseconds
-MAX_FPS = 60.0  # of motion that is resampled because its steps are uneven
+MAX_FPS = 60.0  # of motion that is resampled because its steps are uneven, or more frequent than a DPC file may say
+MAX_FILE_FPS = 1000.0
 
 Progress = Callable[[int, int], None]  # called with the number of frames done, and of those with a face
 
@@ -92,8 +93,10 @@ def to_even_rate(
     times : (N,) seconds, rising; displacements : (N, n, 3) FAPU units; poses : (N, 6)
     """
     steps = np.diff(times)
-    if not len(steps) or np.ptp(steps) <= EVEN_S:
-        return MotionClip(1 / float(steps.mean()) if len(steps) else 25.0, "fapu", displacements, poses)
+    if not len(steps):
+        return MotionClip(25.0, "fapu", displacements, poses)
+    if np.ptp(steps) <= EVEN_S and steps.mean() * MAX_FILE_FPS >= 1:
+        return MotionClip(1 / float(steps.mean()), "fapu", displacements, poses)
     fps = min(MAX_FPS, 1 / float(np.median(steps)))
     even = times[0] + np.arange(round((times[-1] - times[0]) * fps) + 1) / fps
     after = np.clip(np.searchsorted(times, even, side="right"), 1, len(times) - 1)

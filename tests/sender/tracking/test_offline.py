@@ -49,5 +49,11 @@ def test_uneven_frames_are_interpolated_over_the_same_time() -> None:
     assert to_even_rate(*ramp([0.0, 0.001, 0.009, 0.010, 0.5])).fps == MAX_FPS
 
 
+def test_a_rate_that_no_file_may_state_is_lowered_over_the_same_time() -> None:
+    clip = to_even_rate(*ramp([i / 4000 for i in range(2001)]))
+    assert clip.fps == MAX_FPS and (len(clip.displacements) - 1) / clip.fps == pytest.approx(0.5, abs=1 / MAX_FPS)
+    assert to_even_rate(*ramp([i / 1000 for i in range(100)])).fps == pytest.approx(1000)
+
+
 def test_one_frame_is_a_clip() -> None:
     assert len(to_even_rate(*ramp([0.0])).displacements) == 1
