@@ -86,6 +86,7 @@ class FrameComposer(GpuObject):
             if stream.received_objects:  # one object per frame: the photo takes as long as several frames
                 self._grid.receive_portrait_object(session, stream.received_objects.popleft())
         cells = self._grid.draw(frames, controls.view, now)
+        controls.shows_photo = self._grid.shows_photo
         panels = self._panels(cells, now)
         if not controls.is_capturing:
             with self._overlay.frame(self._window):

@@ -54,6 +54,7 @@ class ParticipantGrid(GpuObject):
         self._renderer = FaceRenderer(window.ctx, face)
         self._framing: dict[int, AutoFraming] = {}
         self._portraits: dict[int, PortraitRenderer] = {}
+        self.shows_photo = False  # whether the last image shows a portrait
 
     def set_scale(self, scale: float) -> None:
         """Draw heads with this fraction of the window's resolution, 0 to 1; portraits are drawn in full."""
@@ -73,6 +74,7 @@ class ParticipantGrid(GpuObject):
         self._framing = {participant: self._framing.get(participant, AutoFraming()) for participant in frames}
         for gone in self._portraits.keys() - frames.keys():
             self._portraits.pop(gone).release()
+        self.shows_photo = False
         participants = list(frames.items()) or [(PLACEHOLDER_ID, None)]
         covered = self._covered(view)
         cells = layout_grid(len(participants), self._window.size, left=covered if len(participants) > 1 else 0)
@@ -83,6 +85,7 @@ class ParticipantGrid(GpuObject):
             framebuffer.viewport = cell
             portrait = self._portraits.get(participant)
             if view.portrait and frame is not None and portrait and portrait.ready:
+                self.shows_photo = True
                 portrait.draw(frame.displacements, HeadPose.from_vector(frame.pose), view, framebuffer)
                 continue
             area = FrameArea.of(cell[2:], covered=covered if len(participants) == 1 else 0)

@@ -48,6 +48,7 @@ KEYS = {
     "escape": ("quit", "quit"),
     "q": ("quit", ""),
 }
+HEAD_ONLY = {"wireframe": "wireframe", "points": "control points"}  # actions that show nothing on a photo
 MOUSE_HELP = (("drag", "turn the head"), ("wheel", "zoom"), ("shift + drag", "move"))
 KEY_LABELS = {"space": "Space", "home": "Home", "escape": "Esc"}
 
@@ -78,6 +79,7 @@ class ViewerControls:
     """Processes the window's input events and keeps the state that they change.
 
     has_callers : whether there is a call whose motion can be recorded
+    shows_photo : whether a caller's own photo is drawn instead of the head
     reports : lines for the terminal: the full path of each file written, and why the last one could not be
     """
 
@@ -87,6 +89,7 @@ class ViewerControls:
         self.paused = False
         self.quit_requested = False
         self.has_callers = False
+        self.shows_photo = False
         self.reports: list[str] = []
         self._expressions = ExpressionState()
         self._window = window
@@ -113,6 +116,8 @@ class ViewerControls:
         for event in self._window.poll():
             self.view = apply_view_event(self.view, event)
             match action_of(event):
+                case "wireframe" | "points" as action if self.shows_photo and getattr(self.view, action):
+                    self.show_toast(f"the photo has no {HEAD_ONLY[action]}: V shows the head", now)
                 case "quit":
                     self.quit_requested = True
                 case "pause":

@@ -1,3 +1,6 @@
+from collections.abc import Mapping
+from unittest.mock import Mock
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -107,3 +110,24 @@ def test_the_framing_of_a_participant_who_left_is_dropped(window: OffscreenWindo
 def test_the_head_at_rest_leaves_room_for_hair() -> None:
     centre, half = head_bounds(rest_pose(FrameArea.of((640, 480))))
     assert (centre + half)[1] < 0.45 and (centre - half)[1] < -0.25
+
+
+def test_the_grid_tells_whether_a_photo_is_drawn(
+    monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, face: FaceModel
+) -> None:
+    monkeypatch.setattr("conf.receiver.participant_grid.PortraitRenderer", lambda ctx, store: Mock(store=store))
+    grid = ParticipantGrid(window, face)
+    grid.receive_portrait_object(7, b"not a photo")
+    shown = []
+    frames: Mapping[int, MotionFrame | None]
+    for frames, view in (
+        ({7: motion()}, ViewState()),
+        ({7: motion()}, ViewState(portrait=False)),
+        ({7: None}, ViewState()),
+        ({9: motion()}, ViewState()),
+    ):
+        window.begin()
+        grid.draw(frames, view, 0.0)
+        shown.append(grid.shows_photo)
+    grid.release()
+    assert shown == [True, False, False, False]

@@ -48,6 +48,21 @@ def test_keys_and_mouse_change_the_state(
     assert viewer.quit_requested
 
 
+def test_wireframe_and_points_say_that_a_photo_has_none(
+    monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow
+) -> None:
+    viewer = ViewerControls(window)
+    press(monkeypatch, viewer, window, "w")
+    assert viewer.toast(0.0) == ""
+    viewer.shows_photo = True
+    press(monkeypatch, viewer, window, "w")
+    assert viewer.toast(0.0) == "", "switched off"
+    press(monkeypatch, viewer, window, "w")
+    assert viewer.toast(0.0) == "the photo has no wireframe: V shows the head"
+    press(monkeypatch, viewer, window, "p")
+    assert viewer.toast(0.0) == "the photo has no control points: V shows the head"
+
+
 def test_a_number_key_adds_an_emotion_to_the_motion(monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow) -> None:
     viewer = ViewerControls(window)
     press(monkeypatch, viewer, window, "2")
