@@ -80,7 +80,8 @@ class CallLeg:
             try:
                 if isinstance(single, messages.Feedback):
                     acknowledged = single.report.highest
-                timestamp = self._apply(single, counter, now) or timestamp
+                end = self._apply(single, counter, now)
+                timestamp = timestamp if end is None else end
             except MissingReferenceError:
                 decodable = False
             except ProtocolError:

@@ -44,7 +44,7 @@ class Losses:
 class Talker:
     """One end.
 
-    wire : (time, bytes with headers) of all that it has sent; datagrams : the same as bytes
+    wire : (time, bytes with headers) of all that it has sent; datagrams : the same as bytes; bodies : unsealed
     sent : its voice frames by time; played : the other's
     is_talking : whether its microphone hears somebody; mean_fill : size of a frame of Opus over the nominal one
     """
@@ -61,6 +61,7 @@ class Talker:
         self.mean_fill, self.spread = 0.85, 0.08
         self.wire: list[tuple[float, int]] = []
         self.datagrams: list[bytes] = []
+        self.bodies: list[bytes] = []
         self.sent: dict[float, bytes] = {}
         self.played: list[VoiceFrame] = []
         self._frame_due = self._voice_begin = 0.0
@@ -88,6 +89,7 @@ class Talker:
         datagrams = []
         for outgoing in self.leg.bodies_to_send(now):
             counter = self.sealing_key.counter
+            self.bodies.append(outgoing.body)
             datagrams.append(self.sealing_key.seal(outgoing.body))
             self.leg.on_sent(counter, outgoing, now)
             self.wire.append((now, len(datagrams[-1]) + HEADER_BYTES))

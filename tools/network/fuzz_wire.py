@@ -2,8 +2,9 @@
 
     python tools/network/fuzz_wire.py [--datagrams 1000000] [--seed 1] [--json]
 
-The datagrams are sent to both ends of a running call, and as message bodies, as a peer with a valid seal could send
-them, to a separate motion receiver. The program ends with an error at the first exception, at an answer larger than the
+The datagrams are sent to both ends of a running call. Damaged message bodies, as a peer with a valid seal could send
+them, go to a leg with both halves that sends and plays voice meanwhile: bodies of calls with voice, golden bodies, and
+composites of parts of them. The program ends with an error at the first exception, at an answer larger than the
 datagram it answers, at any change of the call's state, or when memory grows. One datagram in eight is random, the
 others are damaged datagrams of the call or damaged golden files.
 """
@@ -21,13 +22,17 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from conf.protocol.call_leg import CallLeg
 from conf.protocol.messages import MotionFrame, StreamParameters
+from conf.protocol.rate_control.rate_levels import VoiceMode
+from conf.protocol.rate_control.send_budget import RateOptions
 from conf.protocol.receive_leg import ReceiveLeg
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.send_leg import SendLeg
 from conf.protocol.sender_connection import SenderConnection
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.server import SessionServer
+from conf.protocol.voice.formats import VoicePacket
 from tests.support.synthetic_motion import talking
+from tests.support.two_way_call import Losses, TwoWayCall
 from tools.bench.session import CODE, RECEIVER, SENDER, mutate
 from tools.golden.codec import FOLDER
 
@@ -110,17 +115,13 @@ def fuzz(count: int, seed: int) -> dict[str, Any]:
     """Send `count` datagrams to a call and return the figures. Exits with a message at the first fault."""
     rng, call = random.Random(seed), LiveCall(seed)
     call.play(60)
-    leg = ReceiveLeg()
-    peer = CallLeg(send=SendLeg(PARAMETERS, 0.0), receive=leg)
-    sent = bodies = 0
+    victim, sent = Victim(seed), 0
     before, memory = call.state(), 0
     start = time.perf_counter()
     for data in datagrams(call, count, rng):
         sent += 1
         _send(call, data)
-        if sent % 5 == 0 and 0 < len(data) <= 1200:
-            peer.receive_body(data, sent, len(data), call.now)
-            bodies += 1
+        _hit(victim, rng)
         if sent == WARM_UP:
             memory = memory_kb()
         if sent % 100_000 == 0:
@@ -128,9 +129,6 @@ def fuzz(count: int, seed: int) -> dict[str, Any]:
         if sent % 1000 == 0:
             if call.state() != before:
                 sys.exit(f"the state of the call changed within the 1000 datagrams before number {sent}")
-            leg.motion.frame_at(call.now)
-            leg.voice.frames_until(leg.clock.playhead(call.now))
-            peer.bodies_to_send(call.now)
             call.play(3)
             before = call.state()
     growth = memory_kb() - memory if sent > WARM_UP else 0
@@ -138,13 +136,60 @@ def fuzz(count: int, seed: int) -> dict[str, Any]:
         sys.exit(f"memory grew by {growth} kB; at most {MAX_GROWTH_KB} kB are allowed")
     return {
         "datagrams": sent,
-        "bodies": bodies,
-        "bodies_refused": leg.rejected + leg.missed_references,
+        "bodies": victim.count,
+        "bodies_refused": victim.receive.rejected + victim.receive.missed_references,
+        "voice_frames": victim.voice_frames,
         "seconds": round(time.perf_counter() - start, 1),
         "memory_growth_kb": growth,
         "dropped": {str(k): v for k, v in sorted(call.host._sessions.dropped.items())},
         "frames_received_meanwhile": call.host.snapshot(call.now).frames_received,
     }
+
+
+class Victim:
+    """A leg that talks, and receives what a hostile peer sends. known : bodies of calls with voice, undamaged"""
+
+    def __init__(self, seed: int) -> None:
+        self.receive = ReceiveLeg()
+        self.send = SendLeg(PARAMETERS, 0.0, rate=RateOptions(kbps=16.0, voice=VoiceMode.AUTOMATIC))
+        self.leg = CallLeg(send=self.send, receive=self.receive)
+        self.known = [path.read_bytes() for path in sorted(FOLDER.glob("body_[!i]*.bin"))]
+        for kbps in (16.0, 4.8):
+            call = TwoWayCall(RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC), losses=Losses(0.2), seed=seed)
+            call.run(12)
+            self.known += call.a.bodies
+        self.count = self.voice_frames = 0
+        self._now = 0.0
+        self._begin()
+
+    def hit(self, rng: random.Random) -> None:
+        """Receive a damaged body, and now and then an undamaged one; send and play."""
+        body = rng.choice(self.known)
+        if self.count % 4:
+            body = mutate(body, rng)
+        if self.count % 8 == 1:
+            body = rng.choice(self.known)[: rng.randrange(60)] + body
+        self.leg.receive_body(body[:1185], self.count, len(body), self._now)
+        self.count += 1
+        self._now += rng.choice((0.0, 0.01, 0.06))
+        if self.count % 10 == 0:
+            self._talk(rng)
+        if self.leg.ended or self.count % 20_000 == 0:
+            self._begin()
+
+    def _begin(self) -> None:
+        self.leg.ended = False
+        self.send.start(self._now)
+
+    def _talk(self, rng: random.Random) -> None:
+        if voice_format := self.send.voice_format:
+            size = -(-voice_format.frame_bits // 8)
+            frames = (bytes(size),) * voice_format.frames
+            self.send.send_voice(VoicePacket(self._now, voice_format, frames), self._now)
+        for outgoing in self.leg.bodies_to_send(self._now):
+            self.leg.on_sent(self.count, outgoing, self._now)
+        self.voice_frames += len(self.receive.voice.frames_until(self.receive.clock.playhead(self._now)))
+        self.receive.motion.frame_at(self._now)
 
 
 def _send(call: LiveCall, data: bytes) -> None:
@@ -156,6 +201,13 @@ def _send(call: LiveCall, data: bytes) -> None:
     answers = call.host._sessions.datagrams_to_send(call.now)
     if sum(len(answer) for answer, _ in answers) > len(data):
         sys.exit(f"the answer is larger than the datagram {data.hex()}")
+
+
+def _hit(victim: Victim, rng: random.Random) -> None:
+    try:
+        victim.hit(rng)
+    except Exception as error:
+        sys.exit(f"{error!r} in the leg after {victim.count} bodies")
 
 
 def main() -> None:

@@ -4,6 +4,7 @@ from collections import deque
 
 LIMIT_PERIOD_S = 10.0
 BURST_FRACTION = 1 / 16
+MAX_EARLY_S = 0.05  # by which a datagram of a steady stream may leave before its time
 MIN_BURST_BYTES = 96  # a handshake must pass under any limit
 
 
@@ -84,9 +85,9 @@ class RateLimiter:
         room = self._allowed - kept
         times = iter(self._recent)
         oldest = next(times, None)
-        while (count + 1) * interval_s < LIMIT_PERIOD_S:
+        while (count + 1) * interval_s - MAX_EARLY_S < LIMIT_PERIOD_S:
             count += 1
-            while oldest and oldest[0] + LIMIT_PERIOD_S <= now + count * interval_s:
+            while oldest and oldest[0] + LIMIT_PERIOD_S <= now + count * interval_s - MAX_EARLY_S:
                 kept -= oldest[1]
                 oldest = next(times, None)
             room = min(room, self._allowed - kept - count * stream_bytes)

@@ -298,3 +298,16 @@ def test_small_residuals_need_a_reference() -> None:
         decoder.decode(encoder.encode([frame], number), number)
         encoder.acknowledge([number])
     assert [bool(decoder._references["live"].require(number).residuals) for number in range(2)] == [False, True]
+
+
+def test_a_payload_that_is_too_long_gives_up_precision() -> None:
+    frames = talking(6)
+    free = Encoder(PROFILES["slow"]).encode(frames, 0)
+    assert Encoder(PROFILES["slow"]).encode(frames, 0, max_bytes=len(free)) == free
+    short = Encoder(PROFILES["slow"]).encode(frames, 0, max_bytes=len(free) - 1)
+    shortest = Encoder(PROFILES["slow"]).encode(frames, 0, max_bytes=1)
+    assert len(shortest) <= len(short) < len(free)
+    for payload in (short, shortest):
+        decoded = Decoder().decode(payload, 0)
+        assert len(decoded) == 6
+        assert np.abs(decoded[-1].pose[:3] - frames[-1].pose[:3]).max() < 0.2

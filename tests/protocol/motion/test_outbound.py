@@ -218,3 +218,56 @@ def test_frame_numbers_rise_whatever_the_source_gives(fps: float) -> None:
     numbers = [n for o in sent for n in o.frame_numbers]
     assert numbers == sorted(set(numbers))
     assert len(numbers) == pytest.approx(100 / fps * min(fps, 15), rel=0.05)
+
+
+def motion_of(outbound: OutboundMotion) -> list[OutgoingBody]:
+    return [outgoing for outgoing in outbound.drain() if outgoing.frame_numbers]
+
+
+def test_frames_that_wait_leave_at_the_flush_however_many() -> None:
+    outbound = OutboundMotion(PARAMETERS)
+    outbound.wait_for_flush(True)
+    assert not [o for o in run(outbound, frames(5)) if o.frame_numbers]
+    outbound.flush()
+    assert [o.frame_numbers for o in outbound.waiting if o.frame_numbers] == [(0, 1, 2, 3, 4)]
+    assert [o.frame_numbers for o in motion_of(outbound)] == [(0, 1, 2, 3, 4)]
+    outbound.flush()
+    assert not outbound.drain()
+    assert [o.frame_numbers for o in run(outbound, frames(9, 1.0)) if o.frame_numbers] == [tuple(range(15, 23))]
+
+
+def test_frames_that_need_no_longer_wait_leave_if_they_fill_a_datagram() -> None:
+    outbound = OutboundMotion(PARAMETERS, profile=NARROWBAND)
+    outbound.wait_for_flush(True)
+    run(outbound, frames(2))
+    outbound.wait_for_flush(False)
+    assert motion_of(outbound) == []
+    outbound.wait_for_flush(True)
+    run(outbound, frames(2, 2 * FRAME_S))
+    outbound.wait_for_flush(False)
+    assert [o.frame_numbers for o in motion_of(outbound)] == [(0, 1, 2, 3)]
+
+
+@pytest.mark.parametrize(("max_bytes", "most"), [(float("inf"), 6), (70.0, 6), (16.0, 3), (10.0, 2), (3.0, 0)])
+def test_a_flush_leaves_out_frames_that_have_no_room_but_not_the_newest(max_bytes: float, most: int) -> None:
+    outbound = OutboundMotion(PARAMETERS)
+    acknowledge(outbound, run(outbound, frames(1)))
+    before = outbound.frames_sent
+    outbound.wait_for_flush(True)
+    run(outbound, frames(7)[1:])
+    outbound.flush(max_bytes)
+    sent = motion_of(outbound)
+    assert sum(len(o.body) for o in sent) <= max_bytes
+    numbers = [n for o in sent for n in o.frame_numbers]
+    assert len(numbers) <= most and (not numbers or numbers[-1] == 6)
+    assert outbound.frames_sent - before == len(numbers)
+
+
+def test_frames_far_apart_are_reduced_to_the_newest() -> None:
+    """Every second of frames four ticks apart would be eight ticks apart, which no payload can say."""
+    outbound = OutboundMotion(PARAMETERS)
+    outbound.wait_for_flush(True)
+    run(outbound, [4 * n * FRAME_S for n in range(3)])
+    outbound._frame_bytes = 20.0
+    outbound.flush(max_bytes=40.0)
+    assert all(o.frame_numbers == (8,) for o in motion_of(outbound))

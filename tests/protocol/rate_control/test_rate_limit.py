@@ -106,3 +106,53 @@ def test_headroom_leaves_half_of_the_burst() -> None:
 def test_a_limit_must_be_above_0(kbps: float) -> None:
     with pytest.raises(ValueError, match="kbps must be above 0"):
         RateLimiter(kbps)
+
+
+def test_a_steady_stream_may_use_the_limit_completely() -> None:
+    limiter = RateLimiter(2.4)  # 3,000 B in ten seconds
+    stamps = [0.48 * step for step in range(200)]
+    assert all(limiter.take_steady(142, now) for now in stamps), "21 datagrams in any ten seconds"
+    limiter = RateLimiter(2.4)
+    assert [limiter.take_steady(143, now) for now in stamps].count(False) > 5
+
+
+@given(
+    st.lists(st.tuples(st.floats(0, 1), st.integers(42, 400), st.booleans()), max_size=80),
+    st.sampled_from([2.4, 6.0, 16.0]),
+)
+def test_the_limit_holds_whatever_part_is_steady(requests: list[tuple[float, int, bool]], kbps: float) -> None:
+    limiter, now, sent = RateLimiter(kbps), 0.0, list[tuple[float, int]]()
+    for step, size, is_steady in requests:
+        now += step
+        if (limiter.take_steady if is_steady else limiter.take)(size, now):
+            sent.append((now, size))
+        assert sum(size for time, size in sent if now < time + 10) * 8 <= kbps * 10_000 + 1e-6
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 200), st.booleans()), min_size=1, max_size=60),
+    st.sampled_from([(2.4, 117, 0.48), (6.0, 130, 0.2), (16.0, 113, 0.06)]),
+)
+def test_what_keeps_to_the_room_never_costs_a_datagram_of_the_stream(
+    extras: list[tuple[int, bool]], stream: tuple[float, int, float]
+) -> None:
+    kbps, size, interval_s = stream
+    limiter, now = RateLimiter(kbps), 0.0
+    for extra, takes_all in extras * 4:
+        room = limiter.room(size, interval_s, now) - size
+        more = min(extra, max(0, int(room))) if not takes_all else max(0, int(room))
+        assert limiter.take_steady(size + more, now)
+        now += interval_s - (more % 2) * 0.001
+
+
+def test_room_is_what_the_stream_of_ten_seconds_leaves() -> None:
+    limiter = RateLimiter(1.0)  # 1,250 B in ten seconds
+    assert limiter.room(100, 1.0, 0.0) == 1250 - 10 * 100, "the tenth may come a little early"
+    assert limiter.room(100, 1.02, 0.0) == 1250 - 9 * 100
+    assert limiter.take_steady(300, 0.0)
+    assert limiter.room(100, 1.0, 1.0) == 1250 - 300 - 9 * 100
+    assert limiter.room(100, 1.0, 9.0) == 1250 - 10 * 100, (
+        "when the first comes, the 300 still count, when the second does, no more"
+    )
+    assert limiter.room(0, 100.0, 9.999) == 1250 - 300 and limiter.room(0, 100.0, 10.0) == 1250
+    assert limiter.room(200, 1.0, 20.0) < 0

@@ -3,8 +3,15 @@ import pytest
 from conf.protocol.feedback import Report
 from conf.protocol.portrait.chunk_budget import STARTUP_BYTES
 from conf.protocol.rate_control.circuit_breaker import OPEN_AFTER_S
-from conf.protocol.rate_control.rate_levels import RATE_LEVELS
-from conf.protocol.rate_control.send_budget import MAX_CHUNK_DATAGRAM, RateOptions, SendBudget, highest_level
+from conf.protocol.rate_control.rate_levels import RATE_LEVELS, VOICE_LEVELS, VoiceMode
+from conf.protocol.rate_control.send_budget import (
+    DATAGRAM_OVERHEAD,
+    MAX_CHUNK_DATAGRAM,
+    VOICE_OVERHEAD,
+    RateOptions,
+    SendBudget,
+    highest_level,
+)
 
 RICH, LIVE, BUNDLED, NARROW = RATE_LEVELS
 
@@ -118,3 +125,99 @@ def test_what_was_sent_besides_the_chunks_counts_as_motion() -> None:
     budget.on_datagrams_sent(0, 100.0)  # the chunk was dropped by the limit
     budget.on_datagrams_sent(60, 101.0)
     assert counted == [(100, 1.0), (68, 2.0), (50, 3.0), (60, 101.0)]
+
+
+@pytest.mark.parametrize(
+    ("kbps", "voice", "codec", "bit_rate"),
+    [
+        (None, VoiceMode.AUTOMATIC, "opus", 9000),
+        (16.0, VoiceMode.AUTOMATIC, "opus", 9000),
+        (15.9, VoiceMode.AUTOMATIC, "opus", 6000),
+        (9.5, VoiceMode.AUTOMATIC, "codec2", 3200),
+        (5.9, VoiceMode.AUTOMATIC, "codec2", 2400),
+        (2.4, VoiceMode.AUTOMATIC, "codec2", 1200),
+        (2.3, VoiceMode.AUTOMATIC, None, None),
+        (9.5, VoiceMode.OPUS, None, None),
+        (9.6, VoiceMode.OPUS, "opus", 6000),
+        (16.0, VoiceMode.CODEC2, "codec2", 3200),
+        (16.0, VoiceMode.OFF, None, None),
+    ],
+)
+def test_the_voice_is_that_of_the_highest_level_within_the_limit(
+    kbps: float | None, voice: VoiceMode, codec: str | None, bit_rate: int | None
+) -> None:
+    budget = SendBudget(RateOptions(kbps=kbps, voice=voice), 0.0)
+    chosen = budget.voice_format
+    assert (chosen.codec if chosen else None, chosen.bit_rate if chosen else None) == (codec, bit_rate)
+    assert chosen is None or budget.level.voice == chosen
+    assert chosen is not None or budget.level in RATE_LEVELS
+
+
+def test_a_fixed_profile_leaves_the_voice_to_the_limit() -> None:
+    budget = SendBudget(RateOptions("narrow", kbps=9.6, voice=VoiceMode.AUTOMATIC), 0.0)
+    assert budget.level.profile == "narrow" and budget.voice_format and budget.voice_format.bit_rate == 6000
+
+
+def losses(budget: SendBudget, fraction: float, begin: float, seconds: float = 30.0) -> float:
+    """Apply reports of 5 datagrams each half second, a fraction of them lost. Returns the time of the last."""
+    highest, lost, now = (*budget.loss._totals[-1][1:], begin) if budget.loss._totals else (0, 0, begin)
+    for step in range(round(2 * seconds)):
+        now = begin + step / 2
+        highest += 5
+        lost += round(fraction * 5 * (step + 1)) - round(fraction * 5 * step)
+        budget.on_report(Report(highest, 0, lost, 7, 0), now)
+    return now
+
+
+@pytest.mark.parametrize(
+    ("kbps", "none", "some", "much"),
+    [(16.0, 0.15, 0.22, 0.05), (9.6, 0.15, 0.22, 0.05), (6.0, 0.04, 0.1, 0.0), (4.8, 0.04, 0.1, 0.0)],
+)
+def test_packets_are_repeated_from_a_loss_on_until_it_is_clearly_over(
+    kbps: float, none: float, some: float, much: float
+) -> None:
+    """none : too little loss; some : enough; much : so little that repetition ends"""
+    budget = SendBudget(RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC), 0.0)
+    first = budget.voice_format
+    assert first and not first.redundant
+    now = losses(budget, none, 0.0)
+    assert budget.voice_format == first
+    now = losses(budget, some, now + 0.5)
+    repeated = budget.voice_format
+    assert repeated and repeated.redundant and repeated.packet_ms == first.packet_ms
+    now = losses(budget, none, now + 0.5)
+    assert budget.voice_format == repeated, "not yet"
+    losses(budget, much, now + 0.5)
+    assert budget.voice_format == first
+
+
+def test_only_heavy_loss_lowers_a_level_with_voice_and_a_queue_does() -> None:
+    budget = SendBudget(RateOptions(voice=VoiceMode.AUTOMATIC), 0.0)
+    now = losses(budget, 0.2, 0.0)
+    assert budget.level == VOICE_LEVELS[0]
+    losses(budget, 0.5, now + 0.5)
+    assert budget.level == VOICE_LEVELS[-1]
+    budget = SendBudget(RateOptions(voice=VoiceMode.AUTOMATIC), 0.0)
+    now = report(budget, 10)
+    report(budget, 40, rtt_s=0.6, begin=now + 0.5)
+    assert budget.level == VOICE_LEVELS[-1]
+
+
+def test_the_room_beside_voice_follows_what_its_packets_have_needed() -> None:
+    free = SendBudget(RateOptions(voice=VoiceMode.AUTOMATIC), 0.0)
+    assert free.room_beside_voice(100, 0.0) == float("inf") and free.take_voice(10**6, 0.0)
+    budget = SendBudget(RateOptions(kbps=16.0, voice=VoiceMode.AUTOMATIC), 0.0)
+    voice_format = budget.voice_format
+    assert voice_format
+    before = budget.room_beside_voice(100, 0.0)
+    assert before == 20_000 - 167 * (VOICE_OVERHEAD + 68) - 100
+    for _ in range(100):
+        budget.on_voice(voice_format, 50)
+    assert budget.room_beside_voice(100, 0.0) == 20_000 - 167 * (VOICE_OVERHEAD + 51) - 100
+    assert budget.take_voice(20_000, 0.0) and not budget.take_voice(1, 0.0)
+
+
+def test_a_chunk_beside_voice_needs_its_own_size_of_room() -> None:
+    budget = SendBudget(RateOptions(kbps=16.0, voice=VoiceMode.AUTOMATIC), 0.0)
+    size = MAX_CHUNK_DATAGRAM - DATAGRAM_OVERHEAD + 2
+    assert budget.allows_chunk(0.0, size) and not budget.allows_chunk(0.0, size - 1)

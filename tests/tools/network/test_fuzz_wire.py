@@ -13,6 +13,7 @@ def test_unsealed_datagrams_do_not_change_a_call() -> None:
     assert result["datagrams"] > 2000
     assert result["frames_received_meanwhile"] > 40
     assert result["bodies_refused"] > 0.5 * result["bodies"]
+    assert result["voice_frames"] > 500
 
 
 def test_no_valid_datagram_is_among_the_damaged_ones() -> None:
