@@ -241,24 +241,23 @@ def test_two_talkers_keep_the_limit_and_no_voice_is_lost(kbps: float, fill: floa
     call = TwoWayCall(RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC))
     for talker in (call.a, call.b):
         talker.mean_fill, talker.spread = fill, 0.08 if fill < 1 else 0.0
-    call.run(35)
+    call.run(22)
     for talker, other in ((call.a, call.b), (call.b, call.a)):
         assert talker.max_kbps() <= kbps
         assert other.receive.rejected == other.receive.missed_references == other.receive.voice.late == 0
         assert other.lost_voice == 0
         assert [frame.data for frame in other.played] == [talker.sent[round(f.timestamp, 3)] for f in other.played]
-        assert len(other.played) * other.played[0].format.frame_ms / 1000 > 33
+        assert len(other.played) * other.played[0].format.frame_ms / 1000 > 20.5
         assert talker.sealing_key.counter - talker.sealing_key.acknowledged < 40
-        fps = talker.send.motion.frames_sent / 35
+        fps = talker.send.motion.frames_sent / 22
         assert fps > (7 if fill == 1 else 9)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kbps", RATES)
-@pytest.mark.parametrize("burst", [1, 3])
+@pytest.mark.parametrize(("kbps", "burst"), [*((kbps, 1) for kbps in RATES), (16.0, 3), (4.8, 3)])
 def test_redundancy_fills_losses_within_the_limit(kbps: float, burst: int) -> None:
     call = TwoWayCall(RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC), losses=Losses(0.2, burst))
-    call.run(90)
+    call.run(50)
     for talker, other in ((call.a, call.b), (call.b, call.a)):
         assert talker.max_kbps() <= kbps
         assert other.receive.rejected == 0
@@ -275,7 +274,7 @@ def test_redundancy_fills_losses_within_the_limit(kbps: float, burst: int) -> No
 @pytest.mark.parametrize("kbps", [16.0, 4.8])
 def test_ten_per_cent_of_loss_does_not_lower_the_level(kbps: float) -> None:
     call = TwoWayCall(RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC), losses=Losses(0.1))
-    call.run(60)
+    call.run(40)
     for talker in (call.a, call.b):
         assert talker.send.voice_format
         assert talker.send.voice_format.codec == ("opus" if kbps > 9 else "codec2")
@@ -286,12 +285,12 @@ def test_ten_per_cent_of_loss_does_not_lower_the_level(kbps: float) -> None:
 @pytest.mark.slow
 def test_silence_costs_no_voice_and_is_no_loss() -> None:
     call = TwoWayCall(RateOptions(kbps=6.0, voice=VoiceMode.AUTOMATIC), losses=Losses(0.1))
-    for second in range(40):
+    for second in range(24):
         call.a.is_talking = second % 8 < 4
         call.run(1)
-    assert call.b.receive.voice.lost_ms < 0.1 * 20_000
+    assert call.b.receive.voice.lost_ms < 0.1 * 12_000
     talked = sum(frame.format.frame_ms for frame in call.b.played) / 1000
-    assert talked == pytest.approx(20, abs=2.5)
+    assert talked == pytest.approx(12, abs=2)
     assert call.b.receive.voice.state is VoiceState.SILENT and call.b.receive.voice.noise_level == 60
 
 

@@ -175,7 +175,7 @@ def kind(body: bytes) -> int:
 @pytest.mark.parametrize("kbps", [16.0, 6.0, 2.4])
 def test_every_byte_of_a_call_with_voice_is_as_wire_md_describes(kbps: float) -> None:
     call = TwoWayCall(RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC), losses=Losses(0.15))
-    for second in range(30):
+    for second in range(20):
         call.a.is_talking = second % 10 < 8
         call.run(1)
     kinds = read_talker(call.a)

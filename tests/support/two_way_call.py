@@ -18,7 +18,7 @@ from conf.protocol.voice.formats import VoiceFormat, VoiceFrame, VoicePacket, Vo
 from tests.support.simulated_calls import talk
 
 PARAMETERS = StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1))
-STEP_S = 1 / 120
+STEP_S = 1 / 100
 WAY_S = 0.04
 Motion = Callable[[float], MotionFrame]
 
