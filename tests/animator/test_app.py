@@ -241,6 +241,12 @@ def test_a_recording_is_played_paused_stepped_and_exported(start: Callable[..., 
     session.xdotool("key", "s")
     session.wait_until(lambda state: "conf-001.jpg" in state["notice"])
     assert np.asarray(cv2.imread(str(tmp_path / "conf-001.jpg"))).shape == (48, 64, 3)
+    session.xdotool("key", "r")
+    session.wait_until(lambda state: "recording the face as MP4" in state["notice"])
+    session.poll(3)
+    session.xdotool("key", "r")
+    session.wait_until(lambda state: f"saved {tmp_path / 'conf-001.mp4'}" in state["notice"])
+    assert cv2.VideoCapture(str(tmp_path / "conf-001.mp4")).read()[0]
     assert session.close() == 0
 
 

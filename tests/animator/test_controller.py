@@ -15,6 +15,7 @@ from conf.face.formats.dpc import MotionClip, write_dpc
 from conf.face.formats.epc import ExpressionSet, write_epc
 from conf.face.formats.ppc import read_ppc, write_ppc
 from conf.face.mesh.mesh import load_mesh
+from conf.sender.capture.clip import open_clip
 from tests.animator.conftest import FILE_OFFSET, FILE_SCALE, NOW
 from tests.support.imgui_stage import Stage
 
@@ -129,6 +130,40 @@ def test_the_current_view_is_exported_and_saved_as_screenshot(controller: Contro
     controller.save_screenshot(tmp_path)
     assert controller.notice == f"saved {tmp_path / 'conf-001.jpg'}" and (tmp_path / "conf-001.jpg").exists()
     assert controller.state.fields == fields
+
+
+def start_clip(controller: Controller, path: Path) -> None:
+    """Start to export joy as a clip, and write some of its frames."""
+    fields = replace(controller.state.fields, output=str(path), size="64x48", source="joy")
+    controller.state = replace(controller.state, fields=fields)
+    controller.export()
+    for i in range(5):
+        controller.update(NOW + i / 60)
+
+
+def test_an_exported_clip_is_reported_with_its_full_path(
+    controller: Controller, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    start_clip(controller, Path("a.mp4"))
+    while controller.export_progress is not None:
+        controller.update(NOW)
+    assert controller.notice == f"saved {tmp_path / 'a.mp4'}" and controller.reports == [controller.notice]
+    with open_clip(tmp_path / "a.mp4") as clip:
+        assert len(list(iter(clip.read, None))) > 30
+
+
+def test_a_cancelled_export_keeps_the_old_clip_and_names_the_frames_so_far(
+    controller: Controller, tmp_path: Path
+) -> None:
+    (tmp_path / "a.mp4").write_bytes(b"old")
+    start_clip(controller, tmp_path / "a.mp4")
+    controller.cancel_export()
+    kept = f"{tmp_path / 'a.mp4'} is as it was before; what was written so far is in {tmp_path / 'a.partial.mp4'}"
+    assert controller.notice == f"export cancelled; {kept}" and not controller.reports
+    assert (tmp_path / "a.mp4").read_bytes() == b"old"
+    with open_clip(tmp_path / "a.partial.mp4") as clip:
+        assert len(list(iter(clip.read, None))) == 5
 
 
 def test_a_motion_format_cannot_hold_the_current_view(controller: Controller, tmp_path: Path) -> None:

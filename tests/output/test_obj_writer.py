@@ -1,6 +1,7 @@
 import os
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import cv2
 import numpy as np
@@ -98,3 +99,17 @@ def test_materials_and_vertex_colours_are_written_and_read_back(tmp_path: Path, 
     np.testing.assert_array_equal(found.materials_of_triangles(), numbers)
     assert found.materials[0].colour == (0.1, 0.2, 0.3) and found.materials[0].alpha == 0.5
     np.testing.assert_array_equal(read_image(found.materials[1]), image[::-1])
+
+
+@pytest.mark.slow
+def test_a_failed_write_keeps_the_old_files_and_leaves_no_others(
+    tmp_path: Path, head: Mesh, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("a.obj", "a.mtl", "a-texture.png"):
+        (tmp_path / name).write_bytes(b"old")
+    monkeypatch.setattr(Path, "replace", Mock(side_effect=OSError(28, "No space left on device")))
+    with pytest.raises(ConfError, match=r"a\.obj cannot be written \(No space left on device\)"):
+        write_obj(tmp_path / "a.obj", head, head.vertices)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {
+        "a.obj": b"old", "a.mtl": b"old", "a-texture.png": b"old",
+    }  # fmt: skip
