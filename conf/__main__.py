@@ -1,18 +1,18 @@
 """Start of the program, for `conf` and `python -m conf`.
 
-Ctrl-C ends a program at any time without a traceback: at once while the modules are imported, through KeyboardInterrupt
-while a command runs, and at once again when it has ended.
+Once this module is imported, Ctrl-C ends the program without a traceback: at once while other modules are imported,
+through KeyboardInterrupt while a command runs, and at once again when it has ended. It imports as little as it can, as
+an interrupt before is answered by Python's own start, with a traceback.
 """
 
 import os
 import signal
 import sys
-from types import FrameType
 
 INTERRUPTED = 130  # exit status, as shells report it
 
 
-def leave(_number: int, _frame: FrameType | None) -> None:
+def leave(_number: int, _frame: object) -> None:
     """End the program at once: there is nothing to clean up yet."""
     os._exit(INTERRUPTED)
 
