@@ -1,6 +1,3 @@
-from functools import partial
-from itertools import count
-
 import numpy as np
 import pytest
 
@@ -55,15 +52,24 @@ def test_the_recording_sign_is_in_the_window_and_not_in_the_recorded_file(
     assert (recorded[0] != without).any(), "the line of statistics is not recorded"
 
 
+@pytest.mark.slow
 def test_the_resolution_of_the_heads_follows_the_drawing_time(window: OffscreenWindow, face: FaceModel) -> None:
-    """Each frame takes 50 ms, then 1 ms."""
-    for draw_s, scale in ((0.05, 0.5), (0.001, 1.0)):
-        clock = count(0.0, draw_s)
-        with FrameComposer(window, face, make_receiver(), draw_clock=partial(next, clock)) as slow:
+    """All pixels of the window take 100 ms, then 1 ms."""
+    for pixels_s, scale in ((0.1, 0.5), (0.001, 1.0)):
+        now, composers = [0.0], list[FrameComposer]()
+
+        def clock(
+            pixels_s: float = pixels_s, now: list[float] = now, composers: list[FrameComposer] = composers
+        ) -> float:
+            now[0] += pixels_s * composers[0]._grid._renderer.scale ** 2
+            return now[0]
+
+        with FrameComposer(window, face, make_receiver(), draw_clock=clock) as composer:
+            composers.append(composer)
             for frame in range(60):
-                composed(slow, window, frame / 30)
-            assert slow._grid._renderer.target is not None
-            assert slow._grid._renderer.target.size == (window.size[0] * scale, window.size[1] * scale)
+                composed(composer, window, frame / 30)
+            target = composer._grid._renderer.target
+            assert target is not None and target.size == (window.size[0] * scale, window.size[1] * scale)
 
 
 @pytest.mark.slow
