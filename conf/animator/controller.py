@@ -149,6 +149,8 @@ class Controller:
         with self.errors_as_notice():
             if suffix in MESH_SUFFIXES:
                 self._show(open_face_document(path))
+                # Save must not write over the points of the face before.
+                self.state = replace(self.state, fields=replace(self.state.fields, points=""))
                 self.find_missing_points()
             elif suffix == ".ppc":
                 self._show(with_points(self.face.document, read_ppc(path)))

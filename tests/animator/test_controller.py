@@ -245,3 +245,5 @@ def test_points_are_saved_beside_a_mesh_but_not_beside_the_shipped_head(
     assert controller.points_path == unplaced_mesh.with_suffix(".ppc")
     controller.state = replace(controller.state, fields=replace(controller.state.fields, points=" ~/a.ppc "))
     assert controller.points_path == Path("~/a.ppc").expanduser()
+    controller.open_file(unplaced_mesh, NOW)
+    assert controller.points_path == unplaced_mesh.with_suffix(".ppc"), "not the file of the face before"
