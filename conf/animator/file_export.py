@@ -28,6 +28,7 @@ from conf.output.obj_writer import write_obj
 from conf.output.video_writer import VideoWriter
 from conf.render.window import read_pixels
 
+SOUND_RATE = 48000  # samples a second
 SIZE_LIMITS = (16, 4096)  # width and height of an image, pixels
 FPS_LIMITS = (1.0, 120.0)
 
@@ -47,6 +48,7 @@ class ExportOptions:
     size : width and height of images and clips, pixels
     fps : of clips and motion files, None for that of the motion
     at : seconds into the motion, for images, meshes and control points
+    sound : (n,) int16 mono samples, SOUND_RATE a second, for a clip; None for a silent one
     """
 
     output: Path
@@ -54,6 +56,7 @@ class ExportOptions:
     fps: float | None = None
     at: float = 0.0
     view: ViewSettings = field(default_factory=ViewSettings)
+    sound: NDArray[np.int16] | None = None
 
 
 def check_output(output: Path, /) -> None:
@@ -144,10 +147,17 @@ def _write_clip(
     face: FaceModel, clip: MotionClip, options: ExportOptions, ctx: moderngl.Context | None
 ) -> Iterator[float]:
     frames = len(clip.displacements)
-    with _offscreen_renderer(face, options, ctx) as render, VideoWriter(options.output, fps=clip.fps) as writer:
+    rate = None if options.sound is None else SOUND_RATE
+    with (
+        _offscreen_renderer(face, options, ctx) as render,
+        VideoWriter(options.output, fps=clip.fps, audio_rate=rate) as writer,
+    ):
         for i in range(frames):
             sample = _sample(clip, i / clip.fps, options.view)
             writer.write(render(face.deform(sample.displacements), sample.pose))
+            if options.sound is not None:
+                begin, end = (round(frame / clip.fps * SOUND_RATE) for frame in (i, i + 1))
+                writer.write_audio(options.sound[begin:end], begin / SOUND_RATE)
             yield (i + 1) / (frames + 1)
 
 

@@ -17,6 +17,7 @@ from conf.commands.receive import ReceiveOptions, has_display, receive
 from conf.commands.support.arguments import add_json, add_seconds
 from conf.commands.support.call_table import call_table
 from conf.commands.support.child_process import start_conf
+from conf.commands.support.sound import add_no_sound
 from conf.errors import ConfError
 
 if TYPE_CHECKING:
@@ -30,19 +31,31 @@ LOOPBACK = "127.0.0.1"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_seconds(parser, f" (without a display: {HEADLESS_SECONDS:.0f})")
     parser.add_argument("--headless", action="store_true", help="no window: write conf-demo.mp4 and conf-demo.jpg")
+    parser.add_argument("--file", type=Path, metavar="CLIP", help="a clip of your own, with its sound")
+    add_no_sound(parser)
     add_json(parser)
 
 
 def run(options: argparse.Namespace, terminal: Terminal) -> None:
     headless = options.headless or not has_display()
     seconds = options.seconds or (HEADLESS_SECONDS if headless else None)
-    call = demo(seconds=seconds, headless=headless, on_report=terminal.write)
+    call = demo(
+        seconds=seconds, headless=headless, file=options.file, sound=not options.no_sound, on_report=terminal.write
+    )
     terminal.print_figures("the call", call, call_table(call))
 
 
-def demo(*, seconds: float | None, headless: bool, on_report: Callable[[str], None] = lambda text: None) -> CallReport:
+def demo(
+    *,
+    seconds: float | None,
+    headless: bool,
+    file: Path | None = None,
+    sound: bool = True,
+    on_report: Callable[[str], None] = lambda text: None,
+) -> CallReport:
     """Run sender and receiver until the window is closed, the time is over or the user interrupts.
 
+    file : a clip in place of the sample; sound : send and play its sound
     on_report : called at the end, with the full path of each file written
     Raises ConfError if one of the two cannot run.
     """
@@ -56,14 +69,15 @@ def demo(*, seconds: float | None, headless: bool, on_report: Callable[[str], No
     clip = Path("conf-demo.mp4") if headless else None
     picture = Path("conf-demo.jpg") if headless else None
     with tempfile.TemporaryDirectory(prefix="conf-demo-") as folder, UdpSocket.bind(LOOPBACK, 0) as socket:
-        clip_file = there_and_back(fetch_demo_clip(), Path(folder) / "clip.mp4")
+        clip_file = file or there_and_back(fetch_demo_clip(), Path(folder) / "clip.mp4")
         code = generate_code(os.urandom)
         receiver = format_address(socket.address)
         # The code is not on the command line, because every user of the machine can read that.
         arguments = ["send", receiver, "--file", str(clip_file), "--loop", "--json"]
+        arguments += [] if sound else ["--no-sound"]
         with start_conf(arguments, environment={"CONF_CODE": code}) as sender:
             try:
-                receive_options = ReceiveOptions(clip, picture, seconds, on_report=on_report)
+                receive_options = ReceiveOptions(clip, picture, seconds, on_report=on_report, sound=sound)
                 call = receive(socket, code, receive_options, should_continue=lambda: sender.poll() is None)
             finally:
                 sender.terminate()

@@ -14,6 +14,9 @@ from conf.commands.support.arguments import add_json
 from conf.errors import ConfError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from conf.face.deformation.face_model import FaceModel
     from conf.face.formats.dpc import MotionClip
 
@@ -28,6 +31,7 @@ class ExportRequest:
     size : `WxH`; fps : frames a second; both as typed
     face, ppc : another face than the shipped head
     at : seconds, of a single image or mesh; None is the peak of an emotion, the start of a recording
+    sound : a file with sound for a clip
     """
 
     output: Path
@@ -38,6 +42,7 @@ class ExportRequest:
     face: Path | None = None
     ppc: Path | None = None
     at: float | None = None
+    sound: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -60,6 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--fps", metavar="N", help="frames a second")
     parser.add_argument("--face", type=Path, metavar="FILE", help="another face: a mesh with its PPC beside it")
     parser.add_argument("--ppc", type=Path, help="its control points, if they are elsewhere")
+    parser.add_argument("--sound", type=Path, metavar="FILE", help="sound for a clip, from its start")
     parser.add_argument("--at", type=float, metavar="S", help="the time of a single image or mesh, in seconds")
     add_json(parser)
 
@@ -99,7 +105,8 @@ def export_file(
     seconds, at = duration_of(motion), default_time if request.at is None else request.at
     if not 0 <= at <= seconds:
         raise ConfError(f"the motion lasts {seconds:.2f} seconds: choose a time --at up to that instead of {at:g}")
-    options = file_export.ExportOptions(request.output, size, fps, at)
+    sound = None if request.sound is None else _load_sound(request.sound, request.output)
+    options = file_export.ExportOptions(request.output, size, fps, at, sound=sound)
     with ExitStack() as stack:
         draws = file_export.needs_drawing(request.output)
         ctx = stack.enter_context(OffscreenWindow(1, 1)).ctx if draws else None
@@ -122,3 +129,19 @@ def _load_motion(request: ExportRequest, face: FaceModel, fps: float | None) -> 
     expressions = load_expression(request.emotion).in_fapu(face.fapu).displacements
     clip = make_expression_clip(expressions, Envelope(), fps=fps or EMOTION_FPS, idle=True)
     return clip, peak_time(Envelope())
+
+
+def _load_sound(path: Path, output: Path) -> NDArray[np.int16]:
+    """Return the sound for a clip. Raises ConfError if the output is no clip or the file has no sound."""
+    import numpy as np
+
+    from conf.animator.file_export import SOUND_RATE
+    from conf.output.clip_encoder import CLIP_FORMATS
+    from conf.sender.capture.clip import read_sound
+
+    if output.suffix.lower() not in CLIP_FORMATS:
+        raise ConfError(f"{output.name} holds no sound: give a clip ({' '.join(CLIP_FORMATS)}), or leave --sound out")
+    blocks = [samples for _, samples in read_sound(path, rate=SOUND_RATE)]
+    if not blocks:
+        raise ConfError(f"{path} has no sound: give a file with a sound track")
+    return np.concatenate(blocks)

@@ -26,6 +26,7 @@ class ExtractionResult:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("clip", type=Path)
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT.dpc")
+    parser.add_argument("--sound", type=Path, metavar="OUT.wav", help="write the clip's sound too")
     add_json(parser)
 
 
@@ -34,6 +35,7 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
         result = extract(
             options.clip,
             options.output,
+            sound=options.sound,
             on_progress=lambda *counts: show(progress_text(*counts)),
             on_note=terminal.write,
         )
@@ -49,18 +51,31 @@ def extract(
     clip: Path,
     output: Path,
     *,
+    sound: Path | None = None,
     on_progress: Callable[[int, int], None] | None = None,
     on_note: Callable[[str], None] = lambda text: None,
 ) -> ExtractionResult:
     """Track a clip and write its motion; on_note gets what was odd about the clip.
 
+    sound : WAV file for the clip's sound, None to write none
     Raises CameraError, ModelError, RecordingError.
     """
+    import numpy as np
+
     from conf.face.formats.dpc import write_dpc
+    from conf.output.wav_writer import write_wav
+    from conf.sender.capture.clip import SOUND_RATE
+    from conf.sender.capture.sound import record_sound
     from conf.sender.tracking.offline import extract_motion
 
-    check_writable(output)
+    for path in (output, sound):
+        if path is not None:
+            check_writable(path)
+    recorded = None if sound is None else record_sound(clip)
     extracted = extract_motion(clip, on_progress, on_note)
     with report_write_errors(output, RecordingError):
         write_dpc(output, extracted.motion)
+    if sound is not None and recorded is not None:
+        count = round(len(extracted.motion.displacements) / extracted.motion.fps * SOUND_RATE)
+        write_wav(sound, np.concatenate([recorded, np.zeros(max(0, count - len(recorded)), np.int16)])[:count])
     return ExtractionResult(extracted.frames, extracted.frames_tracked, extracted.motion.fps, str(output.absolute()))

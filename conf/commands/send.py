@@ -133,8 +133,8 @@ def send(
     """Send until the clip ends, the time is over or the user interrupts.
 
     code : what the receiver shows, as normalise_code returns it
-    on_note : called with what is odd about the camera or clip
-    Raises CameraError, ModelError, NetworkError, FileFormatError.
+    on_note : called with what is odd about the camera or clip, or missing, such as a microphone
+    Raises CameraError, ModelError, NetworkError, FileFormatError, AudioError.
     """
     from conf.face.control_points import CONTROL_POINT_COUNT
     from conf.protocol.messages import StreamParameters
@@ -166,12 +166,13 @@ def _open_source(
     options: SendOptions, object_sender: ObjectSender | None, on_note: Callable[[str], None]
 ) -> Iterator[tuple[MotionSource, VoiceSender | None]]:
     from conf.sender.capture.camera import open_camera
-    from conf.sender.capture.clip import open_clip
     from conf.sender.motion.extractor import MotionExtractor
     from conf.sender.motion_source import TrackedMotionSource, open_motion_file
     from conf.sender.portrait.scheduler import PortraitScheduler
     from conf.sender.tracking.canonical_face import load_canonical_face
+    from conf.sender.tracking.detector import FaceDetector
     from conf.sender.tracking.model_files import fetch_models
+    from conf.sender.tracking.orientation import UprightCamera, open_upright_clip
     from conf.sender.tracking.tracker import FaceTracker
 
     with ExitStack() as stack:
@@ -183,8 +184,15 @@ def _open_source(
             yield motion, voice
             return
         models = fetch_models()
-        clip = stack.enter_context(open_clip(options.file, loop=options.loop)) if options.file else None
-        source = clip or stack.enter_context(open_camera(options.camera))
+        source: Clip | UprightCamera
+        clip = None
+        if options.file:
+            source = clip = stack.enter_context(
+                open_upright_clip(options.file, models, loop=options.loop, on_note=on_note)
+            )
+        else:
+            camera = stack.enter_context(open_camera(options.camera))
+            source = UprightCamera(camera, FaceDetector(models), on_note=on_note)
         canonical = load_canonical_face()
         extractor = MotionExtractor(canonical, source.size)
         scheduler = PortraitScheduler(canonical, object_sender) if object_sender else None

@@ -8,6 +8,8 @@ from conf.errors import ConfError
 from conf.face.default_head import DEFAULT_HEAD
 from conf.face.formats.dpc import MotionClip, read_dpc, write_dpc
 from conf.face.mesh.mesh import load_mesh
+from conf.output.wav_writer import write_wav
+from conf.sender.capture.clip import read_sound
 
 
 @pytest.fixture
@@ -75,3 +77,20 @@ def test_what_was_wrong_with_the_mesh_is_said_in_one_line(tmp_path: Path) -> Non
     lines = "1 lines with an unknown keyword (first in line 3), 1 faces with fewer than three corners (first in line 4)"
     missing = "the material library gone.mtl was not found beside the mesh"
     assert notes == [f"{face}: skipped {lines}; {missing}"]
+
+
+def test_sound_needs_a_clip_and_a_sound_track(tmp_path: Path) -> None:
+    write_wav(tmp_path / "s.wav", np.zeros(4800, np.int16))
+    request = ExportRequest(tmp_path / "joy.png", emotion="joy", sound=tmp_path / "s.wav")
+    with pytest.raises(ConfError, match=r"joy\.png holds no sound: give a clip \(\.mp4 \.avi\)"):
+        export_file(request)
+
+
+@pytest.mark.slow
+def test_a_clip_is_written_with_sound(tmp_path: Path) -> None:
+    write_wav(tmp_path / "s.wav", (8000 * np.sin(2 * np.pi * 440 * np.arange(24000) / 48000)).astype(np.int16))
+    output = tmp_path / "joy.mp4"
+    result = export_file(ExportRequest(output, emotion="joy", size="64x64", fps="10", sound=tmp_path / "s.wav"))
+    samples = np.concatenate([block for _, block in read_sound(output, rate=16000)])
+    assert np.abs(samples[1000:7000]).max() > 6000 and np.abs(samples[9500:]).max(initial=0) < 500
+    assert result.seconds > 0.5

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from conf.audio.samples import SAMPLE_RATE, AudioBlock
 from conf.errors import CameraError
-from conf.sender.capture.clip import Clip, read_sound
+from conf.sender.capture.clip import SOUND_RATE, Clip, open_clip, read_sound
 
 
 class SoundSource(Protocol):
@@ -95,3 +95,23 @@ class FileSound:
                 break
             self._pending = next(self._blocks, None)
         return blocks
+
+
+def record_sound(path: Path | str, /) -> NDArray[np.int16]:
+    """Return a clip's whole sound from the time of its first frame on, (n,) mono at clip.SOUND_RATE.
+
+    Raises CameraError if the file cannot be read or has no sound.
+    """
+    with open_clip(path) as clip:
+        offset = clip.round.offset
+    samples = np.zeros(0, np.int16)
+    found = False
+    for timestamp, block in read_sound(path, rate=SOUND_RATE):
+        found = True
+        position = round((timestamp + offset) * SOUND_RATE)
+        if position > len(samples):
+            samples = np.concatenate([samples, np.zeros(position - len(samples), np.int16)])
+        samples = np.concatenate([samples, block[max(0, len(samples) - position) :]])
+    if not found:
+        raise CameraError(f"{path} has no sound: leave --sound out.")
+    return samples

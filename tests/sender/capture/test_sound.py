@@ -10,7 +10,7 @@ import pytest
 from conf.audio.samples import SAMPLE_RATE, AudioBlock
 from conf.errors import CameraError
 from conf.sender.capture.clip import open_clip
-from conf.sender.capture.sound import FileSound
+from conf.sender.capture.sound import FileSound, record_sound
 from tests.support.generated_clips import write_clip
 
 TIMES = [i / 25 for i in range(25)]
@@ -79,3 +79,12 @@ def test_files_without_sound_are_refused(tmp_path: Path) -> None:
         FileSound(path)
     with pytest.raises(CameraError, match="there is no file"):
         FileSound(tmp_path / "nothing.wav")
+
+
+def test_a_whole_sound_track_begins_with_the_first_frame(tmp_path: Path) -> None:
+    samples = record_sound(write_clip(tmp_path / "tone.mp4", TIMES, sound_seconds=1.0))
+    assert len(samples) == pytest.approx(48000, abs=1100)
+    spectrum = np.abs(np.fft.rfft(samples[12000:36000]))
+    assert spectrum.argmax() * 2 == pytest.approx(440, abs=2)
+    with pytest.raises(CameraError, match=r"silent\.mp4 has no sound: leave --sound out\."):
+        record_sound(write_clip(tmp_path / "silent.mp4", TIMES[:3]))
