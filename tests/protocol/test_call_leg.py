@@ -1,5 +1,6 @@
 """Two ways over one session: bodies go to the half they concern, reports ride, voice and motion share a limit."""
 
+import copy
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -26,6 +27,7 @@ from conf.protocol.messages import (
     VoicePayload,
     VoiceStateMessage,
 )
+from conf.protocol.outgoing import OutgoingBody
 from conf.protocol.portrait.chunks import Ack, Chunk, encode_ack, encode_chunk
 from conf.protocol.rate_control.rate_levels import VoiceMode
 from conf.protocol.rate_control.send_budget import RateOptions
@@ -228,6 +230,73 @@ def test_no_voice_without_a_session_or_where_it_does_not_fit() -> None:
         send, _ = halves(both(RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC)))
         assert (send.voice_format.codec if send.voice_format else None) == codec
     assert halves(both())[0].voice_format is None
+
+
+def test_acknowledgements_and_counters_go_to_the_sending_half(monkeypatch: pytest.MonkeyPatch) -> None:
+    leg, calls = both(), list[object]()
+    send, receive = halves(leg)
+    monkeypatch.setattr(send, "receive_portrait_ack", calls.append)
+    monkeypatch.setattr(send, "on_sent", lambda *args: calls.append(args))
+    ack = PortraitAck(encode_ack(Ack(1, (), ())))
+    deliver(leg, ack, Composite((ack, RoundTripMessage(80))))
+    send.send_frame(frame(0.0), 0.5)
+    (outgoing,) = leg.bodies_to_send(0.5)
+    leg.on_sent(7, outgoing, 0.6)
+    assert calls == [ack, ack, (7, outgoing, 0.6)]
+    for _ in range(2):
+        leg.receive_body(b"\x02junk", 3, 60, 0.7)
+    assert receive.rejected == 2
+
+
+def test_the_arrival_of_content_gives_the_jitter_of_the_report() -> None:
+    leg = both()
+    deliver(leg, payload(15), now=10.0)
+    deliver(leg, Composite((payload(30), RoundTripMessage(80))), now=11.16, counter=1)
+    (datagram,) = sent(leg, 12.0)
+    assert isinstance(datagram[0], Feedback) and not datagram[0].refresh
+    assert datagram[0].report.jitter_ms == 10  # 160 ms / 16
+
+
+@pytest.mark.parametrize(("spare", "reserves"), [(0, True), (-1, False)])
+def test_acknowledgements_go_with_voice_only_as_far_as_there_is_room(
+    monkeypatch: pytest.MonkeyPatch, spare: int, reserves: bool
+) -> None:
+    leg = both()
+    deliver(leg, PortraitChunk(encode_chunk(Chunk(3, 80, 0, 20, bytes(20)))), RoundTripMessage(80))
+    ((report, ack),) = sent(copy.deepcopy(leg), 1.0)
+    needed = len(encode_body(report)) + 1 + len(encode_body(ack)) + 1
+    reserved: list[int] = []
+    monkeypatch.setattr(leg.send, "room", lambda now: needed + spare * now)
+    monkeypatch.setattr(leg.send, "bodies_to_send", lambda _, *, reserved: given(reserved))
+
+    def given(size: int) -> list[OutgoingBody]:
+        reserved.append(size)
+        return []
+
+    leg.bodies_to_send(1.0)
+    assert reserved == [needed if reserves else 0]
+
+
+def test_reports_are_as_far_apart_as_the_sending_half_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    leg = both()
+    monkeypatch.setattr(leg.send, "report_interval_s", lambda now: 3.0 + 0 * now)
+    times = []
+    for step in range(10):
+        deliver(leg, RoundTripMessage(80), counter=step, now=float(step))
+        times += [step for _ in sent(leg, float(step))]
+    assert times == [0, 3, 6, 9]
+
+
+def test_only_a_datagram_with_voice_may_use_the_limit_completely() -> None:
+    leg = both(RateOptions(kbps=16.0, voice=VoiceMode.AUTOMATIC))
+    send, _ = halves(leg)
+    assert send.budget.take(1250, 0.0)
+    send.send_frame(frame(0.0), 0.0)
+    assert sent(leg, 0.0) == []
+    send.send_voice(VoicePacket(0.0, OPUS, (bytes(68),)), 0.0)
+    ((*_, last),) = types(leg, 0.0)
+    assert last is VoicePayload
+    assert leg.closing_bodies(0.0) == []
 
 
 RATES = [16.0, 9.6, 6.0, 4.8, 2.4]
