@@ -8,14 +8,32 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from conf.protocol.codec.profiles import PROFILES
-from conf.protocol.messages import Bye, MotionFrame
+from conf.protocol.feedback import Report
+from conf.protocol.messages import (
+    Body,
+    Bye,
+    Composite,
+    Feedback,
+    MotionFrame,
+    MotionPayload,
+    PortraitChunk,
+    RoundTripMessage,
+    SingleBody,
+    StreamParameters,
+)
+from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.rate_control.circuit_breaker import OPEN_AFTER_S
 from conf.protocol.rate_control.send_budget import RateOptions
-from conf.protocol.session.events import Connected, NoAnswer, SessionEnded, WrongCode
+from conf.protocol.sender_connection import SenderConnection
+from conf.protocol.session.client import SenderSession
+from conf.protocol.session.events import BodyReceived, Connected, NoAnswer, SessionEnded, WrongCode
+from conf.protocol.session.server import SessionServer
 from conf.protocol.statistics import HEADER_BYTES
-from conf.protocol.wire import encode_body
+from conf.protocol.voice.formats import VoiceFormat, VoicePacket, VoiceState
+from conf.protocol.wire import decode_body, encode_body
+from tests.protocol.motion.test_outbound import PARAMETERS
 from tests.support.simulated_calls import Line, SimulatedSender, World, talk
-from tests.support.simulated_sessions import RECEIVER, WRONG
+from tests.support.simulated_sessions import CODE, RECEIVER, SENDER, WRONG, seeded
 
 # FAPU units, mean of all points. A single blink, on which the codec was not trained, gives 130 without any loss.
 MAX_ERROR = 160
@@ -36,6 +54,101 @@ def decoded_errors(world: World, sender: SimulatedSender, seconds: float) -> lis
                 truth = sender.frames[min(sender.frames, key=lambda t: abs(t - sender.origin - frame.timestamp))]
                 errors.append(float(np.linalg.norm(frame.displacements - truth.displacements, axis=1).mean()))
     return errors
+
+
+class Direct:
+    """A connection and the receiver's sessions, joined without a network."""
+
+    def __init__(self, portrait: ObjectSender | None = None, *, two_way: bool = False) -> None:
+        self.server = SessionServer(CODE, seeded("receiver"))
+        session = SenderSession(CODE, RECEIVER, seeded("sender"), 0.0)
+        self.connection = SenderConnection(session, PARAMETERS, 0.0, portrait=portrait, two_way=two_way)
+        self.session = session
+        self.sizes: list[int] = []
+        while not self.server.sessions:
+            self.exchange(0.0)
+
+    def exchange(self, now: float) -> list[SingleBody]:
+        """Carry what is due in both directions. Returns the bodies received."""
+        for data, _ in self.connection.datagrams_to_send(now):
+            self.sizes.append(len(data) + HEADER_BYTES)
+            self.server.receive_datagram(data, SENDER, now)
+        for data, _ in self.server.datagrams_to_send(now):
+            self.connection.receive_datagram(data, RECEIVER, now)
+        received: list[SingleBody] = []
+        while event := self.server.next_event():
+            if isinstance(event, BodyReceived):
+                body = decode_body(event.body)
+                received += body.bodies if isinstance(body, Composite) else (body,)
+        return received
+
+    def reply(self, body: Body, now: float) -> int:
+        """Send a body to the connection. Returns the size of its datagram."""
+        (session,) = self.server.sessions
+        sealed = self.server.seal_body(session, encode_body(body))
+        assert sealed
+        self.connection.receive_datagram(sealed.datagram, RECEIVER, now)
+        return len(sealed.datagram) + HEADER_BYTES
+
+
+@pytest.mark.parametrize("two_way", [False, True])
+def test_what_the_receiver_sends_is_received_if_the_call_goes_both_ways(two_way: bool) -> None:
+    call = Direct(two_way=two_way)
+    stream = call.connection.stream
+    assert (stream is not None) == two_way
+    size = call.reply(RoundTripMessage(80), 3.0)
+    if stream:
+        assert (stream.round_trip_ms, stream.traffic.total, stream.last_received) == (80, size, 3.0)
+
+
+def test_motion_portrait_and_traffic_of_a_connection(monkeypatch: pytest.MonkeyPatch) -> None:
+    portrait = ObjectSender()
+    portrait.send_object(0, bytes(500), priority=0)
+    call, counted = Direct(portrait), list[tuple[int, float]]()
+    assert [type(event) for event in iter(call.connection.next_event, None)] == [Connected]
+    monkeypatch.setattr(call.connection._send.budget, "on_datagrams_sent", lambda *args: counted.append(args))
+    call.connection.send_frame(talk(0.0), 1.0)
+    before = len(call.sizes)
+    assert [type(body) for body in call.exchange(1.0)] == [StreamParameters, MotionPayload, PortraitChunk]
+    assert counted == [(sum(call.sizes[before:]), 1.0)]
+    closing = [len(data) + HEADER_BYTES for data, _ in call.connection.close(2.0)]
+    assert call.connection.traffic.total == sum(call.sizes) + sum(closing)
+
+
+def test_only_a_report_acknowledges(monkeypatch: pytest.MonkeyPatch) -> None:
+    call, acknowledged = Direct(), list[int]()
+    monkeypatch.setattr(call.session, "acknowledge", acknowledged.append)
+    call.reply(RoundTripMessage(80), 1.0)
+    call.reply(Feedback(Report(0, 0, 0, 0, 0), refresh=False), 2.0)
+    assert acknowledged == [0]
+
+
+def test_a_session_that_ends_stops_sending() -> None:
+    call = Direct()
+    assert call.connection.status(1.0).connected and call.session._active
+    call.session._active.sealing_key.counter = 1 << 32
+    call.connection.send_frame(talk(0.0), 1.0)
+    call.connection.datagrams_to_send(1.0)
+    call.connection.datagrams_to_send(1.1)
+    assert not call.connection.status(1.1).connected
+    assert [type(event) for event in iter(call.connection.next_event, None)] == [Connected, SessionEnded]
+
+
+def test_everything_sent_goes_to_the_sending_half(monkeypatch: pytest.MonkeyPatch) -> None:
+    connection, calls = Direct().connection, list[object]()
+    packet = VoicePacket(1.0, VoiceFormat("opus", 9000, 60, 1, fixed_size=False), (b"a",))
+    for name in ("send_no_face", "send_voice", "set_voice_state"):
+        monkeypatch.setattr(connection._send, name, lambda *args, **options: calls.append((*args, options)))
+    connection.send_no_face(5.0, 6.0)
+    connection.send_voice(packet, 7.0)
+    connection.set_voice_state(VoiceState.SILENT, 8.0, noise_level=50)
+    connection.set_voice_state(VoiceState.OFF, 9.0)
+    assert calls == [
+        (5.0, 6.0, {}),
+        (packet, 7.0, {}),
+        (VoiceState.SILENT, 8.0, {"noise_level": 50}),
+        (VoiceState.OFF, 9.0, {"noise_level": 127}),
+    ]
 
 
 @pytest.mark.slow
