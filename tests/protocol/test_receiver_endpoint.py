@@ -1,15 +1,27 @@
 """One receiver and many senders."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 
-from conf.protocol.messages import MotionFrame
-from conf.protocol.session.events import Connected, Refused, SessionEnded
+from conf.protocol.feedback import Report
+from conf.protocol.messages import Body, Bye, Feedback, MotionFrame, RoundTripMessage
+from conf.protocol.rate_control.circuit_breaker import OPEN_AFTER_S
+from conf.protocol.receive_leg import SILENCE_S
+from conf.protocol.receiver_endpoint import ReceiverEndpoint
+from conf.protocol.send_leg import SendLeg
+from conf.protocol.session.client import SenderSession
+from conf.protocol.session.events import AddressChanged, BodyReceived, Connected, Refused, SessionEnded
 from conf.protocol.session.handshake import Refusal
-from conf.protocol.session.server import MAX_SESSIONS
+from conf.protocol.session.server import MAX_SESSIONS, SessionServer
 from conf.protocol.statistics import HEADER_BYTES
+from conf.protocol.wire import encode_body
+from tests.protocol.motion.test_inbound import payload
+from tests.protocol.motion.test_outbound import PARAMETERS
 from tests.support.simulated_calls import Line, Motion, World, talk
-from tests.support.simulated_sessions import RECEIVER
+from tests.support.simulated_sessions import CODE, RECEIVER, SENDER, seeded
 
 
 def pitched(angle: float) -> Motion:
@@ -20,6 +32,104 @@ def pitched(angle: float) -> Motion:
         return MotionFrame(timestamp, face.displacements, face.pose + np.array([angle, 0, 0, 0, 0, 0]))
 
     return motion
+
+
+class Direct:
+    """An endpoint and senders' sessions, joined without a network."""
+
+    def __init__(self, make_send_leg: Callable[[float], SendLeg] | None = None) -> None:
+        self.sessions = SessionServer(CODE, seeded("receiver"))
+        self.endpoint = ReceiverEndpoint(self.sessions, make_send_leg=make_send_leg)
+
+    def call(self, port: int, now: float) -> SenderSession:
+        """Return the session of a new caller from 198.51.100.7 and its port."""
+        caller = SenderSession(CODE, RECEIVER, seeded(port), now)
+        while caller.session is None:
+            for data, _ in caller.datagrams_to_send(now):
+                self.endpoint.receive_datagram(data, (SENDER[0], port), now)
+            for data, _ in self.endpoint.datagrams_to_send(now):
+                caller.receive_datagram(data, RECEIVER, now)
+        assert isinstance(caller.next_event(), Connected)
+        return caller
+
+    def send(self, caller: SenderSession, port: int, body: Body, now: float) -> int:
+        """Send a body to the endpoint. Returns the size of its datagram."""
+        sealed = caller.seal_body(encode_body(body))
+        assert sealed
+        self.endpoint.receive_datagram(sealed.datagram, (SENDER[0], port), now)
+        return len(sealed.datagram) + HEADER_BYTES
+
+
+def test_a_new_call_gets_a_sending_half_that_has_started(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[tuple[SendLeg, float]] = []
+
+    def make(now: float) -> SendLeg:
+        made.append((SendLeg(PARAMETERS, now), now))
+        return made[-1][0]
+
+    direct = Direct(make)
+    caller = direct.call(1, 2 * OPEN_AFTER_S)
+    ((send, now),) = made
+    assert now == 2 * OPEN_AFTER_S and send.status(now).connected and not send.status(now).stopped
+    (leg,) = direct.endpoint.legs.values()
+    assert leg.send is send
+    calls: list[tuple[Any, ...]] = []
+    monkeypatch.setattr(leg, "on_sent", lambda *args: calls.append(args))
+    monkeypatch.setattr(direct.sessions, "acknowledge", lambda *args: calls.append(args))
+    send.send_frame(talk(0.0), now)
+    ((data, _),) = direct.endpoint.datagrams_to_send(now)
+    ((counter, outgoing, at),) = calls
+    assert (counter, at) == (0, now)
+    caller.receive_datagram(data, RECEIVER, now)
+    assert caller.next_event() == BodyReceived(caller.session or 0, outgoing.body, RECEIVER, 0)
+    direct.send(caller, 1, Feedback(Report(0, 0, 0, 0, 0), refresh=False), now)
+    direct.send(caller, 1, RoundTripMessage(80), now)
+    assert calls[1:] == [(caller.session, 0)]
+
+
+def test_a_silent_caller_has_no_rate_jitter_or_delay() -> None:
+    direct = Direct()
+    caller = direct.call(1, 0.0)
+    direct.send(caller, 1, PARAMETERS, 1.0)
+    direct.send(caller, 1, payload(0), 1.0)
+    (stream,) = direct.endpoint.streams.values()
+    stream.reception.jitter.seconds = stream.clock.delay_s = 0.5
+    for now, is_silent in ((1.0 + SILENCE_S, False), (1.1 + SILENCE_S, True)):
+        figures = direct.endpoint.snapshot(now)
+        assert (figures.frames_received, figures.datagrams) == (1, 2)
+        assert [bool(n) for n in (figures.raw_kbps, figures.jitter_ms, figures.playout_delay_ms)] == [not is_silent] * 3
+        if is_silent:
+            assert (figures.raw_kbps, figures.jitter_ms, figures.playout_delay_ms) == (0.0, 0.0, 0.0)
+
+
+def test_the_report_holds_running_and_ended_calls_and_when_each_was_there() -> None:
+    direct = Direct()
+    first, second, third = (direct.call(port, float(port)) for port in (1, 2, 3))
+    assert first.session is not None and second.session is not None
+    size = direct.send(first, 1, payload(0), 5.0)
+    for caller, port, bodies in ((first, 1, 1), (second, 2, 2)):
+        for _ in range(bodies):
+            sealed = caller.seal_body(b"\x02junk")
+            assert sealed
+            direct.endpoint.receive_datagram(sealed.datagram, (SENDER[0], port), 6.0)
+    direct.send(second, 2, Bye(), 10.0)
+    direct.endpoint.datagrams_to_send(30.0)
+    direct.send(third, 33, RoundTripMessage(80), 35.9)  # from a new address
+    direct.endpoint.datagrams_to_send(36.0)  # the first has been silent for 30 s
+    report = direct.endpoint.report(43.0)
+    rows = [(row.caller, row.connected, row.connected_s) for row in report.callers]
+    host = SENDER[0]
+    assert rows == [(f"{host}:1", False, 5.0), (f"{host}:2", False, 8.0), (f"{host}:33", True, 40.0)]
+    assert report.callers[0].wire_bytes > size and report.callers[0].frames_received == 1
+    assert report.rejected == direct.endpoint.rejected == 3
+    assert direct.endpoint.ended_calls == 2
+    events = list(iter(direct.endpoint.next_event, None))
+    assert [type(event) for event in events] == [Connected] * 3 + [SessionEnded, AddressChanged, SessionEnded]
+
+
+def test_an_endpoint_begins_without_calls() -> None:
+    endpoint = Direct().endpoint
+    assert (endpoint.ended_calls, endpoint.rejected, endpoint.next_event(), endpoint.callers) == (0, 0, None, set())
 
 
 @pytest.mark.slow
