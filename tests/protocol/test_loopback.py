@@ -5,6 +5,7 @@ import pytest
 
 from conf.protocol.loopback import ONE_WAY_S, LoopbackCall
 from conf.protocol.messages import MotionFrame, StreamParameters
+from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.rate_control.send_budget import RateOptions
 from conf.protocol.statistics import HEADER_BYTES
 
@@ -46,3 +47,13 @@ def test_reports_come_back() -> None:
     status = call(45, "auto").sender.status(3.0)
     assert status.round_trip_ms == pytest.approx(2 * ONE_WAY_S * 1000, abs=70)
     assert status.loss_percent == 0
+
+
+def test_the_rate_is_applied_and_the_portrait_arrives() -> None:
+    portrait = ObjectSender()
+    portrait.send_object(0, bytes(range(200)), priority=0)
+    made = LoopbackCall(PARAMETERS, 0.0, random.Random(1).randbytes, rate=RateOptions("live", 100.0), portrait=portrait)
+    for i in range(30):
+        made.send_frame(frame(i), i / 15)
+    assert list(made.stream.received_objects) == [bytes(range(200))]
+    assert call(1, "rich").sender.status(1.0).profile == "rich"
