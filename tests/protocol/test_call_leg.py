@@ -277,16 +277,6 @@ def test_acknowledgements_go_with_voice_only_as_far_as_there_is_room(
     assert reserved == [needed if reserves else 0]
 
 
-def test_reports_are_as_far_apart_as_the_sending_half_says(monkeypatch: pytest.MonkeyPatch) -> None:
-    leg = both()
-    monkeypatch.setattr(leg.send, "report_interval_s", lambda now: 3.0 + 0 * now)
-    times = []
-    for step in range(10):
-        deliver(leg, RoundTripMessage(80), counter=step, now=float(step))
-        times += [step for _ in sent(leg, float(step))]
-    assert times == [0, 3, 6, 9]
-
-
 def test_only_a_datagram_with_voice_may_use_the_limit_completely() -> None:
     leg = both(RateOptions(kbps=16.0, voice=VoiceMode.AUTOMATIC))
     send, _ = halves(leg)
