@@ -3,9 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from conf.protocol.codec.decoder import Decoder
 from conf.protocol.codec.profiles import LIVE, NARROWBAND, RICH
 from conf.protocol.messages import KeepAlive, MotionFrame, MotionPayload, Presence, StreamParameters
-from conf.protocol.motion.outbound import FAPU_TOLERANCE, MAX_IN_FLIGHT, OutboundMotion
+from conf.protocol.motion.outbound import FAPU_TOLERANCE, MAX_IN_FLIGHT, SMOOTHING, OutboundMotion
 from conf.protocol.outgoing import OutgoingBody
 from conf.protocol.wire import decode_body
 
@@ -271,3 +272,66 @@ def test_frames_far_apart_are_reduced_to_the_newest() -> None:
     outbound._frame_bytes = 20.0
     outbound.flush(max_bytes=40.0)
     assert all(o.frame_numbers == (8,) for o in motion_of(outbound))
+
+
+def waiting(stamps: list[float], frame_bytes: float) -> OutboundMotion:
+    """Return motion whose frames wait, each of an expected size."""
+    outbound = OutboundMotion(PARAMETERS)
+    outbound.wait_for_flush(True)
+    assert [o for o in run(outbound, stamps) if o.frame_numbers] == []
+    outbound._frame_bytes = frame_bytes
+    return outbound
+
+
+@pytest.mark.parametrize(
+    ("step", "count", "max_bytes", "numbers"),
+    [
+        (1, 7, 701, (0, 1, 2, 3, 4, 5, 6)),
+        (1, 7, 700.9, (0, 2, 4, 6)),
+        (1, 7, 401, (0, 2, 4, 6)),
+        (1, 7, 400.9, (2, 6)),
+        (1, 7, 201, (2, 6)),
+        (1, 7, 200.9, ()),
+        (2, 4, 401, (0, 2, 4, 6)),
+        (2, 4, 400.9, (2, 6)),
+        (2, 4, 200.9, (6,)),
+        (2, 4, 101, (6,)),
+        (2, 4, 100.9, ()),
+        (4, 3, 301, (0, 4, 8)),
+        (4, 3, 300.9, (8,)),
+        (1, 2, 201, (0, 1)),
+        (1, 2, 200.9, (1,)),
+        (1, 1, 101, (0,)),
+        (1, 1, 100.9, ()),
+    ],
+)
+def test_frames_that_wait_are_thinned_out_to_the_bytes_left(
+    step: int, count: int, max_bytes: float, numbers: tuple[int, ...]
+) -> None:
+    outbound = waiting([number * step * FRAME_S for number in range(count)], 100.0)
+    outbound.flush(max_bytes)
+    sent = outbound.drain()
+    assert [o.frame_numbers for o in sent] == ([numbers] if numbers else [])
+    assert outbound.frames_sent == len(numbers)
+    for outgoing in sent:
+        body = decode_body(outgoing.body)
+        assert isinstance(body, MotionPayload)
+        decoded = Decoder().decode(body.payload, numbers[0])
+        assert tuple(one.frame_number for one in decoded) == numbers
+    outbound.flush()
+    assert outbound.drain() == []
+
+
+@pytest.mark.parametrize(("spare", "count"), [(0, 1), (-1, 0)])
+def test_a_payload_larger_than_expected_is_dropped(spare: int, count: int) -> None:
+    outbound, same = waiting(frames(3), 1.0), waiting(frames(3), 1.0)
+    same.flush()
+    outbound.flush(len(same.drain()[0].body) + spare)
+    assert len(outbound.drain()) == count and outbound.frames_sent == 3 * count
+
+
+def test_the_expected_size_of_a_frame_follows_the_payloads() -> None:
+    outbound = waiting(frames(2), 100.0)
+    outbound.flush()
+    ((size,),) = [[len(o.body) - 1] for o in outbound.drain()]
+    assert outbound._frame_bytes == pytest.approx(100 + (size / 2 - 100) / SMOOTHING)
