@@ -125,12 +125,8 @@ def test_bodies_beyond_the_limit_are_dropped() -> None:
     leg.send_frame(frame(0.0), 0.0)
     assert [type(decode_body(outgoing.body)) for outgoing in leg.call.bodies_to_send(0.0)] == [StreamParameters]
     leg = started(RateOptions(kbps=1.2))
-    assert (closing(leg), closing(leg)) == ([Bye(), Bye()], [])
+    assert [len(leg.call.closing_bodies(0.0)) for _ in range(2)] == [2, 0]
     assert [decode_body(outgoing.body) for outgoing in leg.closing_bodies()] == [Bye(), Bye()]
-
-
-def closing(leg: Leg) -> list[Body]:
-    return [decode_body(outgoing.body) for outgoing in leg.call.closing_bodies(0.0)]
 
 
 def test_a_report_tells_the_newest_counter_and_other_bodies_tell_none() -> None:
