@@ -67,7 +67,7 @@ class CallLeg:
         Returns the newest counter that the peer is now known to have received, None if the body tells none.
         """
         if self.receive:
-            self.receive.on_datagram(wire_bytes, now)
+            self.receive.on_datagram(data, wire_bytes, now)
         try:
             body = decode_body(data)
         except ProtocolError:

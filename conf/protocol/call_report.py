@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from itertools import chain
 
 from conf.protocol.address import Address, format_address
-from conf.protocol.statistics import TrafficSnapshot, merge_snapshots
+from conf.protocol.statistics import MediaBytes, TrafficSnapshot, merge_snapshots
 
 MAX_CALLERS = 100  # rows kept; more callers that have left are added up in one row
 OTHERS = "others"
@@ -19,6 +19,7 @@ class CallerReport:
     connected : whether the caller is still there
     connected_s : seconds for which the caller was connected, all its calls together; rates are over this time
     wire_bytes_per_frame : bytes; wire_kbps, raw_kbps : kilobits (1,000 bits) a second; ratio : raw to wire
+    media_bytes : wire_bytes by what they carry
     """
 
     caller: str
@@ -31,6 +32,7 @@ class CallerReport:
     wire_bytes_per_frame: float
     raw_kbps: float
     ratio: float
+    media_bytes: MediaBytes
 
 
 @dataclass(frozen=True)
@@ -117,7 +119,13 @@ def over_time(figures: TrafficSnapshot, seconds: float) -> TrafficSnapshot:
     wire, raw = figures.wire_bytes, figures.raw_bytes_per_frame * figures.frames_received
     rates: Iterable[float] = (n / seconds if seconds > 0 else 0.0 for n in (figures.frames_received, wire, raw))
     fps, wire_rate, raw_rate = rates
-    return replace(figures, fps=fps, wire_kbps=wire_rate * 8 / 1000, raw_kbps=raw_rate * 8 / 1000)
+    return replace(
+        figures,
+        fps=fps,
+        wire_kbps=wire_rate * 8 / 1000,
+        raw_kbps=raw_rate * 8 / 1000,
+        media_bytes_per_second=figures.media_bytes.scaled(1 / seconds if seconds > 0 else 0.0),
+    )
 
 
 def _row(caller: _Caller, figures: TrafficSnapshot, now: float) -> CallerReport:
@@ -134,4 +142,5 @@ def _row(caller: _Caller, figures: TrafficSnapshot, now: float) -> CallerReport:
         wire_bytes_per_frame=figures.wire_bytes_per_frame,
         raw_kbps=mean.raw_kbps,
         ratio=figures.ratio,
+        media_bytes=figures.media_bytes,
     )

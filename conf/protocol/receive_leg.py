@@ -8,7 +8,7 @@ from conf.protocol.motion.inbound import InboundMotion
 from conf.protocol.playout_clock import PlayoutClock
 from conf.protocol.portrait.object_receiver import ObjectReceiver
 from conf.protocol.reception_statistics import ReceptionStatistics
-from conf.protocol.statistics import RateWindow, TrafficSnapshot, raw_frame_bytes
+from conf.protocol.statistics import MediaTraffic, RateWindow, TrafficSnapshot, count_media, raw_frame_bytes
 from conf.protocol.stream_clock import PeerStreamClock
 from conf.protocol.voice.inbound import InboundVoice
 
@@ -21,7 +21,7 @@ class ReceiveLeg:
 
     motion, voice : the incoming streams; clock : when what they hold is due
     received_objects : complete objects of the sender's portrait, oldest first, for the user to remove
-    traffic : bytes received, headers included
+    traffic : bytes received, headers included; media : the same by what they carry
     last_received : when the newest datagram came, None before the first
     rejected : malformed bodies; missed_references : frames whose reference had not arrived
     refresh_needed : whether the next report must say that a reference is missing
@@ -37,6 +37,7 @@ class ReceiveLeg:
         self.voice = InboundVoice(self.clock, peer_clock)
         self.received_objects: deque[bytes] = deque(maxlen=MAX_OBJECTS)
         self.traffic = RateWindow()
+        self.media = MediaTraffic()
         self.rejected = 0
         self.missed_references = 0
         self.refresh_needed = False
@@ -45,9 +46,10 @@ class ReceiveLeg:
         self._object_receiver = ObjectReceiver(receiver_id)
         self.last_received: float | None = None
 
-    def on_datagram(self, wire_bytes: int, now: float) -> None:
-        """Count an authenticated datagram. wire_bytes : its size, headers included"""
+    def on_datagram(self, data: bytes, wire_bytes: int, now: float) -> None:
+        """Count an authenticated datagram. data : its encoded body; wire_bytes : its size, headers included"""
         self.traffic.add(wire_bytes, now)
+        self.media.add(count_media(data, wire_bytes), now)
         self.last_received = now
 
     def is_silent(self, now: float) -> bool:
@@ -77,6 +79,8 @@ class ReceiveLeg:
             ratio=raw * frames.count / self.traffic.total if self.traffic.total else 0.0,
             jitter_ms=self.reception.jitter.seconds * 1000,
             playout_delay_ms=self.clock.delay_s * 1000,
+            media_bytes=self.media.total,
+            media_bytes_per_second=self.media.rates(now),
         )
 
     def receive(self, body: messages.SingleBody, counter: int, now: float) -> float | None:

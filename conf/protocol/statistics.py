@@ -1,15 +1,75 @@
-"""Traffic figures: bytes and frames over a sliding window, interarrival jitter, the cost of raw pixels.
+"""Traffic figures: bytes by medium and frames over a sliding window, interarrival jitter, the cost of raw pixels.
 
 Every rate includes the headers that the network adds. Source: RFC 3550, section 6.4.1 (interarrival jitter).
 """
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, field
+
+from conf.errors import ProtocolError
+from conf.protocol.wire import (
+    MOTION_BIT,
+    PARAMETERS,
+    PORTRAIT_CHUNK,
+    VOICE_BIT,
+    VOICE_FORMAT,
+    VOICE_STATE,
+    split_bodies,
+)
 
 HEADER_BYTES = 28  # IPv4 20, UDP 8; IPv6 adds 20 more
 WINDOW_S = 5.0
 MIN_SPAN_S = 1.0
 BYTES_PER_PIXEL = 3
+# What the bodies of a kind carry; the others are overhead.
+_MEDIA = {PARAMETERS: "face", PORTRAIT_CHUNK: "portrait", VOICE_FORMAT: "voice", VOICE_STATE: "voice"}
+
+
+@dataclass(frozen=True)
+class MediaBytes:
+    """Bytes, or bytes a second, by what they carry.
+
+    overhead : headers, framing, seal, lengths in composites, reports and whatever else keeps a call up
+    """
+
+    face: float = 0
+    voice: float = 0
+    portrait: float = 0
+    overhead: float = 0
+
+    def __add__(self, other: "MediaBytes") -> "MediaBytes":
+        return MediaBytes(*(a + b for a, b in zip(astuple(self), astuple(other), strict=True)))
+
+    @property
+    def total(self) -> float:
+        """All bytes together."""
+        return self.face + self.voice + self.portrait + self.overhead
+
+    def scaled(self, factor: float) -> "MediaBytes":
+        """Return each amount times a factor."""
+        return MediaBytes(*(amount * factor for amount in astuple(self)))
+
+
+def count_media(data: bytes, wire_bytes: int) -> MediaBytes:
+    """Return the bytes of a datagram by what they carry; those of a malformed composite are overhead.
+
+    data : its encoded body; wire_bytes : its size, headers included
+    """
+    try:
+        parts = split_bodies(data)
+    except ProtocolError:
+        parts = []
+    amounts = dict.fromkeys(("face", "voice", "portrait"), 0)
+    for part in parts:
+        if (medium := _medium(part[0])) is not None:
+            amounts[medium] += len(part)
+    return MediaBytes(**amounts, overhead=wire_bytes - sum(amounts.values()))
+
+
+def _medium(kind: int) -> str | None:
+    if kind & MOTION_BIT:
+        return "face"
+    return "voice" if kind & VOICE_BIT else _MEDIA.get(kind)
 
 
 @dataclass(frozen=True)
@@ -19,6 +79,7 @@ class TrafficSnapshot:
     wire_bytes_per_frame, raw_bytes_per_frame : bytes; raw is the sender's image as 8-bit RGB
     wire_kbps, raw_kbps : kilobits (1,000 bits) a second
     ratio : raw bytes for each byte on the wire, over the whole stream, 0 before anything has arrived
+    media_bytes : since the start; media_bytes_per_second : of the last seconds
     """
 
     frames_received: int
@@ -34,6 +95,8 @@ class TrafficSnapshot:
     ratio: float
     jitter_ms: float
     playout_delay_ms: float
+    media_bytes: MediaBytes = field(default=MediaBytes(), kw_only=True)
+    media_bytes_per_second: MediaBytes = field(default=MediaBytes(), kw_only=True)
 
     @property
     def wire_bytes(self) -> int:
@@ -45,13 +108,13 @@ class RateWindow:
     """Sum and count of events in the last WINDOW_S seconds and since the start."""
 
     def __init__(self) -> None:
-        self.total = 0
+        self.total: float = 0
         self.count = 0
-        self._recent: deque[tuple[float, int]] = deque()
-        self._sum = 0
+        self._recent: deque[tuple[float, float]] = deque()
+        self._sum: float = 0
         self._started_at: float | None = None
 
-    def add(self, amount: int, now: float) -> None:
+    def add(self, amount: float, now: float) -> None:
         """Add an event of `amount` at `now`."""
         self._started_at = now if self._started_at is None else self._started_at
         self.total += amount
@@ -71,6 +134,27 @@ class RateWindow:
     def _drop_old(self, now: float) -> None:
         while self._recent and self._recent[0][0] <= now - WINDOW_S:
             self._sum -= self._recent.popleft()[1]
+
+
+class MediaTraffic:
+    """The bytes of a stream by what they carry, in the last WINDOW_S seconds and since the start."""
+
+    def __init__(self) -> None:
+        self._windows = tuple(RateWindow() for _ in astuple(MediaBytes()))
+
+    def add(self, amounts: MediaBytes, now: float) -> None:
+        """Add a datagram."""
+        for window, amount in zip(self._windows, astuple(amounts), strict=True):
+            window.add(amount, now)
+
+    @property
+    def total(self) -> MediaBytes:
+        """The bytes since the start."""
+        return MediaBytes(*(window.total for window in self._windows))
+
+    def rates(self, now: float) -> MediaBytes:
+        """Return the bytes a second over the window that ends at `now`."""
+        return MediaBytes(*(window.rates(now)[0] for window in self._windows))
 
 
 class InterarrivalJitter:
@@ -112,4 +196,6 @@ def merge_snapshots(snapshots: list[TrafficSnapshot]) -> TrafficSnapshot:
         ratio=raw / wire if wire else 0.0,
         jitter_ms=max((s.jitter_ms for s in snapshots), default=0.0),
         playout_delay_ms=max((s.playout_delay_ms for s in snapshots), default=0.0),
+        media_bytes=sum((s.media_bytes for s in snapshots), MediaBytes()),
+        media_bytes_per_second=sum((s.media_bytes_per_second for s in snapshots), MediaBytes()),
     )

@@ -70,7 +70,7 @@ def decode_body(data: bytes) -> Body:
     if not 0 < len(data) <= MAX_BODY:
         raise ProtocolError("a body is empty or too long")
     if data[0] == COMPOSITE or SHORT_COMPOSITE <= data[0] < VOICE_BIT:
-        return Composite(tuple(_decode_single(part) for part in _split_bodies(data)))
+        return Composite(tuple(_decode_single(part) for part in split_bodies(data)))
     return _decode_single(data)
 
 
@@ -85,7 +85,8 @@ def _composite_kind(size: int) -> bytes:
     return bytes((SHORT_COMPOSITE - 1 + size,)) if size <= MAX_SHORT_FIRST else bytes((COMPOSITE, size))
 
 
-def _split_bodies(data: bytes) -> list[bytes]:
+def split_bodies(data: bytes) -> list[bytes]:
+    """Return the encoded bodies in a composite, or the only one. Raises ProtocolError if the composite is malformed."""
     parts: list[bytes] = []
     at = 0
     while at < len(data) and (data[at] == COMPOSITE or SHORT_COMPOSITE <= data[at] < VOICE_BIT):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from conf.protocol.call_report import MAX_CALLERS, OTHERS, CallLog, over_time
-from conf.protocol.statistics import TrafficSnapshot
+from conf.protocol.statistics import MediaBytes, TrafficSnapshot
 from tests.support.simulated_calls import PARAMETERS, SimulatedSender, World
 
 RAW_FRAME = PARAMETERS.width * PARAMETERS.height * 3
@@ -23,6 +23,7 @@ FIGURES = TrafficSnapshot(
     ratio=20.0,
     jitter_ms=4.0,
     playout_delay_ms=30.0,
+    media_bytes=MediaBytes(face=1500, voice=2250, portrait=750, overhead=3000),
 )
 
 
@@ -35,7 +36,18 @@ def hang_up(world: World, sender: SimulatedSender) -> None:
 
 def test_without_a_call_there_is_no_row_and_every_figure_is_zero() -> None:
     report = World().receiver.report(1005.0)
-    assert report.callers == () and set(vars(report).values()) == {0, ()}
+    assert report.callers == () and set(vars(report).values()) == {0, (), MediaBytes()}
+
+
+def test_bytes_are_told_by_what_they_carried_for_each_caller_and_for_all() -> None:
+    log = CallLog()
+    log.on_connected(1, ("203.0.113.7", 40000), 0.0)
+    log.on_ended(1, FIGURES, 20.0)
+    log.on_connected(2, ("203.0.113.8", 40000), 20.0)
+    report = log.report({2: FIGURES}, 30.0)
+    assert [row.media_bytes for row in report.callers] == [FIGURES.media_bytes] * 2
+    assert report.media_bytes == FIGURES.media_bytes + FIGURES.media_bytes
+    assert report.media_bytes_per_second == report.media_bytes.scaled(1 / 30)
 
 
 @pytest.mark.slow
@@ -75,7 +87,7 @@ def test_after_the_last_call_the_meter_is_zero_and_the_report_is_not() -> None:
     world.run(3.0)
     hang_up(world, caller)
     meter = world.receiver.snapshot(world.now)
-    assert set(vars(replace(meter, rejected=0)).values()) == {0}
+    assert set(vars(replace(meter, rejected=0)).values()) == {0, MediaBytes()}
     before = world.receiver.report(world.now)
     assert before.frames_received > 30 and before.wire_kbps > 3.0 and before.jitter_ms >= 0
     assert world.receiver.report(world.now + 1000.0) == before, "time without a call changes no rate"

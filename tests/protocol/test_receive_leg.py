@@ -20,6 +20,7 @@ from conf.protocol.messages import (
 from conf.protocol.motion.outbound import OutboundMotion
 from conf.protocol.portrait.chunks import Chunk, decode_ack, encode_chunk
 from conf.protocol.receive_leg import MAX_OBJECTS, SILENCE_S, ReceiveLeg
+from conf.protocol.statistics import MediaBytes
 from conf.protocol.voice.formats import GRID_MS, VoiceFormat, VoiceState
 from conf.protocol.wire import VOICE_NUMBER_BITS, decode_body, encode_body
 from tests.protocol.motion.test_inbound import payload
@@ -108,7 +109,7 @@ def test_a_clean_link_delivers_everything_and_counts_it() -> None:
 
 def test_figures_before_anything_has_arrived_are_zero() -> None:
     snapshot = Leg().snapshot(5.0)
-    assert set(vars(snapshot).values()) == {0}
+    assert set(vars(snapshot).values()) == {0, MediaBytes()}
 
 
 def test_rates_before_the_parameters_have_arrived_are_zero_but_bytes_count() -> None:

@@ -1,15 +1,37 @@
 from dataclasses import replace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from conf.protocol.messages import (
+    Bye,
+    Composite,
+    KeepAlive,
+    MotionPayload,
+    PortraitAck,
+    PortraitChunk,
+    Presence,
+    RoundTripMessage,
+    SingleBody,
+    VoiceFormatMessage,
+    VoicePayload,
+    VoiceStateMessage,
+)
 from conf.protocol.statistics import (
     WINDOW_S,
     InterarrivalJitter,
+    MediaBytes,
+    MediaTraffic,
     RateWindow,
     TrafficSnapshot,
+    count_media,
     merge_snapshots,
     raw_frame_bytes,
 )
+from conf.protocol.voice.formats import VoiceFormat, VoiceState
+from conf.protocol.wire import encode_body
+from tests.support.simulated_calls import PARAMETERS
 
 
 def test_the_rate_is_that_of_the_window() -> None:
@@ -73,6 +95,8 @@ ONE = TrafficSnapshot(
     ratio=20.0,
     jitter_ms=4.0,
     playout_delay_ms=30.0,
+    media_bytes=MediaBytes(200, 150, 50, 100),
+    media_bytes_per_second=MediaBytes(300.0, 225.0, 75.0, 150.0),
 )
 
 
@@ -92,6 +116,8 @@ def test_merged_counts_and_rates_are_added_means_weighted_and_delays_the_longest
         ratio=70_000 / 2600,
         jitter_ms=9.0,
         playout_delay_ms=30.0,
+        media_bytes=MediaBytes(400, 300, 100, 200),
+        media_bytes_per_second=MediaBytes(600.0, 450.0, 150.0, 300.0),
     )
     assert merge_snapshots([ONE]) == ONE
 
@@ -100,4 +126,61 @@ def test_a_stream_without_frames_adds_its_bytes_and_nothing_merged_is_zero() -> 
     silent = replace(ONE, frames_received=0, wire_bytes_per_frame=80.0)
     assert merge_snapshots([ONE, silent]).wire_bytes_per_frame == 58.0
     assert merge_snapshots([silent]).wire_bytes_per_frame == 80.0
-    assert set(vars(merge_snapshots([])).values()) == {0}
+    assert set(vars(merge_snapshots([])).values()) == {0, MediaBytes()}
+
+
+FACE, VOICE, CHUNK = MotionPayload(5, b"m" * 20), VoicePayload(9, False, 0, b"v" * 30), PortraitChunk(b"p" * 40)
+FORMAT = VoiceFormatMessage(0, VoiceFormat("opus", 9000, 60, 1, fixed_size=False))
+STATE, KEEP = VoiceStateMessage(VoiceState.SILENT, 60), KeepAlive(1.0, Presence.NO_FACE)
+
+
+@pytest.mark.parametrize(
+    ("body", "medium"),
+    [
+        (FACE, "face"),
+        (PARAMETERS, "face"),
+        (VOICE, "voice"),
+        (FORMAT, "voice"),
+        (STATE, "voice"),
+        (CHUNK, "portrait"),
+        (KEEP, "overhead"),
+        (RoundTripMessage(20), "overhead"),
+        (Bye(), "overhead"),
+        (PortraitAck(b"aa"), "overhead"),
+    ],
+)
+def test_a_body_counts_for_what_it_carries_and_the_rest_of_its_datagram_is_overhead(
+    body: SingleBody, medium: str
+) -> None:
+    data = encode_body(body)
+    amounts = count_media(data, len(data) + 42)
+    assert amounts.total == len(data) + 42
+    if medium == "overhead":
+        assert amounts == MediaBytes(overhead=len(data) + 42)
+    else:
+        assert amounts == MediaBytes(**{medium: len(data)}, overhead=42)
+
+
+def test_each_body_of_a_composite_counts_for_its_kind_and_the_lengths_are_overhead() -> None:
+    data = encode_body(Composite((KEEP, FORMAT, FACE, VOICE, CHUNK)))
+    face, voice, chunk = (len(encode_body(body)) for body in (FACE, VOICE, CHUNK))
+    voice += len(encode_body(FORMAT))
+    lengths = 4
+    overhead = lengths + len(encode_body(KEEP)) + 42
+    assert count_media(data, len(data) + 42) == MediaBytes(face, voice, chunk, overhead)
+
+
+@given(st.binary(max_size=60))
+def test_whatever_the_bytes_each_is_counted_once(data: bytes) -> None:
+    amounts = count_media(data, len(data) + 42)
+    assert amounts.total == len(data) + 42 and amounts.overhead >= 42
+
+
+def test_media_that_begin_later_have_rates_over_the_same_time() -> None:
+    traffic = MediaTraffic()
+    for second in range(4):
+        traffic.add(MediaBytes(face=100, overhead=42), float(second))
+    traffic.add(MediaBytes(voice=50, overhead=42), 4.0)
+    assert traffic.rates(4.0) == MediaBytes(100.0, 12.5, 0.0, 52.5)
+    assert traffic.total == MediaBytes(400, 50, 0, 210)
+    assert traffic.rates(60.0) == MediaBytes()

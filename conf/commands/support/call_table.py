@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from conf.protocol.call_report import CallerReport, CallReport
+    from conf.protocol.statistics import MediaBytes
 
 NO_CALL = "no one has called"
 COLUMNS = ("connected", "frames", "lost", "bytes", "kbit/s", "B a\nframe", "raw\nkbit/s", "raw\n: wire")
@@ -27,7 +29,14 @@ def call_table(report: CallReport, /) -> Table | str:
     for caller in report.callers:
         table.add_row(Text(caller.caller), *_cells(caller))
     table.add_row("total", *_cells(report), style="bold")
+    table.caption = f"of the bytes: {media_text(report.media_bytes)}"
+    table.caption_justify = "left"
     return table
+
+
+def media_text(amounts: MediaBytes) -> str:
+    """Return what part of the bytes carried what, in percent."""
+    return ", ".join(f"{medium} {100 * n / max(amounts.total, 1):.0f} %" for medium, n in asdict(amounts).items())
 
 
 def _cells(figures: CallerReport | CallReport) -> list[str]:

@@ -26,6 +26,8 @@ def test_each_caller_has_a_row_and_the_last_is_the_total() -> None:
         "203.0.113.8:40000 10.0 s 150 2 7,500 6.0 50.0 120 20".split(),
         "total 30.0 s 300 4 15,000 4.0 50.0 80 20".split(),
     ]
+    caption = "of the bytes: face 20 %, voice 30 %, portrait 10 %, overhead 40 %"
+    assert caption.split() in printed(log, 100.0)
 
 
 def test_without_a_call_it_is_a_sentence() -> None:
