@@ -16,7 +16,10 @@ from conf.errors import AudioError
 from conf.receiver.voice.voice_mixer import VoiceMixer
 
 BLOCK = SAMPLE_RATE // 100  # samples rendered at a time: 10 ms
-TARGET_S = 0.04  # of sound ready for the device: what a busy machine keeps this thread waiting
+TARGET_S = 0.04  # of sound ready for the device; more on a machine that keeps this thread waiting for longer
+MAX_TARGET_S = 0.24
+TARGET_GROWTH = 1.5  # each time that the device ran out of sound
+TARGET_DECAY = 0.999  # with each block of BLOCK samples: half of it is gone after 7 s
 POLL_S = 0.005
 MAX_TAPPED = 500  # blocks that wait to be recorded: 5 s
 MAX_SKIPPED_S = 1.0  # of sound that a stopped program does not make up for
@@ -69,6 +72,8 @@ class LoudspeakerSound:
         self.fault = ""
         self._output = output
         self._clock = clock
+        self._target_s = TARGET_S
+        self._has_played = False
         self._tapped: deque[AudioBlock] | None = None
         self._stopped = threading.Event()
         self._thread = threading.Thread(target=self._run, name="voice", daemon=True)
@@ -96,16 +101,20 @@ class LoudspeakerSound:
         return blocks
 
     def fill(self) -> None:
-        """Render until TARGET_S of sound wait for the device. Raises AudioError if the device is gone."""
-        while self._output.queued_s < TARGET_S:
+        """Render until enough sound waits for the device. Raises AudioError if the device is gone."""
+        if self._has_played and not self._output.queued_s:
+            self._target_s = min(self._target_s * TARGET_GROWTH, MAX_TARGET_S)
+        while self._output.queued_s < self._target_s:
             latency_s = self._output.latency_s
             heard_at = self._clock() + latency_s
-            delay_s = latency_s - self._output.queued_s + TARGET_S
+            delay_s = latency_s - self._output.queued_s + self._target_s
             with self.lock:
                 samples = self.mixer.render(heard_at, BLOCK, output_delay_s=delay_s)
             if (tapped := self._tapped) is not None:
                 tapped.append(AudioBlock(heard_at, samples))
             self._output.write(self.mixer.audible(samples))
+            self._has_played = True
+            self._target_s = max(self._target_s * TARGET_DECAY, TARGET_S)
 
     def _run(self) -> None:
         try:

@@ -7,7 +7,7 @@ import pytest
 
 from conf.audio.samples import SAMPLE_RATE, Samples
 from conf.errors import AudioError
-from conf.receiver.voice.call_sound import BLOCK, TARGET_S, FileSound, LoudspeakerSound
+from conf.receiver.voice.call_sound import BLOCK, MAX_TARGET_S, TARGET_S, FileSound, LoudspeakerSound
 from conf.receiver.voice.voice_mixer import VoiceMixer
 
 
@@ -65,6 +65,24 @@ def test_the_queue_is_filled_to_its_target_and_times_follow_each_other() -> None
     assert output.play(BLOCK).tolist() == list(range(BLOCK))
     sound.fill()
     assert len(mixer.asked) == 5
+
+
+def test_after_the_device_ran_out_of_sound_more_is_kept_ready_for_a_while() -> None:
+    mixer, output = CountingMixer(), FakeOutput()
+    sound = LoudspeakerSound(mixer, output, clock=lambda: 0.0)
+    sound.fill()
+    output.play(SAMPLE_RATE)
+    sound.fill()
+    assert output.queued_s == pytest.approx(TARGET_S * 1.5, abs=0.01)
+    assert mixer.asked[-1][2] == pytest.approx(TARGET_S * 1.5 + 0.05, abs=0.002)
+    for _ in range(20):
+        output.play(SAMPLE_RATE)
+        sound.fill()
+    assert output.queued_s <= MAX_TARGET_S + 0.01
+    for _ in range(2000):
+        output.play(BLOCK)
+        sound.fill()
+    assert output.queued_s == pytest.approx(TARGET_S)
 
 
 def test_what_is_heard_is_recorded_at_full_volume() -> None:
