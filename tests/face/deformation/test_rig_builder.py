@@ -64,6 +64,40 @@ def test_lid_vertices_are_skin_outside_the_eyeball(mesh: Mesh) -> None:
         assert (eye.clearance <= neutral + 1e-6).all()
 
 
+def test_lids_are_the_skin_near_the_eyeball_and_may_come_to_rest_on_it(mesh: Mesh) -> None:
+    rig = build_rig(mesh, default_points(), default_joints())
+    for eye in rig.eyes:
+        radius = np.linalg.norm(mesh.vertices[eye.vertices] - eye.centre, axis=1).max()
+        distance = np.linalg.norm(mesh.vertices - eye.centre, axis=1)
+        skin = np.setdiff1d(np.arange(len(distance)), rig.rigid)
+        assert set(skin[distance[skin] < 1.34 * radius]) <= set(eye.lids) <= set(skin[distance[skin] < 1.36 * radius])
+        outside = distance[eye.lids] > radius + 0.1
+        assert outside.any()
+        assert eye.clearance[outside] == pytest.approx(radius + 0.03)
+        assert eye.clearance.dtype == np.float32
+
+
+def test_an_eye_without_an_eyeball_has_no_lids(mesh: Mesh, face: SheetFace) -> None:
+    (eye,) = build_rig(face.mesh, face.points, RigJoints({"eye_r": face.mesh.vertices[3000]})).eyes
+    assert len(eye.vertices) == len(eye.lids) == len(eye.clearance) == 0
+
+
+def test_a_jaw_holds_arms_from_its_centre_by_weight(mesh: Mesh) -> None:
+    points, joints = default_points(), default_joints()
+    blendshapes = load_blendshapes(DEFAULT_HEAD.with_name("shapes.npz"), len(mesh.vertices))
+    jaw = build_rig(mesh, points, joints, blendshapes).jaw
+    assert jaw is not None and joints.hinge is not None
+    assert jaw.centre.tolist() == joints.hinge[0].tolist()
+    arms = jaw.weighted_offsets / jaw.weights[:, None]
+    assert arms == pytest.approx(mesh.vertices[jaw.vertices] - jaw.centre, abs=1e-3)
+    moved = jaw.point_weights > 0
+    arms = jaw.weighted_point_offsets[moved] / jaw.point_weights[moved, None]
+    assert arms == pytest.approx(points[moved] - jaw.centre, abs=1e-3)
+    assert not jaw.weighted_point_offsets[~moved].any()
+    arrays = (jaw.weights, jaw.weighted_offsets, jaw.point_weights, jaw.weighted_point_offsets)
+    assert {array.dtype for array in arrays} == {np.dtype(np.float32)}
+
+
 def test_a_positive_jaw_angle_opens_the_mouth_for_either_axis_direction(mesh: Mesh) -> None:
     points, hinge = default_points(), default_joints().hinge
     assert hinge is not None
@@ -81,6 +115,19 @@ def test_joints_are_read_as_far_as_they_are_given(tmp_path: Path) -> None:
     assert {name: centre.tolist() for name, centre in joints.eyes.items()} == {"eye_r": [1, 2, 3]}
     assert joints.hinge is None
     assert joints.anchors.tolist() == [[0, 0, 1]]
+    assert joints.anchors.dtype == joints.eyes["eye_r"].dtype == np.float64
+    (tmp_path / "rig.json").write_text('{"eye_l": {"centre": [1000000, -1000000, 0]}}')
+    joints = read_joints(tmp_path / "rig.json")
+    assert joints.anchors.shape == (0, 3)
+    assert joints.eyes["eye_l"].tolist() == [1e6, -1e6, 0]
+
+
+def test_a_rig_file_has_at_most_a_megabyte(tmp_path: Path) -> None:
+    (tmp_path / "rig.json").write_text("{}" + " " * ((1 << 20) - 2))
+    assert read_joints(tmp_path / "rig.json").hinge is None
+    (tmp_path / "rig.json").write_text("{}" + " " * ((1 << 20) - 1))
+    with pytest.raises(FileFormatError):
+        read_joints(tmp_path / "rig.json")
 
 
 @pytest.mark.parametrize(
@@ -103,7 +150,7 @@ def test_joints_are_read_as_far_as_they_are_given(tmp_path: Path) -> None:
 def test_malformed_rig_files_raise_file_format_error(tmp_path: Path, text: str) -> None:
     path = tmp_path / "rig.json"
     path.write_text(text)
-    with pytest.raises(FileFormatError, match="expected a rig: eyes, jaw and anchors"):
+    with pytest.raises(FileFormatError, match=r"rig\.json: expected a rig: eyes, jaw and anchors"):
         read_joints(path)
 
 

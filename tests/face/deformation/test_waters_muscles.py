@@ -44,6 +44,63 @@ def test_equations_4_16_to_4_19_at_chosen_vertices() -> None:
     np.testing.assert_allclose(muscle.offsets(falling[None])[0], [-np.cos(np.pi / 4), 0, 0])
 
 
+@pytest.mark.parametrize(
+    ("degrees", "distance", "expected"),
+    [
+        (0, 1.0, 1.0),  # the axis is 2 long: full pull up to 1
+        (30, 1.0, 2 * np.cos(np.pi / 6) - 1),  # (cos 30 - cos 60) / (1 - cos 60)
+        (60, 1.0, 0.0),
+        (90, 1.0, 0.0),
+        (0, 1.5, np.cos(np.pi / 8)),  # a quarter of the way from 1 to 3
+        (0, 2.0, np.cos(np.pi / 4)),
+        (30, 2.0, np.cos(np.pi / 4) * (2 * np.cos(np.pi / 6) - 1)),
+        (0, 3.0, 0.0),
+        (0, 4.0, 0.0),
+    ],
+)
+def test_the_pull_falls_with_the_angle_and_the_distance(degrees: float, distance: float, expected: float) -> None:
+    root = np.array([1.0, -2.0, 0.5])
+    muscle = LinearMuscle(root, root + np.array([0.0, 0.0, 2.0]), angle=np.pi / 3, start=0.5, end=1.5)
+    angle = np.radians(degrees)
+    vertex = root + distance * np.array([[np.sin(angle), 0.0, np.cos(angle)]])
+    assert muscle.falloff(vertex) == pytest.approx([expected], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("arm", "expected"),
+    [
+        ((0.0, 0.0, 0.0), 1.0),
+        ((1.0, 0.0, 0.0), 0.75**2),  # half the way to the rim: 1 - 1/4
+        ((-1.0, 0.0, 0.0), 0.75**2),
+        ((0.0, 0.25, 0.0), 0.75**2),
+        ((0.0, 0.0, 2.0), 0.75**2),
+        ((0.0, 0.0, -2.0), 0.75**2),
+        ((1.0, 0.25, 0.0), 0.5**2),
+        ((1.0, 0.25, 2.0), 0.25**2),
+        ((2.0, 0.0, 0.0), 0.0),
+        ((0.0, 0.6, 0.0), 0.0),
+        ((0.0, 0.0, 4.1), 0.0),
+    ],
+)
+def test_a_ring_is_full_at_its_centre_and_ends_at_its_half_axes(
+    arm: tuple[float, float, float], expected: float
+) -> None:
+    centre = np.array([1.0, 2.0, 3.0])
+    ring = Sphincter(centre, np.array([[2.0, 0, 0], [0, 0.5, 0]]), depth=4.0, protrusion=0.5)
+    vertex = centre + np.array([arm])
+    assert ring.falloff(vertex) == pytest.approx([expected])
+    inwards = np.array([-arm[0], -arm[1], 0.5])
+    assert ring.offsets(vertex)[0] == pytest.approx(expected * inwards)
+
+
+def test_the_limits_of_a_muscle_are_possible() -> None:
+    opposite = np.ones(3)
+    muscle = LinearMuscle(opposite, -opposite, angle=np.pi, start=0.0)
+    assert muscle.falloff(np.zeros((1, 3))) == pytest.approx([np.cos(0.5 / 1.4 * np.pi / 2)])
+    with pytest.raises(ValueError, match="start and end must be"):
+        LinearMuscle(opposite, -opposite, start=0.7, end=0.7)
+
+
 def test_a_narrow_muscle_moves_less_than_a_wide_one() -> None:
     wide, narrow = (LinearMuscle(np.array([0, 2.0, 0]), np.zeros(3), angle=a) for a in (np.pi / 2, np.pi / 6))
     assert (narrow.falloff(PLANE) <= wide.falloff(PLANE) + 1e-12).all()
@@ -85,7 +142,9 @@ def test_combined_offsets_stay_within_the_limit(each: np.ndarray) -> None:
 
 def test_weights_restrict_a_muscle_to_its_vertices() -> None:
     own = (PLANE[:, 0] > 0).astype(float)
-    face = MuscleSet({"ring": RING}, PLANE, {"ring": own})
+    face = MuscleSet({"ring": RING, "free": RING}, PLANE, {"ring": own})
+    assert face.offsets.dtype == face.contract({"ring": 0.5}).dtype == np.float32
+    np.testing.assert_allclose(face.offsets[1], RING.offsets(PLANE), atol=1e-6)
     assert not face.offsets[0][own == 0].any()
     assert face.offsets[0][own == 1].any()
 

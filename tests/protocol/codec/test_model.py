@@ -15,14 +15,18 @@ from tests.protocol.independent_decoder import Frame, PayloadReader
 
 MODELS = load_models()
 READER = PayloadReader()
-EACH_MODEL = pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
+
+
+@pytest.fixture(scope="module", params=PROFILES)
+def model(request: pytest.FixtureRequest) -> CodecModel:
+    """Return the model of each profile, built from the file's arrays."""
+    return build_models(READER.arrays)[request.param]
 
 
 def test_the_file_is_small() -> None:
     assert len(resources.files("conf.assets").joinpath(FILE).read_bytes()) < 200_000
 
 
-@EACH_MODEL
 def test_each_age_has_the_row_of_wire_md(model: CodecModel) -> None:
     second = Frame([], staggered=False)
     assert model.rows == tuple(READER.row(age, None) for age in range(64))
@@ -31,7 +35,6 @@ def test_each_age_has_the_row_of_wire_md(model: CodecModel) -> None:
     assert np.shape(model.weights) == (21, len(model.default_reference.values), FEATURE_COUNT)
 
 
-@EACH_MODEL
 def test_the_model_holds_the_arrays_of_its_profile(model: CodecModel) -> None:
     name, arrays = model.profile.tables, READER.arrays
     assert model.default_reference.values == tuple(arrays[f"{name}_standing"].tolist())
@@ -41,7 +44,6 @@ def test_the_model_holds_the_arrays_of_its_profile(model: CodecModel) -> None:
     assert np.diff(model.tables.cumulative, axis=1).tolist() == arrays[f"{name}_frequencies"].tolist()
 
 
-@EACH_MODEL
 def test_the_transform_is_scaled_by_the_step(model: CodecModel) -> None:
     arrays, step, transform = READER.arrays, model.profile.step, model.transform
     basis, weight = arrays["basis"].astype(float), arrays["weight"].astype(float).reshape(-1)
@@ -52,7 +54,24 @@ def test_the_transform_is_scaled_by_the_step(model: CodecModel) -> None:
     np.testing.assert_allclose(transform.pose_steps, arrays["pose_unit"].astype(float) * step)
 
 
-@EACH_MODEL
+def test_the_other_arrays_of_the_transform_are_those_of_the_file(model: CodecModel) -> None:
+    arrays, transform = READER.arrays, model.transform
+    assert type(transform.typical_log_scale) is float
+    assert transform.typical_log_scale == pytest.approx(float(arrays["usual_log_scale"]))
+    stored = {
+        "face_centre": "middle",
+        "residual_steps": "correction",
+        "coupling": "coupling",
+        "stagger": "stagger",
+        "reconstruction_shift": f"{model.profile.tables}_lean",
+    }
+    for field, name in stored.items():
+        array = getattr(transform, field)
+        assert array.dtype == np.float64
+        np.testing.assert_array_equal(array, arrays[name])
+    assert {transform.forward_matrix.dtype, transform.pose_steps.dtype} == {np.dtype(np.float64)}
+
+
 def test_all_that_steers_the_coder_is_integers(model: CodecModel) -> None:
     steering = [*model.default_reference.values, model.scale_coupling, *np.array(model.weights, dtype=object).ravel()]
     assert all(type(number) is int for number in steering)

@@ -45,6 +45,26 @@ def test_symbols_are_read_as_they_were_written(message: Message) -> None:
     decoder.finish()
 
 
+@pytest.mark.parametrize("seed", range(30))
+def test_random_messages_are_read_and_padded_ones_refused(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    tables = [(0, *sorted(rng.choice(np.arange(1, TOTAL), rng.integers(1, 12), False).tolist()), TOTAL)] * 2 * seed
+    message = [(table, int(rng.integers(0, len(table) - 1))) for table in tables]
+    payload = encoded(message)
+    string = Range(payload)
+    assert [string.symbol(list(table)) for table, _ in message] == [symbol for _, symbol in message]
+    assert string.end() == payload
+    decoder = RangeDecoder(payload)
+    assert [decoder.read(table) for table, _ in message] == [symbol for _, symbol in message]
+    decoder.finish()
+    for more in (b"\0", b"\1"):
+        padded = RangeDecoder(payload + more)
+        with pytest.raises(ProtocolError, match=r"cut short or padded|outside its tables"):
+            for table, _ in message:
+                padded.read(table)
+            padded.finish()
+
+
 @pytest.mark.slow
 @given(messages())
 def test_the_independent_decoder_reads_the_symbols(message: Message) -> None:
