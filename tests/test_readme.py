@@ -10,9 +10,11 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from conf.face.default_head import DEFAULT_HEAD
+from conf.output.wav_writer import write_wav
 
 REPOSITORY = Path(__file__).parents[1]
 README = (REPOSITORY / "README.md").read_text()
@@ -33,6 +35,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory, carphone_clip: Path) -> Pat
         if DEFAULT_HEAD.with_name(name).is_file():
             shutil.copy(DEFAULT_HEAD.with_name(name), folder / name)
     (folder / "head.obj").rename(folder / "FACE.obj")
+    write_wav(folder / "talk.wav", np.random.default_rng(1).integers(-3000, 3000, 16_000).astype(np.int16), rate=16_000)
     return folder
 
 
