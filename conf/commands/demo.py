@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_seconds(parser, f" (without a display: {HEADLESS_SECONDS:.0f})")
     parser.add_argument("--headless", action="store_true", help="no window: write conf-demo.mp4 and conf-demo.jpg")
     parser.add_argument("--file", type=Path, metavar="CLIP", help="a clip of your own, with its sound")
-    add_no_sound(parser)
+    add_no_sound(parser, "neither send nor play sound")
     add_json(parser)
 
 

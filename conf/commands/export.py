@@ -61,7 +61,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     source.add_argument("--emotion", metavar="NAME", help="an emotion, or an EPC file")
     suffixes = "a .jpg .png .mp4 .avi .obj .dpc .fap or .csv file"
     parser.add_argument("-o", "--output", type=Path, required=True, help=suffixes)
-    parser.add_argument("--size", default=ExportRequest.size, metavar="WxH")
+    parser.add_argument(
+        "--size",
+        default=ExportRequest.size,
+        metavar="WxH",
+        help=f"pixels of an image or clip (default {ExportRequest.size})",
+    )
     parser.add_argument("--fps", metavar="N", help="frames a second")
     parser.add_argument("--face", type=Path, metavar="FILE", help="another face: a mesh with its PPC beside it")
     parser.add_argument("--ppc", type=Path, help="its control points, if they are elsewhere")

@@ -24,9 +24,9 @@ class ExtractionResult:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("clip", type=Path)
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT.dpc")
-    parser.add_argument("--sound", type=Path, metavar="OUT.wav", help="write the clip's sound too")
+    parser.add_argument("clip", type=Path, help="any clip with a face")
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT.dpc", help="the file to write")
+    parser.add_argument("--sound", type=Path, metavar="OUT.wav", help="write the clip's sound to a file, too")
     add_json(parser)
 
 

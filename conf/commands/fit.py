@@ -11,7 +11,7 @@ HELP = "find the control points of any face mesh"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("face", type=Path, metavar="FACE.obj")
+    parser.add_argument("face", type=Path, metavar="FACE.obj", help="a mesh: OBJ, PLY, GLB, VRM or STL")
     parser.add_argument("-o", "--output", type=Path, metavar="FACE.ppc", help="default: beside the mesh")
     parser.add_argument(
         "--picture", type=Path, metavar="FACE.png", help="draw the face neutral, blinking, with open mouth and smiling"

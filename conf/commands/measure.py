@@ -29,8 +29,10 @@ class StageCost:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("clip", type=Path)
-    parser.add_argument("--profile", choices=["live", "narrow", "rich"], default="live")
+    parser.add_argument("clip", type=Path, help="any clip with a face")
+    parser.add_argument(
+        "--profile", choices=["live", "narrow", "rich"], default="live", help="as for conf send (default live)"
+    )
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the table as a bar chart")
     add_json(parser)
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from conf.render.window import Window
     from conf.transport.udp import UdpSocket
 
-HELP = "accept calls and show the participants"
+HELP = "accept calls, show the participants and play their voices"
 WINDOW_SIZE = (1280, 720)
 HEADLESS_SIZE = (640, 480)
 WINDOW_FPS = 60.0
@@ -59,9 +59,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_listen(parser)
     parser.add_argument("--code", type=pairing_code, help="the code that callers need (default: a new one each time)")
     parser.add_argument("--face", type=Path, metavar="FILE", help="another face: a mesh with its PPC beside it")
-    parser.add_argument("--headless", type=Path, metavar="OUT.mp4", help="no window: draw into this clip (MP4 or AVI)")
+    parser.add_argument("--headless", type=Path, metavar="OUT.mp4", help="no window: record this clip, MP4 or AVI")
     add_sound_output(parser)
-    add_no_sound(parser)
+    add_no_sound(parser, "play and record no voice")
     add_seconds(parser)
     add_json(parser)
 

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from conf.sender.pipeline import SenderStatus
     from conf.sender.voice.voice_sender import VoiceSender
 
-HELP = "track a face and send its motion"
-PROFILES_HELP = "live: 15 frames a second; narrow: for 2,400 bit/s; rich: 30; auto: live, and less when the link asks"
+HELP = "track a face and send its motion, with the voice"
+PROFILES_HELP = "live: 15 frames a second; narrow: for 2,400 bit/s; rich: 30; auto: what voice and link allow"
 FPS = 15.0
 MIN_PORTRAIT_KBPS = 3.0  # a lower cap is used up by the motion
 
@@ -59,21 +59,26 @@ class SendOptions:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
-    add("receiver", type=address, metavar="HOST[:PORT]")
+    add("receiver", type=address, metavar="HOST[:PORT]", help="where `conf receive` runs")
     source = parser.add_mutually_exclusive_group()
     source.add_argument("--camera", default="0", metavar="N", help="number or device of the camera (default 0)")
-    source.add_argument("--file", type=Path, metavar="CLIP", help="a clip as the camera")
+    source.add_argument("--file", type=Path, metavar="CLIP", help="a clip as the camera, with its own sound")
     source.add_argument("--dpc", type=Path, metavar="FILE", help="a recorded motion instead of a face")
     add("--code", type=pairing_code, help="the code that the receiver shows (default: CONF_CODE, or asked for)")
     add("--profile", choices=["auto", "live", "narrow", "rich"], default="auto", help=PROFILES_HELP)
-    add("--kbps", type=positive_number, metavar="N", help="never more than this over any ten seconds")
+    add(
+        "--kbps",
+        type=positive_number,
+        metavar="N",
+        help="never more kbit/s than this over any ten seconds, all counted",
+    )
     add("--calibrate", action="store_true", help="use the first detected face as the neutral pose")
     add("--preview", action="store_true", help="show the camera's image in a window; N: this is my neutral face")
     add("--portrait", action="store_true", help="allow images of the person to be sent (default: none ever)")
     add("--portrait-kbps", type=positive_number, default=4.0, metavar="N", help="rate for these images (default 4)")
-    add("--loop", action="store_true", help="repeat the clip, and its sound")
+    add("--loop", action="store_true", help="repeat the clip, the recorded motion or the sound")
     add_sound_input(parser)
-    add_no_sound(parser)
+    add_no_sound(parser, "send no voice")
     add_seconds(parser)
     add_json(parser)
 

@@ -14,21 +14,22 @@ if TYPE_CHECKING:
     from conf.sender.capture.sound import SoundSource
 
 VOICE_CHOICES = ("auto", "opus", "codec2", "off")
+VOICE_HELP = "the voice codec (default auto: Opus, and Codec2 where the link is too slow for it)"
 
 
-def add_no_sound(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--no-sound", action="store_true", help="neither send nor play sound")
+def add_no_sound(parser: argparse.ArgumentParser, help_text: str) -> None:
+    parser.add_argument("--no-sound", action="store_true", help=help_text)
 
 
 def add_sound_input(parser: argparse.ArgumentParser) -> None:
     source = parser.add_mutually_exclusive_group()
-    source.add_argument("--microphone", metavar="N|NAME", help="the microphone (default: the system's; `conf devices`)")
-    source.add_argument("--sound", type=Path, metavar="FILE", help="a file with sound in place of the microphone")
-    parser.add_argument("--voice", choices=VOICE_CHOICES, default="auto", help="the voice codec (default auto)")
+    source.add_argument("--microphone", metavar="N|NAME", help="as `conf devices` lists it (default: the system's)")
+    source.add_argument("--sound", type=Path, metavar="FILE", help="the sound of a file in place of the microphone")
+    parser.add_argument("--voice", choices=VOICE_CHOICES, default="auto", help=VOICE_HELP)
 
 
 def add_sound_output(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--speaker", metavar="N|NAME", help="the loudspeaker (default: the system's; `conf devices`)")
+    parser.add_argument("--speaker", metavar="N|NAME", help="as `conf devices` lists it (default: the system's)")
 
 
 def open_sound(
