@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from conf.receiver.call_stats import CallStats
 from conf.receiver.panel_layout import MARGIN, PanelLayout, PanelSizes, Rect, free_left, lay_out, shorten
@@ -23,12 +24,24 @@ from conf.render.ui.imgui_overlay import ImGuiOverlay
 HELP_OPACITY = 0.88  # more than other panels: many lines have to be read
 
 
+class NamePlate(NamedTuple):
+    """The label of a participant.
+
+    cell : of the participant; note : about its voice; is_speaking : whether it is the loudest
+    """
+
+    text: str
+    cell: Rect
+    note: str = ""
+    is_speaking: bool = False
+
+
 @dataclass(frozen=True)
 class CallPanels:
     """What is shown over one frame.
 
     is_open : whether the statistics are a panel rather than one line
-    names : text and cell of each participant that is labelled
+    names : of the participants that are labelled
     messages : from top to bottom
     recordings : key and running seconds of each
     help : keys and what they do; none while it is closed
@@ -36,7 +49,7 @@ class CallPanels:
 
     stats: CallStats
     is_open: bool = False
-    names: Sequence[tuple[str, Rect]] = ()
+    names: Sequence[NamePlate] = ()
     messages: Sequence[str] = ()
     recordings: Sequence[tuple[str, float]] = ()
     help: Sequence[tuple[str, str]] = ()
@@ -67,7 +80,7 @@ class CallPanels:
             recording=sign_size(overlay, [*self.recordings]) if self.recordings else None,
             help=help_size(overlay, [*self.help]) if self.help else None,
             messages=[toast_size(text, max_width=max_width) for text in self.messages],
-            names=[(cell, label_size(self._name(text, cell))) for text, cell in self.names],
+            names=[(plate.cell, label_size(self.shown_name(plate))) for plate in self.names],
         )
 
     def _message_width(self, overlay: ImGuiOverlay) -> float:
@@ -76,13 +89,18 @@ class CallPanels:
         free = overlay.size[0] - free_left(overlay.scale, stats) - 2 * MARGIN * overlay.scale
         return max(free - padded(0, 0)[0], 1.0)
 
-    def _name(self, text: str, cell: Rect) -> str:
-        return shorten(text, cell.width - 3 * padded(0, 0)[0] / 2, figure_width)
+    def shown_name(self, plate: NamePlate) -> str:
+        """Return the text of a plate; the note is kept if there is no room for both. Call it inside `overlay.frame`."""
+        room = plate.cell.width - 3 * padded(0, 0)[0] / 2
+        if not plate.note:
+            return shorten(plate.text, room, figure_width)
+        note = f"  {plate.note}"
+        return shorten(shorten(plate.text, room - figure_width(note), figure_width) + note, room, figure_width)
 
     def _draw_captured(self, overlay: ImGuiOverlay, layout: PanelLayout) -> None:
-        for (text, cell), rect in zip(self.names, layout.names, strict=True):
+        for plate, rect in zip(self.names, layout.names, strict=True):
             if rect is not None:
-                draw_label(self._name(text, cell), (rect.left, rect.top))
+                draw_label(self.shown_name(plate), (rect.left, rect.top), highlighted=plate.is_speaking)
         if self.is_open:
             draw_stats(overlay, self.stats)
 

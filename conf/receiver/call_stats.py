@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from conf.protocol.messages import Presence
 from conf.protocol.receive_leg import ReceiveLeg
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
-from conf.protocol.statistics import TrafficSnapshot
+from conf.protocol.statistics import MediaBytes, TrafficSnapshot
+from conf.receiver.voice.call_sound import CallSound
+from conf.receiver.voice.voice_status import VoiceStatus, voice_status
 
 HISTORY_INTERVAL_S = 0.5
 HISTORY_LENGTH = 120
@@ -20,7 +22,8 @@ class CallStats:
     state : "receiving", "no face", "waiting", "lost", "call ended" or "paused"
     fps : frames drawn a second
     points : control points in a frame, compared with the width x height pixels of the sender's video
-    history : bit rates on the wire, kbit/s, oldest first, over the last `history_seconds`
+    history : bytes a second on the wire, oldest first, over the last `history_seconds`
+    voice : the callers' sound, None without any
     """
 
     state: str
@@ -30,17 +33,20 @@ class CallStats:
     width: int = 0
     height: int = 0
     round_trip_ms: float | None = None
-    history: tuple[float, ...] = ()
+    history: tuple[MediaBytes, ...] = ()
     history_seconds: float = 0.0
+    voice: VoiceStatus | None = None
 
 
 class CallStatsCollector:
     """Collects statistics; keeps the bit rate of the last minute and the times at which frames were drawn."""
 
-    def __init__(self, endpoint: ReceiverEndpoint) -> None:
+    def __init__(self, endpoint: ReceiverEndpoint, sound: CallSound | None = None) -> None:
+        """sound : of the call, None if it is silent"""
         self._endpoint = endpoint
+        self._sound = sound
         self._drawn: deque[float] = deque(maxlen=FPS_FRAMES)
-        self._history: deque[float] = deque(maxlen=HISTORY_LENGTH)
+        self._history: deque[MediaBytes] = deque(maxlen=HISTORY_LENGTH)
         self._history_due = 0.0
 
     def on_frame_drawn(self, now: float) -> None:
@@ -48,7 +54,7 @@ class CallStatsCollector:
         self._drawn.append(now)
         if now >= self._history_due:
             self._history_due = now + HISTORY_INTERVAL_S
-            self._history.append(self._endpoint.snapshot(now).wire_kbps)
+            self._history.append(self._endpoint.snapshot(now).media_bytes_per_second)
 
     def collect(self, now: float, *, paused: bool) -> CallStats:
         """Return the current statistics."""
@@ -66,6 +72,7 @@ class CallStatsCollector:
             round_trip_ms=max((call.round_trip_ms for call in calls if call.round_trip_ms is not None), default=None),
             history=tuple(self._history),
             history_seconds=len(self._history) * HISTORY_INTERVAL_S,
+            voice=voice_status(self._endpoint.streams, self._sound),
         )
 
 

@@ -5,13 +5,14 @@ from collections.abc import Callable
 from conf.face.deformation.face_model import FaceModel
 from conf.protocol.messages import MotionFrame
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
-from conf.receiver.call_panels import CallPanels
+from conf.receiver.call_panels import CallPanels, NamePlate
 from conf.receiver.call_stats import CallStatsCollector
 from conf.receiver.panel_layout import Rect
 from conf.receiver.participant_grid import ParticipantGrid, Viewport
 from conf.receiver.resolution_control import ResolutionControl
 from conf.receiver.viewer_controls import ViewerControls, help_lines
 from conf.receiver.voice.call_sound import CallSound
+from conf.receiver.voice.voice_status import VoiceStatus
 from conf.render.gpu_object import GpuObject
 from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.render.window import Window
@@ -51,7 +52,7 @@ class FrameComposer(GpuObject):
         self._idle_text = idle_text
         self._grid = ParticipantGrid(window, face)
         self._overlay = ImGuiOverlay(window.ctx)
-        self._stats = CallStatsCollector(endpoint)
+        self._stats = CallStatsCollector(endpoint, sound)
         self._frames: dict[int, MotionFrame | None] = {}
         self._owned = (self._overlay, self._grid)
 
@@ -102,11 +103,18 @@ class FrameComposer(GpuObject):
         controls, height = self.controls, self._window.size[1]
         named = cells if len(cells) > 1 else {}
         idle_text = "" if self._endpoint.streams else self._idle_text
+        stats = self._stats.collect(now, paused=controls.paused)
+        voice = stats.voice or VoiceStatus()
         return CallPanels(
-            stats=self._stats.collect(now, paused=controls.paused),
+            stats=stats,
             is_open=controls.view.stats,
             names=[
-                (self.names.get(session, ""), Rect(x, height - y - cell_height, width, cell_height))
+                NamePlate(
+                    self.names.get(session, ""),
+                    Rect(x, height - y - cell_height, width, cell_height),
+                    note=voice.notes.get(session, ""),
+                    is_speaking=session == voice.loudest,
+                )
                 for session, (x, y, width, cell_height) in named.items()
             ],
             messages=[text for text in (self.note, controls.toast(now) or idle_text) if text],

@@ -12,6 +12,7 @@ from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.session.events import AddressChanged, Connected, Event, SessionEnded, WrongCode
 from conf.receiver.frame_composer import FrameComposer
 from conf.receiver.voice.call_sound import CallSound
+from conf.receiver.voice.voice_status import UnknownCodecs
 from conf.render.window import Window
 from conf.transport.fault_tolerance import NETWORK_LIMIT_S, FaultTolerance
 from conf.transport.udp import ReceivedDatagram, UdpSocket
@@ -52,6 +53,7 @@ class ReceiverLoop:
         self._composer = FrameComposer(
             window, face, endpoint, idle_text=options.idle_text, draw_clock=options.draw_clock, sound=options.sound
         )
+        self._unknown_codecs = UnknownCodecs()
         self._sound_lock = options.sound.lock if options.sound else nullcontext()
         # The socket is bound: what fails from now on may pass.
         self._sending, self._receiving = (FaultTolerance(NETWORK_LIMIT_S, has_worked=True) for _ in range(2))
@@ -128,6 +130,8 @@ class ReceiverLoop:
         self._send(now)
         while event := self._endpoint.next_event():
             self._handle_event(event, now)
+        for text in self._unknown_codecs.new(self._options.sound):
+            self._report(text, now)
         sound_fault = self._options.sound.fault if self._options.sound else ""
         self._show_note(self._sending.note or self._receiving.note or sound_fault)
         return len(datagrams) == RECEIVE_BATCH
@@ -180,6 +184,10 @@ class ReceiverLoop:
                 return
         if isinstance(event, Connected | AddressChanged):
             self._composer.names[event.session] = "{}:{}".format(*event.address)
+        self._report(text, now)
+
+    def _report(self, text: str, now: float) -> None:
+        """Show a text in the window and on the terminal."""
         self._composer.controls.show_toast(text, now)
         if self._options.on_event:
             self._options.on_event(text)

@@ -27,7 +27,7 @@ from conf.face.loading import load_face
 from conf.protocol.codec.decoder import Decoder
 from conf.protocol.codec.encoder import Encoder
 from conf.protocol.messages import MotionFrame
-from conf.protocol.statistics import TrafficSnapshot
+from conf.protocol.statistics import MediaBytes, TrafficSnapshot
 from conf.receiver.call_stats import CallStats
 from conf.receiver.resolution_control import ResolutionControl
 from conf.receiver.stats_overlay import draw_stats
@@ -39,7 +39,8 @@ from conf.render.window.offscreen import OffscreenWindow
 STEPS = ("decode", "deform", "draw", "meter", "read_back")
 WARM_UP = 20
 TRAFFIC = TrafficSnapshot(900, 3, 1, 900, 0, 60.0, 60.0, 7.2, 230400, 27648.0, 3840.0, 4.1, 67.0)
-STATS = CallStats("receiving", 60.0, TRAFFIC, 50, 320, 240, 24.0, tuple(7.0 + np.sin(np.arange(60) / 5)), 30.0)
+HISTORY = tuple(MediaBytes(300 + 100 * np.sin(i / 5), 200, 50, 400) for i in range(60))
+STATS = CallStats("receiving", 60.0, TRAFFIC, 50, 320, 240, 24.0, HISTORY, 30.0)
 
 
 def motion(count: int) -> list[bytes]:

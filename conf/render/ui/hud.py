@@ -12,6 +12,7 @@ DOT_RADIUS = 4.5  # pixels at scale 1, of the recording sign
 DOT_GAP = 5.0
 SIGN_GAP = 14.0  # between two recordings
 RECORDING = (0.96, 0.26, 0.21, 1.0)
+HIGHLIGHTED_TEXT = (0.045, 0.055, 0.075, 1.0)
 
 Size = tuple[float, float]  # width and height, pixels
 
@@ -73,10 +74,13 @@ def label_size(text: str) -> Size:
     return padded(imgui.calc_text_size(text).x, lines_height(1))
 
 
-def draw_label(text: str, corner: tuple[float, float]) -> None:
-    """Draw a small name whose upper left corner is at these pixels."""
+def draw_label(text: str, corner: tuple[float, float], *, highlighted: bool = False) -> None:
+    """Draw a small name whose upper left corner is at these pixels; highlighted, dark on the accent colour."""
+    background, colour = (ACCENT, HIGHLIGHTED_TEXT) if highlighted else (PANEL, MUTED)
+    imgui.push_style_color(imgui.Col_.window_bg, imgui.ImVec4(*background))
     with panel(f"label {corner}", corner, (0.0, 0.0), (imgui.calc_text_size(text).x, lines_height(1))):
-        imgui.text_colored(imgui.ImVec4(*MUTED), text)
+        imgui.text_colored(imgui.ImVec4(*colour), text)
+    imgui.pop_style_color()
 
 
 def figure_width(text: str) -> float:

@@ -1,0 +1,71 @@
+"""What is shown of the sound: level, who speaks, what is concealed or off, unknown codecs."""
+
+import numpy as np
+import pytest
+
+from conf.protocol.voice.formats import VoiceFormat, VoiceState
+from conf.receiver.voice.call_sound import FileSound
+from conf.receiver.voice.voice_mixer import VoiceMixer
+from conf.receiver.voice.voice_status import CONCEALED, MICROPHONE_OFF, UnknownCodecs, VoiceStatus, voice_status
+from tests.receiver.voice.test_voice_mixer import SilentVoice, Stream
+
+
+def rendered(streams: dict[int, Stream], seconds: float = 0.5) -> FileSound:
+    mixer = VoiceMixer(streams, np.random.default_rng(3))
+    for step in range(round(seconds * 50)):
+        mixer.render(step * 0.02, 320)
+    return FileSound(mixer)
+
+
+def test_without_sound_or_without_a_voice_nothing_is_shown() -> None:
+    assert voice_status({1: Stream()}, None) is None
+    assert voice_status({}, rendered({})) is None
+
+
+def test_a_voice_that_is_concealed_for_more_than_a_tenth_of_a_second_is_noted_for_its_caller() -> None:
+    streams = {1: Stream(), 2: Stream(SilentVoice(lost=True))}
+    sound = rendered(streams)
+    assert sound.mixer.concealing == [2]
+    status = voice_status(streams, sound)
+    assert status is not None and status.notes == {2: CONCEALED} and status.note == CONCEALED
+
+
+def test_a_microphone_that_is_switched_off_is_noted_until_it_is_on_again() -> None:
+    streams = {1: Stream(), 2: Stream()}
+    streams[2].voice.state = VoiceState.OFF
+    sound = rendered(streams)
+    status = voice_status(streams, sound)
+    assert status is not None and status.notes == {2: MICROPHONE_OFF} and status.note == MICROPHONE_OFF
+    streams[2].voice.state = VoiceState.SILENT
+    status = voice_status(streams, sound)
+    assert status is not None and status.notes == {} and status.note == ""
+
+
+def test_mute_and_volume_are_those_of_the_mixer() -> None:
+    streams = {1: Stream()}
+    sound = rendered(streams)
+    sound.mixer.muted = True
+    sound.mixer.change_volume(-2)
+    status = voice_status(streams, sound)
+    assert status is not None and (status.muted, status.volume_db, status.loudest) == (True, -6.0, None)
+
+
+@pytest.mark.parametrize(("dbfs", "level"), [(-96.0, 0.0), (-60.0, 0.0), (-30.0, 0.5), (0.0, 1.0), (3.0, 1.0)])
+def test_the_meter_reaches_from_minus_60_dbfs_to_full_scale(dbfs: float, level: float) -> None:
+    assert VoiceStatus(dbfs).level == pytest.approx(level)
+
+
+def test_an_unknown_codec_is_said_once_for_each_caller() -> None:
+    class FutureVoice(SilentVoice):
+        def __init__(self) -> None:
+            super().__init__(lost=True)
+            self.format = VoiceFormat("lyra9", 3200, 20, 1, fixed_size=True)
+
+    streams = {1: Stream(), 2: Stream(FutureVoice())}
+    sound, codecs = rendered(streams), UnknownCodecs()
+    assert codecs.new(None) == []
+    sound.mixer.participants[2].unknown_codec = "voice in a codec unknown here ('lyra9')"
+    assert codecs.new(sound) == ["voice in a codec unknown here ('lyra9')"]
+    assert codecs.new(sound) == []
+    sound.mixer.participants[1].unknown_codec = "voice in a codec unknown here ('lyra9')"
+    assert len(codecs.new(sound)) == 1
