@@ -40,7 +40,7 @@ class LoopbackCall:
         self._replies: list[tuple[float, bytes]] = []  # (arrival, datagram)
         self.datagrams = self.sealed_bytes = 0
         while not self.sender.status(now).connected:
-            self._exchange(time)
+            self.exchange(time)
             time += 2 * ONE_WAY_S
         self.datagrams = self.sealed_bytes = 0
 
@@ -57,9 +57,10 @@ class LoopbackCall:
     def send_frame(self, frame: MotionFrame, now: float) -> None:
         """Deliver the replies that have arrived by now, and send one frame."""
         self.sender.send_frame(frame, now)
-        self._exchange(now)
+        self.exchange(now)
 
-    def _exchange(self, now: float) -> None:
+    def exchange(self, now: float) -> None:
+        """Deliver the replies that have arrived by now, and send what is due."""
         for arrival, data in [reply for reply in self._replies if reply[0] <= now]:
             self.sender.receive_datagram(data, RECEIVER, arrival)
         self._replies = [reply for reply in self._replies if reply[0] > now]

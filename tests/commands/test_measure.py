@@ -1,11 +1,16 @@
 from pathlib import Path
 
 import cv2
+import numpy as np
 import pytest
 
+from conf.audio.samples import SAMPLE_RATE
 from conf.cli import main
 from conf.commands.measure import StageCost, measure, plot
 from conf.errors import CameraError
+from conf.output.video_writer import VideoWriter
+from conf.sender.capture.clip import open_clip
+from tests.support.synthetic_voice import speech
 
 
 @pytest.mark.slow
@@ -18,6 +23,30 @@ def test_later_stages_are_smaller_and_ratios_are_consistent(short_clip: Path) ->
     for stage in stages:
         assert stage.ratio == pytest.approx(raw.bytes_per_frame / stage.bytes_per_frame)
         assert stage.kbps == pytest.approx(stage.bytes_per_frame * stage.fps * 8 / 1000)
+
+
+@pytest.mark.slow
+def test_a_clip_with_sound_has_stages_for_the_voice(short_clip: Path, tmp_path: Path) -> None:
+    """The clip is played forwards and backwards, and somebody speaks in it."""
+    path, sound = tmp_path / "talk.mp4", speech(4.0)
+    with open_clip(short_clip) as clip:
+        frames = [np.asarray(frame.pixels, np.uint8) for frame in iter(clip.read, None)]
+    with VideoWriter(path, fps=30.0, audio_rate=SAMPLE_RATE) as writer:
+        for number in range(120):
+            writer.write(frames[(number if number // 24 % 2 == 0 else -1 - number) % 24])
+        writer.write_audio(sound, 0.0)
+    silent, stages = measure(short_clip), {stage.name: stage for stage in measure(path)}
+    assert list(stages)[: len(silent)] == [stage.name for stage in silent]
+    pcm, rtp, both = list(stages.values())[len(silent) :]
+    assert (pcm.name, pcm.kbps, pcm.ratio) == ("sound, PCM 16 kHz", 256.0, 1.0)
+    assert (rtp.name, rtp.kbps) == ("voice, Opus 6000 in RTP, 20 ms", pytest.approx(22.0, abs=1.0))
+    assert rtp.ratio == pytest.approx(256 / rtp.kbps)
+    assert both.name == "face and voice, one datagram"
+    assert stages["with UDP/IP headers"].kbps < both.kbps <= 16.0
+    raw = stages["raw pixels 386x288"]
+    assert both.ratio == pytest.approx((raw.bytes_per_frame + pcm.bytes_per_frame) / both.bytes_per_frame)
+    for stage in (pcm, rtp, both):
+        assert stage.kbps == pytest.approx(stage.bytes_per_frame * raw.fps * 8 / 1000)
 
 
 def test_a_clip_without_a_face_is_an_error(empty_clip: Path) -> None:
