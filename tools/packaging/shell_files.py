@@ -36,7 +36,7 @@ conf receive \-\-listen 5005
 On the machine that shows the face. It prints a code such as acorn\-tulip\-river\-42.
 .TP
 conf send HOST \-\-code acorn\-tulip\-river\-42
-On the machine with the camera.
+On the machine with the camera and the microphone.
 .TP
 conf demo
 Both on this machine, with a clip as the camera.
@@ -55,7 +55,10 @@ The folder of the tracker's files; by default one in the user's cache.
 CONF_DEBUG
 If set, an error in conf itself is shown with its traceback.
 """,
-    "exit status": "0 success, 1 an error, explained in one line on standard error, 2 wrong usage.",
+    "exit status": (
+        "0 success, also if Ctrl\\-C ends a call; 1 an error, explained in one line on standard error; 2 wrong usage; "
+        "130 anything else that Ctrl\\-C ends."
+    ),
 }
 
 
@@ -80,7 +83,7 @@ def manual_page() -> str:
     data = {
         "project_name": PROGRAM,
         "version": __version__,
-        "description": "video conference that sends control points instead of video",
+        "description": "video conference that sends voice, and control points instead of video",
         "manual_title": "User Commands",
     }
     page = Manpage(parser, data, format="single-commands-section")
