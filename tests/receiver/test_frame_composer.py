@@ -2,7 +2,11 @@ import numpy as np
 import pytest
 
 from conf.face.deformation.face_model import FaceModel
+from conf.protocol.voice.formats import VoiceState
 from conf.receiver.frame_composer import FrameComposer
+from conf.receiver.voice.call_sound import FileSound
+from conf.receiver.voice.participant_voice import ParticipantVoice
+from conf.receiver.voice.voice_mixer import VoiceMixer
 from conf.render.camera import ViewState
 from conf.render.window.input_events import Event, KeyPressed
 from conf.render.window.offscreen import OffscreenWindow
@@ -87,3 +91,27 @@ def test_a_paused_image_does_not_change(window: OffscreenWindow, face: FaceModel
     below = [image[40:] for image in moving]  # the line of statistics
     assert (below[0] != below[1]).any()
     np.testing.assert_array_equal(below[1], below[2])
+
+
+def test_the_name_of_who_speaks_is_highlighted_and_a_microphone_that_is_off_is_beside_its_caller(
+    monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, face: FaceModel
+) -> None:
+    endpoint, rng = make_receiver(), np.random.default_rng(1)
+    callers = [SimulatedSender(0.0, address=(f"10.0.0.{n}", 9)) for n in (1, 2)]
+    now = 0.0
+    for caller in callers:
+        now = exchange(endpoint, caller, now, 1.0)
+    mixer = VoiceMixer(endpoint.streams, rng)
+    first, second = endpoint.streams
+    for session, state in (first, VoiceState.OFF), (second, VoiceState.TALKING):
+        mixer.participants[session] = ParticipantVoice(endpoint.streams[session].voice, rng)
+        endpoint.streams[session].voice.state = state
+    mixer.loudest = second
+    labels = set[tuple[str, bool]]()
+    monkeypatch.setattr(
+        "conf.receiver.call_panels.draw_label", lambda text, corner, highlighted: labels.add((text, highlighted))
+    )
+    with FrameComposer(window, face, endpoint, sound=FileSound(mixer)) as composer:
+        composer.names.update({first: "Ann", second: "Bob"})
+        composed(composer, window, now)
+    assert labels == {("Ann  microphone off", False), ("Bob", True)}

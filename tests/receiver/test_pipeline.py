@@ -10,8 +10,12 @@ from conf.errors import NetworkError
 from conf.face.deformation.face_model import FaceModel
 from conf.protocol.address import Address
 from conf.protocol.call_report import CallReport
+from conf.protocol.voice.inbound import InboundVoice
 from conf.receiver.call_stats import CallStats
 from conf.receiver.pipeline import RECEIVE_BATCH, LoopOptions, ReceiverLoop
+from conf.receiver.voice.call_sound import FileSound
+from conf.receiver.voice.participant_voice import ParticipantVoice
+from conf.receiver.voice.voice_mixer import VoiceMixer
 from conf.render.window import Window
 from conf.render.window.offscreen import OffscreenWindow
 from conf.transport.udp import ReceivedDatagram
@@ -206,3 +210,16 @@ def test_a_flood_delays_a_frame_by_at_most_the_time_that_drawing_took(window: Of
         loop.step(now)
     loop.close()
     assert frames == [5.0, 5.61]
+
+
+def test_a_voice_in_an_unknown_codec_is_reported_once(window: OffscreenWindow, face: FaceModel) -> None:
+    rng, events, endpoint = np.random.default_rng(1), list[str](), make_receiver()
+    mixer = VoiceMixer(endpoint.streams, rng)
+    mixer.participants[7] = ParticipantVoice(InboundVoice(), rng)
+    mixer.participants[7].unknown_codec = "voice in a codec unknown here"
+    options = LoopOptions(FPS, on_event=events.append, sound=FileSound(mixer))
+    loop = ReceiverLoop(window, face, endpoint, FakeSocket(), options)  # type: ignore[arg-type]
+    for now in (0.0, 0.2, 0.4):
+        loop.step(now)
+    loop.close()
+    assert events == ["voice in a codec unknown here"]

@@ -60,14 +60,15 @@ class UnknownCodecs:
     """Says once of each caller that its voice cannot be decoded here."""
 
     def __init__(self) -> None:
-        self._reported: set[tuple[int, str]] = set()
+        self._reported: set[int] = set()
 
     def new(self, sound: CallSound | None) -> list[str]:
-        """Return the texts that were not returned before."""
+        """Return what is wrong with the voices of which nothing was returned before."""
         if sound is None:
             return []
         with sound.lock:
-            faults = {(s, v.unknown_codec) for s, v in sound.mixer.participants.items() if v.unknown_codec}
-        new = faults - self._reported
-        self._reported |= new
-        return [text for _, text in sorted(new)]
+            faults = {s: voice.unknown_codec for s, voice in sound.mixer.participants.items() if voice.unknown_codec}
+            self._reported &= sound.mixer.participants.keys()
+        texts = [text for session, text in faults.items() if session not in self._reported]
+        self._reported |= faults.keys()
+        return texts

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from conf.protocol.voice.formats import VoiceFormat, VoiceState
+from conf.protocol.voice.formats import VoiceFormat, VoiceFrame, VoiceState
 from conf.receiver.voice.call_sound import FileSound
 from conf.receiver.voice.voice_mixer import VoiceMixer
 from conf.receiver.voice.voice_status import CONCEALED, MICROPHONE_OFF, UnknownCodecs, VoiceStatus, voice_status
@@ -58,14 +58,17 @@ def test_the_meter_reaches_from_minus_60_dbfs_to_full_scale(dbfs: float, level: 
 def test_an_unknown_codec_is_said_once_for_each_caller() -> None:
     class FutureVoice(SilentVoice):
         def __init__(self) -> None:
-            super().__init__(lost=True)
+            super().__init__()
             self.format = VoiceFormat("lyra9", 3200, 20, 1, fixed_size=True)
 
-    streams = {1: Stream(), 2: Stream(FutureVoice())}
-    sound, codecs = rendered(streams), UnknownCodecs()
+        def frames_until(self, stream_time: float) -> list[VoiceFrame]:
+            return [VoiceFrame(stream_time - 0.02, self.format, b"\0" * 8)] if self.format else []
+
+    streams, codecs = {1: Stream(), 2: Stream(FutureVoice())}, UnknownCodecs()
+    sound = rendered(streams)
     assert codecs.new(None) == []
-    sound.mixer.participants[2].unknown_codec = "voice in a codec unknown here ('lyra9')"
-    assert codecs.new(sound) == ["voice in a codec unknown here ('lyra9')"]
+    (text,) = codecs.new(sound)
+    assert text == "voice in a codec unknown here ('lyra9'): a newer version of conf may know it."
     assert codecs.new(sound) == []
-    sound.mixer.participants[1].unknown_codec = "voice in a codec unknown here ('lyra9')"
-    assert len(codecs.new(sound)) == 1
+    sound.mixer.participants[1].unknown_codec = text
+    assert codecs.new(sound) == [text]
