@@ -128,7 +128,7 @@ class SenderLoop:
             face=self._face,
             calibrated=self._source.calibrated,
             link=self._connection.status(now),
-            note=self._camera.note or self._network.note or self._receiving.note or self._note,
+            note=self._camera.note or self._network.note or self._receiving.note or self._voice_note or self._note,
         )
 
     def _steps(self) -> Iterator[float]:

@@ -2,11 +2,12 @@ import random
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pytest
 
-from conf.errors import CameraError, NetworkError
+from conf.errors import AudioError, CameraError, NetworkError
 from conf.protocol.address import Address
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.rate_control.send_budget import RateOptions
@@ -105,13 +106,14 @@ class Sender:
         code: str = CODE,
         has_face: Callable[[int], bool] = lambda _: True,
         tracking_s: float = 0.0,
+        voice: Any = None,
     ) -> None:
         self.receiver = ReceiverEndpoint(SessionServer(CODE, random.Random(1).randbytes))
         self.socket = FakeSocket(self.receiver)
         session = SenderSession(code, RECEIVER, random.Random(2).randbytes, 0.0)
         connection = SenderConnection(session, PARAMETERS, 0.0, rate=RateOptions("live"))
         self.source = FakeSource(self.socket, frames, has_face, tracking_s)
-        self.loop = SenderLoop(self.source, connection, self.socket)  # type: ignore[arg-type]
+        self.loop = SenderLoop(self.source, connection, self.socket, voice=voice)  # type: ignore[arg-type]
 
     def run(
         self, *, seconds: float | None = None, on_status: Callable[[SenderStatus], None] | None = None
@@ -277,3 +279,27 @@ def test_a_camera_that_fails_for_a_moment_is_shown_and_survived(monkeypatch: pyt
     sender.run(on_status=lambda status: notes.append(status.note))
     assert any("camera 0 gives no frames any more (trying for" in note for note in notes)
     assert notes[-1] == "connected"
+
+
+@dataclass
+class BrokenMicrophone:
+    """A voice that works for a second. polled : source times; closed : whether it was released"""
+
+    polled: list[float] = field(default_factory=list)
+    closed: bool = False
+
+    def poll(self, until: float, outlet: object, now: float) -> None:
+        self.polled.append(until)
+        if until > 1.0:
+            raise AudioError("the microphone gives no sound any more")
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def test_a_microphone_that_fails_is_said_and_ends_no_call() -> None:
+    voice = BrokenMicrophone()
+    status = Sender(frames=60, voice=voice).run()
+    assert status.frames_captured == 60 and status.note == "the microphone gives no sound any more"
+    assert voice.closed and 1.0 < voice.polled[-1] < 1.2
+    assert np.diff(voice.polled).max() < 0.11  # voice never waits longer for a frame
