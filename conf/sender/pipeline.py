@@ -23,7 +23,7 @@ from conf.transport.udp import UdpSocket
 
 STATUS_INTERVAL_S = 0.25
 POLL_S = 0.1
-VOICE_WAIT_S = 0.1  # voice that waits so long for a frame is sent without one
+VOICE_POLL_S = 0.01  # a block of the microphone's processing; the frames that wait go with a complete packet
 RETRY_S = 0.25  # between two attempts to read a camera that fails
 WRONG_CODE = "the code is wrong: type it as the receiver shows it (conf send ... --code CODE)"
 NO_ANSWER = "nobody answered: start `conf receive` there, with --listen PORT to be reached from other machines"
@@ -168,7 +168,7 @@ class SenderLoop:
         """Receive and send datagrams until a time, at least once."""
         while True:
             self._receive()
-            if self._now - self._voice_polled_at >= VOICE_WAIT_S:
+            if self._now - self._voice_polled_at >= VOICE_POLL_S:
                 self._poll_voice()
             self._transmit()
             while event := self._connection.next_event():
@@ -193,7 +193,7 @@ class SenderLoop:
         self._transmit()
 
     def _poll_voice(self) -> None:
-        """Send the voice that was captured up to now; after a frame, so that one datagram carries both."""
+        """Send the voice packets that are complete by now. The frames that wait leave in their datagrams."""
         source_time = self._pacer.source_time(self._now)
         if self._voice is not None and source_time is not None:
             try:

@@ -1,7 +1,7 @@
 """One participant's voice as continuous sound, each sample at its playout time.
 
 Strategy. The playout clock says which stream time is due; the cursor says up to where the voice has been decoded. Sound
-is taken in short steps: a received frame is decoded, a lost one concealed, silence filled with noise of the level that
+is taken as it is needed: a received frame is decoded, a lost one concealed, silence filled with noise of the level that
 the sender has told. When the clock and the sound disagree, because the playout delay has changed or the loudspeaker's
 rate is not exactly the microphone's, the sound is stretched or shrunk by up to a tenth; a large difference is jumped,
 in silence any.
@@ -21,8 +21,6 @@ from conf.audio.stretching import TimeStretcher
 from conf.errors import AudioError
 from conf.protocol.voice.formats import VoiceFormat, VoiceFrame
 
-STEP = SAMPLE_RATE // 50  # samples taken at a time: 20 ms
-STEP_S = STEP / SAMPLE_RATE
 TOLERANCE_S = 0.005  # between clock and sound; below it nothing is stretched
 MAX_STRETCH = 0.1  # speech stays natural
 CORRECTION_S = 0.4  # a difference is made good in about so long
@@ -43,11 +41,11 @@ class VoiceSource(Protocol):
 class ParticipantVoice:
     """Turns one participant's frames into sound.
 
-    level_dbfs : of the newest step; concealed_s : duration concealed within the last CONCEALMENT_WINDOW_S
+    level_dbfs : of the newest sound; concealed_s : duration concealed within the last CONCEALMENT_WINDOW_S
     unknown_codec : why the newest format cannot be decoded, empty if it can
     """
 
-    lookahead_s = 0.05  # by which the decoder may be ahead of what is heard: a step, and what stretching searches
+    lookahead_s = 0.025  # by which the decoder may be ahead of what is heard: a block, and what stretching searches
 
     def __init__(
         self,
@@ -87,8 +85,8 @@ class ParticipantVoice:
         speed = 1.0
         if abs(error) >= TOLERANCE_S:
             speed += float(np.clip(error / CORRECTION_S, -MAX_STRETCH, MAX_STRETCH))
-        while self._stretcher.missing(count, speed) > 0:
-            self._stretcher.push(self._next_step())
+        if missing := self._stretcher.missing(count, speed):
+            self._stretcher.push(self._next(missing))
         return self._stretcher.pull(count, speed)
 
     def _jump(self, error: float) -> None:
@@ -101,32 +99,34 @@ class ParticipantVoice:
         elif len(self._decoded):
             self._decoded = np.concatenate([self._noise.generate(-skipped, -self._source.noise_level), self._decoded])
 
-    def _next_step(self) -> Samples:
-        """Return the next STEP samples of the participant's sound and move the cursor."""
+    def _next(self, count: int) -> Samples:
+        """Return the next `count` samples of the participant's sound and move the cursor."""
         assert self._cursor is not None
-        self._pending.extend(self._source.frames_until(self._cursor + STEP_S + self._delay_s)[:MAX_NEW_FRAMES])
+        end = self._cursor + count / SAMPLE_RATE
+        self._pending.extend(self._source.frames_until(end + self._delay_s)[:MAX_NEW_FRAMES])
         has_voice = len(self._decoded) > 0
-        while len(self._decoded) < STEP and self._pending:
+        while len(self._decoded) < count and self._pending:
             start = self._pending[0].timestamp - self._delay_s
-            end = self._cursor + len(self._decoded) / SAMPLE_RATE
-            if start > self._cursor + STEP_S:
+            decoded_end = self._cursor + len(self._decoded) / SAMPLE_RATE
+            if start > end:
                 break
             has_voice = True
             samples = self._decode(self._pending.popleft())
-            if start - end > MAX_MISFIT_S:
-                self._decoded = np.concatenate([self._decoded, self._silence(round((start - end) * SAMPLE_RATE))])
-            elif end - start > MAX_MISFIT_S:
-                samples = samples[round((end - start) * SAMPLE_RATE) :]
+            if start - decoded_end > MAX_MISFIT_S:
+                silence = self._silence(round((start - decoded_end) * SAMPLE_RATE))
+                self._decoded = np.concatenate([self._decoded, silence])
+            elif decoded_end - start > MAX_MISFIT_S:
+                samples = samples[round((decoded_end - start) * SAMPLE_RATE) :]
             self._decoded = np.concatenate([self._decoded, samples])
-        if len(self._decoded) < STEP:
-            self._decoded = np.concatenate([self._decoded, self._silence(STEP - len(self._decoded))])
-        step, self._decoded = self._decoded[:STEP], self._decoded[STEP:]
-        self._cursor += STEP_S
+        if len(self._decoded) < count:
+            self._decoded = np.concatenate([self._decoded, self._silence(count - len(self._decoded))])
+        taken, self._decoded = self._decoded[:count], self._decoded[count:]
+        self._cursor = end
         self._is_silent = not has_voice
-        self.level_dbfs = level_dbfs(step)
+        self.level_dbfs = level_dbfs(taken)
         while self._concealed and self._concealed[0][0] < self._cursor - CONCEALMENT_WINDOW_S:
             self._concealed.popleft()
-        return step
+        return taken
 
     @property
     def _delay_s(self) -> float:
