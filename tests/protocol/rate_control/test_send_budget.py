@@ -171,7 +171,7 @@ def losses(budget: SendBudget, fraction: float, begin: float, seconds: float = 3
 
 @pytest.mark.parametrize(
     ("kbps", "none", "some", "much"),
-    [(16.0, 0.03, 0.1, 0.0), (9.6, 0.05, 0.1, 0.0), (6.0, 0.03, 0.08, 0.0), (4.8, 0.03, 0.08, 0.0)],
+    [(16.0, 0.04, 0.1, 0.0), (9.6, 0.05, 0.1, 0.0), (6.0, 0.03, 0.08, 0.0), (4.8, 0.03, 0.08, 0.0)],
 )
 def test_packets_are_repeated_from_a_loss_on_until_it_is_clearly_over(
     kbps: float, none: float, some: float, much: float
