@@ -60,7 +60,7 @@ MAX_LAG = int(1.5 * SAMPLE_RATE)
 class Figures:
     """Of one rate and loss, over all clips.
 
-    face_fps : received, while the face moves; a face that does not move is not sent
+    face_fps : while the face moves: from the median interval of the received frames. One that does not move is not sent
     delay_ms : from microphone to ear, less the network and the datagram
     """
 
@@ -133,13 +133,14 @@ def _measure(
         delays.append(delay)
         packets.append(_datagram_s(made))
     errors = np.concatenate([made.errors for made in calls])
+    intervals = np.concatenate([np.diff(np.sort(made.captured_at)) for made in calls])
     return Figures(
         kbps=float(np.mean([made.kbps for made in calls])),
         worst_kbps=max(made.worst_kbps for made in calls),
         stoi=float(np.mean(scores)),
         raw_stoi=float(np.mean(raw_scores)),
         face_error_percent=float(errors.mean()) if len(errors) else float("nan"),
-        face_fps=sum(len(made.errors) for made in calls) / sum(made.seconds for made in calls),
+        face_fps=1 / float(np.median(intervals)) if len(intervals) else 0.0,
         delay_ms=1000 * float(np.median(np.array(delays) - ONE_WAY_S - np.array(packets))),
         cpu_ms_per_s=1000 * sum(made.cpu_s for made in calls) / sum(made.seconds for made in calls),
     )

@@ -54,6 +54,7 @@ class VoiceCall:
     heard : the sound of the receiver, from the time heard_at on
     shown : (time, displacements) of the frame that is due, 25 a second
     errors : of the control points of each received frame, % of the eye distance
+    captured_at : capture time of each of these frames
     cpu_s : spent on voice by both ends together
     """
 
@@ -63,6 +64,7 @@ class VoiceCall:
     heard_at: float = 0.0
     shown: list[tuple[float, NDArray[np.float32]]] = field(default_factory=list)
     errors: list[float] = field(default_factory=list)
+    captured_at: list[float] = field(default_factory=list)
     cpu_s: float = 0.0
 
     @property
@@ -216,6 +218,7 @@ def _watch(receiver: ReceiverEndpoint, track: Track, fps: float, result: VoiceCa
                 for i in range(max(index - 1, 0), index + 2)
             ]
             result.errors.append(float(min(errors)))
+            result.captured_at.append(frame.timestamp)
 
         stream.motion.buffer.add = compare  # type: ignore[method-assign]
 
