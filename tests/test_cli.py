@@ -75,6 +75,7 @@ def test_wrong_usage_is_exit_status_2(arguments: list[str], capsys: pytest.Captu
     assert "usage: conf" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("option", ["--help", "--version"])
 def test_help_and_version_import_no_heavy_module(option: str, tmp_path: Path) -> None:
     script = f"import sys; from conf import cli\ntry: cli.main(['{option}'])\nexcept SystemExit: print(*sys.modules)"

@@ -24,6 +24,7 @@ def test_the_shipped_head_has_points_rig_and_blendshapes(document: FaceDocument,
     np.testing.assert_array_equal(document.to_file_coordinates(points), points)
 
 
+@pytest.mark.slow
 def test_a_mesh_without_points_is_centred_and_scaled_to_a_head(unplaced_mesh: Path) -> None:
     document = open_face_document(unplaced_mesh)
     assert document.points is None
@@ -52,6 +53,7 @@ def test_points_align_the_eyes_and_are_saved_in_file_coordinates(
     np.testing.assert_allclose(after, before, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_coinciding_points_are_refused(unplaced_mesh: Path) -> None:
     with pytest.raises(ConfError, match="do not fit this face: pupils, nose, lids and lips must lie apart"):
         with_points(open_face_document(unplaced_mesh), np.ones((50, 3)))

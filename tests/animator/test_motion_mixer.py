@@ -36,6 +36,7 @@ def test_action_units_are_added_to_a_recording_and_idle_motion_is_not() -> None:
     assert sample.pose is REST_POSE
 
 
+@pytest.mark.slow
 @given(angles, angles)
 def test_with_eye_contact_the_eyes_look_at_the_viewer(yaw: float, pitch: float) -> None:
     sample = MotionSample(gaze_displacements(0.2, -0.1), REST_POSE)

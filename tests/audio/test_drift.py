@@ -78,6 +78,7 @@ def test_one_late_block_changes_nothing() -> None:
     assert max(abs(phase_error(block)) for block in after) < 1e-4
 
 
+@pytest.mark.slow
 def test_a_dropout_leaves_a_gap_in_time_and_then_all_is_true_again() -> None:
     card, aligner = Card(0), ClockAligner()
     before = run(card, aligner, 4.0)

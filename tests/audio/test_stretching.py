@@ -30,6 +30,7 @@ def test_the_length_is_exact_within_a_frame(sound: Samples, speed: float) -> Non
     assert len(stretch(sound, speed)) == pytest.approx(len(sound) / speed, abs=FRAME)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", SPEEDS)
 @pytest.mark.parametrize("pitch", [80.0, 120.0, 220.0, 330.0])
 def test_pitch_and_level_are_kept(pitch: float, speed: float) -> None:
@@ -88,6 +89,7 @@ def test_changing_speeds_keep_the_books(blocks: list[tuple[int, int, float]]) ->
     assert max_jump(np.concatenate(parts)) <= 1.1 * max_jump(sound)
 
 
+@pytest.mark.slow
 @given(count=st.integers(1, 2000), speed=st.sampled_from([0.5, 0.9, 1.0, 1.1, 2.0]), start=st.integers(0, 2000))
 def test_what_is_said_to_be_missing_suffices(count: int, speed: float, start: int) -> None:
     stretcher, sound = TimeStretcher(), SPEECH

@@ -16,6 +16,7 @@ from tests.support.imgui_stage import Stage, stage
 __all__ = ["stage"]
 
 
+@pytest.mark.slow
 def test_wrong_arguments_are_errors_before_a_window_opens(tmp_path: Path) -> None:
     with pytest.raises(ConfError, match="there is no emotion 'glee': choose one of joy"):
         animate(emotion="glee")

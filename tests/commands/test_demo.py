@@ -24,6 +24,7 @@ def test_the_message_of_a_failed_sender_is_reported(
         demo(seconds=30.0, headless=True)
 
 
+@pytest.mark.slow
 def test_the_clip_is_played_forwards_and_backwards(tmp_path: Path) -> None:
     times = [frame / FPS for frame in range(FRAMES)]
     write_clip(tmp_path / "there.mp4", times)

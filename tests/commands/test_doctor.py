@@ -90,6 +90,7 @@ def test_the_tracker_check_names_the_backend(models: Path, monkeypatch: pytest.M
     assert not missing.works and missing.detail.endswith("is missing: run `conf models fetch`.")
 
 
+@pytest.mark.slow
 def test_a_check_that_dies_is_reported_with_its_reason_and_a_remedy() -> None:
     died = child("import sys; print('X Error of failed request:  BadAccess', file=sys.stderr); sys.exit(1)")
     text = "the check ended with status 1 (X Error of failed request:  BadAccess): install a driver"
@@ -97,6 +98,7 @@ def test_a_check_that_dies_is_reported_with_its_reason_and_a_remedy() -> None:
     assert child("print('[1]')").detail == "the check ended with status 0 (without a message): install a driver"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="other systems have no signals")
 def test_a_check_that_is_killed_names_the_signal() -> None:
     killed = child("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
@@ -105,6 +107,7 @@ def test_a_check_that_is_killed_names_the_signal() -> None:
     assert f"ended by signal {signal.SIGRTMIN + 5} " in realtime.detail
 
 
+@pytest.mark.slow
 def test_a_check_that_hangs_is_ended() -> None:
     assert child("import time; time.sleep(600)", limit_s=0.2) == CheckResult(
         "window", False, "no answer within 0 s: install a driver"
@@ -127,6 +130,7 @@ def test_all_checks_run_each_in_a_process_of_its_own(
     )
 
 
+@pytest.mark.slow
 def test_sound_devices_that_run_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     null = {name: getattr(devices, name) for name in ("open_microphone", "open_speaker")}
     for name, opener in null.items():

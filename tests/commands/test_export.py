@@ -79,6 +79,7 @@ def test_what_was_wrong_with_the_mesh_is_said_in_one_line(tmp_path: Path) -> Non
     assert notes == [f"{face}: skipped {lines}; {missing}"]
 
 
+@pytest.mark.slow
 def test_sound_needs_a_clip_and_a_sound_track(tmp_path: Path) -> None:
     write_wav(tmp_path / "s.wav", np.zeros(4800, np.int16))
     request = ExportRequest(tmp_path / "joy.png", emotion="joy", sound=tmp_path / "s.wav")

@@ -19,6 +19,7 @@ def test_the_motion_of_a_clip_is_written(short_clip: Path, tmp_path: Path) -> No
     assert np.ptp(motion.displacements[:, :, 1]) > 20  # the mouth moves
 
 
+@pytest.mark.slow
 def test_a_clip_without_a_face_is_an_error(empty_clip: Path, tmp_path: Path) -> None:
     with pytest.raises(CameraError, match="shows no face: choose a clip in which one face is clearly visible"):
         extract(empty_clip, tmp_path / "motion.dpc")

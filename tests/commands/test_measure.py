@@ -49,11 +49,13 @@ def test_a_clip_with_sound_has_stages_for_the_voice(short_clip: Path, tmp_path: 
         assert stage.kbps == pytest.approx(stage.bytes_per_frame * raw.fps * 8 / 1000)
 
 
+@pytest.mark.slow
 def test_a_clip_without_a_face_is_an_error(empty_clip: Path) -> None:
     with pytest.raises(CameraError, match="shows no face"):
         measure(empty_clip)
 
 
+@pytest.mark.slow
 def test_the_plot_is_an_image(gl: None, tmp_path: Path) -> None:
     stages = [StageCost("raw pixels", 76_032.0, 15.0, 9123.8, 1.0), StageCost("coded", 20.0, 15.0, 2.4, 3801.6)]
     plot(stages, tmp_path / "plot.png")

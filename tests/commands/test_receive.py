@@ -27,6 +27,7 @@ def test_headless_drawing_writes_a_clip_and_an_image(gl: None, tmp_path: Path, n
     assert frames and frames[-1].timestamp < 0.6
 
 
+@pytest.mark.slow
 def test_a_clip_that_cannot_be_written_is_an_error(gl: None, tmp_path: Path) -> None:
     with UdpSocket.bind("127.0.0.1", 0) as link, pytest.raises(ConfError, match="cannot be written"):
         receive(link, CODE, ReceiveOptions(tmp_path / "nowhere" / "call.avi", seconds=0.5))

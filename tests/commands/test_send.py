@@ -30,6 +30,7 @@ def test_an_unknown_host_is_an_error(short_clip: Path) -> None:
         send(("no.such.host.invalid", 5005), CODE, SendOptions(file=short_clip))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("portrait_kbps", [None, 4.0])
 def test_images_are_captured_and_sent_only_if_allowed(
     portrait_kbps: float | None, short_clip: Path, monkeypatch: pytest.MonkeyPatch

@@ -8,11 +8,13 @@ from conf.face.head_pose import NEUTRAL_POSE, HeadPose
 angles = st.floats(-1.2, 1.2)
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(-3, 3), min_size=6, max_size=6))
 def test_a_pose_equals_that_of_its_vector(vector: list[float]) -> None:
     assert HeadPose.from_vector(np.array(vector)).to_vector() == pytest.approx(vector)
 
 
+@pytest.mark.slow
 @given(angles, angles, angles)
 def test_the_matrix_is_a_rotation(x: float, y: float, z: float) -> None:
     matrix = HeadPose(np.array([x, y, z]), np.zeros(2), 0.0).matrix()

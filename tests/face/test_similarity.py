@@ -10,6 +10,7 @@ from conf.face.similarity import SimilarityTransform, fit_similarity
 vectors = hnp.arrays(np.float64, 3, elements=st.floats(-2, 2))
 
 
+@pytest.mark.slow
 @given(vectors, st.floats(0.01, 100), vectors, st.integers(0, 1000))
 def test_a_known_similarity_is_recovered(rotvec: np.ndarray, scale: float, translation: np.ndarray, seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -38,6 +39,7 @@ def test_no_nearby_similarity_fits_noisy_points_better(seed: int) -> None:
         assert best <= error(nudge @ fit.rotation, fit.scale * rng.uniform(0.9, 1.1), fit.translation) + 1e-9
 
 
+@pytest.mark.slow
 @given(st.integers(0, 1000))
 def test_inverse_and_composition(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -17,6 +17,7 @@ def view(yaw: float, pitch: float) -> LandmarkView:
     return LandmarkView(projected[:, :2] / projected[:, 3:], clip)
 
 
+@pytest.mark.slow
 @given(first=st.floats(-30, -5), second=st.floats(5, 30), pitch=st.floats(-20, 20))
 def test_two_views_give_the_points_back(first: float, second: float, pitch: float) -> None:
     np.testing.assert_allclose(triangulate([view(first, 0.0), view(second, pitch)]), POINTS, atol=1e-6)

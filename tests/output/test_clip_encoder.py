@@ -35,6 +35,7 @@ def encode(path: Path, times: list[float], size: tuple[int, int] = (64, 48)) -> 
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_opencv_and_our_reader_see_the_frames_their_times_and_colours(tmp_path: Path, name: str) -> None:
     path = encode(tmp_path / name, [i / FPS for i in range(7)])

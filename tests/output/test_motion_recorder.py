@@ -62,6 +62,7 @@ def test_what_was_added_may_change_afterwards() -> None:
     assert (clip.displacements == 1).all() and (clip.poses == 1).all()
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(0, 200), min_size=1, max_size=40, unique=True), st.sampled_from([15, 24, 30]))
 def test_frames_on_the_grid_are_kept_unchanged_in_any_order(numbers: list[int], fps: int) -> None:
     recorder = MotionRecorder()

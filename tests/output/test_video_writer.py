@@ -104,6 +104,7 @@ def test_a_late_encoder_costs_frames_but_no_time(tmp_path: Path, monkeypatch: py
     assert times_of(tmp_path / "a.mp4") == pytest.approx([i / 10 for i in range(MAX_WAITING)], abs=1e-4)
 
 
+@pytest.mark.slow
 def test_writing_every_frame_waits_for_the_encoder(tmp_path: Path) -> None:
     with VideoWriter(tmp_path / "a.mp4", fps=25) as writer:
         for _ in range(5 * MAX_WAITING):
@@ -197,6 +198,7 @@ def onsets(path: Path, rate: int) -> list[float]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [16_000, 48_000])
 @pytest.mark.parametrize("name", NAMES)
 def test_sound_stays_in_step_with_the_pictures(

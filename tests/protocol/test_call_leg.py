@@ -158,6 +158,7 @@ def test_a_report_and_a_portrait_ack_share_a_datagram() -> None:
     assert types(leg, 1.0) == []
 
 
+@pytest.mark.slow
 def test_acknowledgements_call_for_no_report_but_one_now_and_then() -> None:
     leg = both()
     send, _ = halves(leg)

@@ -81,6 +81,7 @@ def test_twelve_ended_calls_and_one_present() -> None:
         assert row.ratio == pytest.approx(row.raw_kbps / row.wire_kbps, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_after_the_last_call_the_meter_is_zero_and_the_report_is_not() -> None:
     world = World()
     caller = world.call()
@@ -93,6 +94,7 @@ def test_after_the_last_call_the_meter_is_zero_and_the_report_is_not() -> None:
     assert world.receiver.report(world.now + 1000.0) == before, "time without a call changes no rate"
 
 
+@pytest.mark.slow
 def test_a_silent_caller_keeps_its_counts_but_has_no_rate_jitter_or_delay() -> None:
     world = World()
     caller = world.call()

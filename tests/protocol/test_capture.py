@@ -100,6 +100,7 @@ def open_all(datagrams: Iterable[bytes], session: int, secret: bytes) -> Iterato
         counter += 1
 
 
+@pytest.mark.slow
 def test_every_body_is_as_wire_md_describes(capture: Capture) -> None:
     handshake = handshakes(capture)
     assert set(handshake) - {6} == {0, 1, 2, 3, 4}  # the second Bye finds no session

@@ -94,6 +94,7 @@ def test_bad_reports_are_explained(value: list[object], message: str) -> None:
         decode_report(b"".join(map(msgpack.packb, value)))
 
 
+@pytest.mark.slow
 @given(st.floats(0, 5), st.integers(0, 3000), st.floats(0, 1e6))
 def test_the_delay_of_the_report_is_no_part_of_the_round_trip(way: float, delay_ms: int, start: float) -> None:
     round_trip = RoundTripEstimator()

@@ -26,6 +26,7 @@ def call(frames: int, profile: str = "live") -> LoopbackCall:
     return made
 
 
+@pytest.mark.slow
 def test_every_frame_arrives_and_its_bytes_are_counted() -> None:
     made = call(30)
     traffic = made.stream.snapshot(2.0)
@@ -43,12 +44,14 @@ def test_the_motion_is_played_out_one_way_later() -> None:
     np.testing.assert_allclose(playout.frame.pose, frame(14).pose, atol=0.06)
 
 
+@pytest.mark.slow
 def test_reports_come_back() -> None:
     status = call(45, "auto").sender.status(3.0)
     assert status.round_trip_ms == pytest.approx(2 * ONE_WAY_S * 1000, abs=70)
     assert status.loss_percent == 0
 
 
+@pytest.mark.slow
 def test_the_rate_is_applied_and_the_portrait_arrives() -> None:
     portrait = ObjectSender()
     portrait.send_object(0, bytes(range(200)), priority=0)

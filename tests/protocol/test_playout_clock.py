@@ -29,6 +29,7 @@ def test_the_delay_follows_the_worse_medium_and_the_offset_the_better() -> None:
     assert filled({Medium.MOTION: 0.04}).delay_s == pytest.approx(MARGIN_S)
 
 
+@pytest.mark.slow
 def test_two_per_cent_of_each_medium_may_be_late() -> None:
     """Frequent motion does not hide that every voice packet is late."""
     clock = PlayoutClock()

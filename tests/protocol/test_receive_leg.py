@@ -91,6 +91,7 @@ def receive(leg: Leg, *bodies: bytes, now: float = 100.0, counter: int = 0) -> N
         leg.receive_body(body, counter + number, len(body) + OVERHEAD, now)
 
 
+@pytest.mark.slow
 def test_a_clean_link_delivers_everything_and_counts_it() -> None:
     call = Call()
     call.run(150, [])
@@ -131,6 +132,7 @@ def test_no_wrong_frame_is_drawn_whatever_is_lost(losses: list[bool], profile: P
     assert max(call.errors, default=0.0) < MAX_ERROR
 
 
+@pytest.mark.slow
 def test_loss_is_counted_and_playout_goes_on() -> None:
     losses = [i % 4 == 3 for i in range(40)]
     call = Call()
@@ -141,12 +143,14 @@ def test_loss_is_counted_and_playout_goes_on() -> None:
     assert playout is not None and playout.frame.timestamp > 9.7
 
 
+@pytest.mark.slow
 def test_lost_datagrams_count_as_many_frames_as_they_held() -> None:
     call = Call(NARROWBAND)
     call.run(150, [i % 4 == 3 for i in range(40)])
     assert call.leg.snapshot(110).frames_lost == pytest.approx(150 / 4, abs=6)
 
 
+@pytest.mark.slow
 def test_a_receiver_that_joins_late_draws_the_face_within_a_second() -> None:
     call = Call()
     call.run(45, [True])
@@ -261,6 +265,7 @@ def test_bad_bodies_are_counted_and_never_raise(bodies: list[bytes]) -> None:
     assert call.leg.snapshot(101).frames_received == before
 
 
+@pytest.mark.slow
 def test_a_missing_reference_is_requested_once_and_never_guessed() -> None:
     call = Call()
     call.run(30, [])

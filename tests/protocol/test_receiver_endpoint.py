@@ -60,6 +60,7 @@ class Direct:
         return len(sealed.datagram) + HEADER_BYTES
 
 
+@pytest.mark.slow
 def test_a_new_call_gets_a_sending_half_that_has_started(monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[tuple[SendLeg, float]] = []
 
@@ -102,6 +103,7 @@ def test_a_silent_caller_has_no_rate_jitter_or_delay() -> None:
             assert (figures.raw_kbps, figures.jitter_ms, figures.playout_delay_ms) == (0.0, 0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_the_report_holds_running_and_ended_calls_and_when_each_was_there() -> None:
     direct = Direct()
     first, second, third = (direct.call(port, float(port)) for port in (1, 2, 3))
@@ -148,6 +150,7 @@ def test_several_senders_each_with_its_own_motion() -> None:
     assert total.frames_received == sum(leg.snapshot(world.now).frames_received for leg in streams)
 
 
+@pytest.mark.slow
 def test_all_bytes_are_counted_with_their_headers() -> None:
     world = World()
     sender = world.call(line=Line(delay_s=0.0))
@@ -182,6 +185,7 @@ def test_the_tenth_sender_is_refused_and_a_bye_makes_room() -> None:
     assert any(isinstance(event, Connected) for event in late.events)
 
 
+@pytest.mark.slow
 def test_bodies_rejected_in_ended_calls_stay_counted() -> None:
     world = World()
     sender = world.call()
@@ -194,6 +198,7 @@ def test_bodies_rejected_in_ended_calls_stay_counted() -> None:
     assert not world.receiver.streams and world.receiver.rejected >= before >= 5
 
 
+@pytest.mark.slow
 def test_junk_is_counted_and_the_call_goes_on() -> None:
     world = World()
     sender = world.call()
@@ -218,6 +223,7 @@ def test_a_silent_sender_is_dropped_after_half_a_minute() -> None:
     assert not world.receiver.streams
 
 
+@pytest.mark.slow
 def test_each_call_has_its_own_receiver_id() -> None:
     world = World()
     for _ in range(2):

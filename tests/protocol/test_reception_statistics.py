@@ -8,6 +8,7 @@ from conf.protocol.feedback import MAX_MILLISECONDS, Report, decode_report, enco
 from conf.protocol.reception_statistics import ReceptionStatistics
 
 
+@pytest.mark.slow
 @given(st.permutations(range(40)), st.integers(1, 40))
 def test_a_report_confirms_exactly_what_was_received(order: list[int], count: int) -> None:
     reception, received = ReceptionStatistics(), set(order[:count])

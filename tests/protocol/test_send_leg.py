@@ -138,6 +138,7 @@ def test_a_report_tells_the_newest_counter_and_other_bodies_tell_none() -> None:
     assert with_portrait.receive_body(encode_body(PortraitAck(b"junk" * 40)), 0.1) is None
 
 
+@pytest.mark.slow
 def test_acknowledged_frames_are_predicted_from_until_a_refresh_is_requested() -> None:
     def size(refresh: bool) -> int:
         leg, counter = started(), 0
@@ -151,6 +152,7 @@ def test_acknowledged_frames_are_predicted_from_until_a_refresh_is_requested() -
     assert 0 < size(refresh=False) < size(refresh=True)
 
 
+@pytest.mark.slow
 def test_the_round_trip_is_sent_when_it_has_changed_and_at_most_every_ten_seconds() -> None:
     leg, counter, told = started(), 0, []
     for step in range(80):

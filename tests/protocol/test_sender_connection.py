@@ -208,6 +208,7 @@ def test_the_stream_clock_starts_again_in_each_session() -> None:
     assert newest is not None and newest < 12
 
 
+@pytest.mark.slow
 def test_a_sender_whose_address_changes_keeps_its_session() -> None:
     world = World()
     sender = world.call()
@@ -337,6 +338,7 @@ def test_the_rate_level_falls_under_loss_and_recovers() -> None:
     assert world.stream(sender).rejected == 0
 
 
+@pytest.mark.slow
 def test_a_still_face_costs_a_keep_alive_a_second() -> None:
     world = World()
     still = talk(1.0)
@@ -349,6 +351,7 @@ def test_a_still_face_costs_a_keep_alive_a_second() -> None:
     assert all(target == RECEIVER or source == RECEIVER for _, source, target, _ in world.traffic)
 
 
+@pytest.mark.slow
 def test_closing_sends_two_short_datagrams_that_end_the_call() -> None:
     world = World()
     sender = world.call()

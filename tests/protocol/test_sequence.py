@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from conf.protocol.sequence import unwrap
 
 
+@pytest.mark.slow
 @given(st.integers(0, 1 << 40), st.integers(-60, 60), st.integers(7, 16))
 def test_any_number_within_half_a_span_is_restored(expected: int, step: int, bits: int) -> None:
     number = max(expected + step, 0)

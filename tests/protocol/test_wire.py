@@ -84,6 +84,7 @@ def test_a_composite_of_one_body_of_nine_or_of_a_long_one_is_refused(sizes: list
         join_bodies([bytes((0x80,)) * size for size in sizes])
 
 
+@pytest.mark.slow
 @given(st.lists(st.sampled_from([*FIXED.values(), MotionPayload(5, bytes(300))]), min_size=2, max_size=8))
 def test_a_composite_gives_back_its_bodies(bodies: list[SingleBody]) -> None:
     bodies.sort(key=lambda body: len(encode_body(body)))

@@ -11,6 +11,7 @@ def test_without_a_call_the_state_is_waiting_and_all_numbers_are_zero() -> None:
     assert stats.round_trip_ms is None
 
 
+@pytest.mark.slow
 def test_the_state_follows_the_call() -> None:
     endpoint, caller = make_receiver(), SimulatedSender(0.0)
     collector = CallStatsCollector(endpoint)
@@ -29,6 +30,7 @@ def test_the_state_follows_the_call() -> None:
     assert collector.collect(now, paused=False).state == "call ended"
 
 
+@pytest.mark.slow
 def test_the_state_of_several_calls_is_that_of_the_best() -> None:
     endpoint = make_receiver()
     silent, talking = SimulatedSender(0.0), SimulatedSender(0.0, address=("10.0.0.8", 99))
@@ -39,6 +41,7 @@ def test_the_state_of_several_calls_is_that_of_the_best() -> None:
     assert state_of(calls, now, had_calls=True) == "receiving"
 
 
+@pytest.mark.slow
 def test_the_statistics_are_those_of_the_traffic_and_the_stream() -> None:
     endpoint, caller = make_receiver(), SimulatedSender(0.0)
     now = exchange(endpoint, caller, 0.0, 4.0)

@@ -21,6 +21,7 @@ def composed(composer: FrameComposer, window: OffscreenWindow, now: float) -> Pi
     return pixels
 
 
+@pytest.mark.slow
 def test_keys_switch_the_panels_over_the_image(
     monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, face: FaceModel
 ) -> None:
@@ -39,6 +40,7 @@ def test_keys_switch_the_panels_over_the_image(
     assert (images["m"][60:, :100] != first[60:, :100]).any() and (images["h"][100:140] != first[100:140]).any()
 
 
+@pytest.mark.slow
 def test_the_recording_sign_is_in_the_window_and_not_in_the_recorded_file(
     monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, face: FaceModel
 ) -> None:
@@ -93,6 +95,7 @@ def test_a_paused_image_does_not_change(window: OffscreenWindow, face: FaceModel
     np.testing.assert_array_equal(below[1], below[2])
 
 
+@pytest.mark.slow
 def test_the_name_of_who_speaks_is_highlighted_and_a_microphone_that_is_off_is_beside_its_caller(
     monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, face: FaceModel
 ) -> None:

@@ -87,6 +87,7 @@ def test_beside_open_statistics_messages_and_help_move_to_the_right() -> None:
     assert layout.messages[0].left > layout.stats.right
 
 
+@pytest.mark.slow
 @given(st.text(min_size=0, max_size=30), st.floats(0, 200))
 def test_a_shortened_text_fits(text: str, max_width: float) -> None:
     result = shorten(text, max_width, lambda part: 7.0 * len(part))

@@ -23,6 +23,7 @@ def motion(x: float = 0.0, y: float = 0.0, log_scale: float = -3.5) -> MotionFra
     return MotionFrame(0.0, np.zeros((50, 3), np.float32), np.array([0.0, 0.0, 0.0, x, y, log_scale]))
 
 
+@pytest.mark.slow
 @given(st.integers(1, 30), st.integers(64, 4000), st.integers(64, 4000), st.integers(0, 30))
 def test_the_cells_tile_the_image(count: int, width: int, height: int, left: int) -> None:
     cells = layout_grid(count, (width, height), left=left)
@@ -43,6 +44,7 @@ def test_cells_are_about_square(count: int, columns: int) -> None:
     assert len({x for x, y, _, _ in cells if y == cells[0][1]}) == columns
 
 
+@pytest.mark.slow
 def test_each_participant_is_drawn_in_the_cell_that_is_returned(window: OffscreenWindow, face: FaceModel) -> None:
     grid = ParticipantGrid(window, face)
     window.begin()
@@ -58,6 +60,7 @@ def test_each_participant_is_drawn_in_the_cell_that_is_returned(window: Offscree
         assert (left + right) / 2 == pytest.approx(w / 2, abs=w / 6)
 
 
+@pytest.mark.slow
 def test_without_participants_the_neutral_face_is_drawn(window: OffscreenWindow, face: FaceModel) -> None:
     grid = ParticipantGrid(window, face)
     window.begin()
@@ -112,6 +115,7 @@ def test_the_head_at_rest_leaves_room_for_hair() -> None:
     assert (centre + half)[1] < 0.45 and (centre - half)[1] < -0.25
 
 
+@pytest.mark.slow
 def test_the_grid_tells_whether_a_photo_is_drawn(
     monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, face: FaceModel
 ) -> None:

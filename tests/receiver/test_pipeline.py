@@ -127,6 +127,7 @@ def test_frames_are_drawn_at_their_rate(runner: LoopRunner) -> None:
     assert len(shown.images) == pytest.approx(2.0 * FPS, abs=1)
 
 
+@pytest.mark.slow
 def test_a_wrong_code_is_reported_and_shows_no_caller(runner: LoopRunner) -> None:
     shown = runner.run(FakeSocket(SimulatedSender(0.0, code=WRONG, address=ADDRESS)), 1.5, {})
     assert shown.events == ["a wrong code from 10.0.0.7: 4 more tries this minute"]
@@ -184,6 +185,7 @@ def test_a_network_failure_that_lasts_ends_the_program(runner: LoopRunner, verb:
     assert 11.9 < socket.now < 13.0
 
 
+@pytest.mark.slow
 def test_an_answer_to_a_stranger_that_cannot_be_sent_ends_nothing(runner: LoopRunner) -> None:
     """The source of a first datagram may be forged: there is no such address."""
     socket = FailingSocket(SimulatedSender(0.0, address=ADDRESS), "sent", (0.0, 99.0))
@@ -192,12 +194,14 @@ def test_an_answer_to_a_stranger_that_cannot_be_sent_ends_nothing(runner: LoopRu
     assert "nothing can be sent" in shown.toasts
 
 
+@pytest.mark.slow
 def test_the_loop_ends_when_it_should_not_continue(window: OffscreenWindow, face: FaceModel) -> None:
     socket = FakeSocket()
     loop = ReceiverLoop(window, face, make_receiver(), socket, LoopOptions(FPS))  # type: ignore[arg-type]
     assert loop.run(should_continue=lambda: socket.now < 0.5, clock=socket.clock).datagrams == 0
 
 
+@pytest.mark.slow
 def test_a_flood_delays_a_frame_by_at_most_the_time_that_drawing_took(window: OffscreenWindow, face: FaceModel) -> None:
     """Frames are due every 0.1 s, drawing takes 0.3 s, and each step receives a full batch of junk."""
     flood = [ReceivedDatagram(b"junk", ("10.0.0.1", 1), 0.0)] * RECEIVE_BATCH
@@ -212,6 +216,7 @@ def test_a_flood_delays_a_frame_by_at_most_the_time_that_drawing_took(window: Of
     assert frames == [5.0, 5.61]
 
 
+@pytest.mark.slow
 def test_a_voice_in_an_unknown_codec_is_reported_once(window: OffscreenWindow, face: FaceModel) -> None:
     rng, events, endpoint = np.random.default_rng(1), list[str](), make_receiver()
     mixer = VoiceMixer(endpoint.streams, rng)

@@ -45,12 +45,14 @@ def test_the_scale_settles_where_drawing_takes_less_than_the_limit(
         assert fixed_ms + full_ms * expected**2 <= MAX_DRAW_S * 1000
 
 
+@pytest.mark.slow
 @given(st.floats(1.0, 20.0), st.floats(0.0, 200.0))
 def test_the_scale_does_not_oscillate_on_any_machine(fixed_ms: float, full_ms: float) -> None:
     settled = scales(ResolutionControl(), fixed_ms, full_ms, 40 * RAISE_AFTER)[-20 * RAISE_AFTER :]
     assert len(set(settled)) == 1
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.floats(2.0, 16.6))
 def test_a_machine_that_draws_sixty_frames_a_second_keeps_the_full_resolution(seed: int, draw_ms: float) -> None:
     """Every fourth frame takes five times as long: another program runs."""

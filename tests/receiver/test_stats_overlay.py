@@ -75,6 +75,7 @@ def drawn(window: OffscreenWindow, overlay: ImGuiOverlay, stats: CallStats) -> P
     return window.read()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("size", "max_bottom"), [((640, 480), 380), ((1280, 720), 475), ((320, 240), 120)])
 def test_only_the_panel_in_the_upper_left_is_drawn(size: tuple[int, int], max_bottom: int) -> None:
     with OffscreenWindow(*size) as window, ImGuiOverlay(window.ctx) as overlay:
@@ -110,6 +111,7 @@ def test_without_traffic_the_line_has_no_figures_of_a_call() -> None:
     assert [part.text for part in line_parts(waiting)] == ["waiting", "30 fps", "M: more"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(320, 240), (640, 480), (1280, 720)])
 @pytest.mark.parametrize("is_open", [False, True])
 @pytest.mark.parametrize("stats", [STATS, TALKING])
@@ -149,6 +151,7 @@ def test_each_medium_has_a_line_with_bytes_a_second() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_where_there_is_no_room_the_line_keeps_the_state_and_the_voice() -> None:
     muted = replace(STATS, voice=VoiceStatus(-20.0, muted=True, notes={1: CONCEALED}))
     for size in (64, 64), (240, 180), (320, 240), (640, 480):

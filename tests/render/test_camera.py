@@ -31,6 +31,7 @@ def test_the_face_plane_is_projected_as_by_the_orthographic_pose(
     np.testing.assert_allclose(projected, expected, atol=1e-6)
 
 
+@pytest.mark.slow
 @given(poses, sizes)
 def test_a_nearer_segment_is_larger_and_in_front(pose: HeadPose, size: tuple[int, int]) -> None:
     rotation = view_rotation(pose, ViewState())
@@ -42,6 +43,7 @@ def test_a_nearer_segment_is_larger_and_in_front(pose: HeadPose, size: tuple[int
     assert -1 < depths[0] < depths[1] < 1
 
 
+@pytest.mark.slow
 @given(poses, views)
 def test_the_view_rotation_is_orthogonal_and_proper(pose: HeadPose, view: ViewState) -> None:
     rotation = view_rotation(pose, view)
@@ -62,6 +64,7 @@ def test_the_viewer_orbits_about_the_image_axes() -> None:
     np.testing.assert_allclose(left_ear, [0.0, np.sin(0.5), -np.cos(0.5)], atol=1e-12)
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(st.sampled_from(["orbited", "panned"]), number, number), max_size=20), st.integers(-90, 90))
 def test_drags_and_wheel_steps_stay_within_the_limits(moves: list[tuple[str, float, float]], steps: int) -> None:
     view = ViewState().zoomed(steps)

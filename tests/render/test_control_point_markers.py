@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -27,6 +28,7 @@ def dots(window: OffscreenWindow, face: FaceModel, pose: HeadPose, view: ViewSta
     return np.asarray((difference < 30).all(axis=2))
 
 
+@pytest.mark.slow
 def test_markers_are_drawn_at_the_projected_points(window: OffscreenWindow, face: FaceModel) -> None:
     found = dots(window, face, FRONT, ViewState(points=True))
     expected = project(face.control_points, clip_matrix(FRONT, ViewState(), aspect=SIZE[0] / SIZE[1]), SIZE)
@@ -34,15 +36,18 @@ def test_markers_are_drawn_at_the_projected_points(window: OffscreenWindow, face
         assert found[int(y) - 1 : int(y) + 2, int(x) - 1 : int(x) + 2].any()
 
 
+@pytest.mark.slow
 def test_no_markers_are_drawn_unless_they_are_switched_on(window: OffscreenWindow, face: FaceModel) -> None:
     assert not dots(window, face, FRONT, ViewState()).any()
 
 
+@pytest.mark.slow
 def test_the_face_hides_the_markers_behind_it(window: OffscreenWindow, face: FaceModel) -> None:
     back = HeadPose(Rotation.from_euler("Y", np.pi).as_rotvec(), FRONT.position, FRONT.log_scale)
     assert not dots(window, face, back, ViewState(points=True)).any()
 
 
+@pytest.mark.slow
 def test_the_points_move_with_the_vertices(window: OffscreenWindow, face: FaceModel) -> None:
     markers = ControlPointMarkers(window.ctx, face.control_points, face.mesh.vertices)
     np.testing.assert_allclose(markers.positions(face.neutral), face.control_points, atol=1e-5)

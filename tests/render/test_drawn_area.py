@@ -21,6 +21,7 @@ def painted(
     return counts
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.floats(0.2, 8.0), st.floats(-0.7, 0.7))
 def test_the_bands_contain_every_vertex_in_the_image(seed: int, zoom: float, shift: float) -> None:
     rng = np.random.default_rng(seed)
@@ -36,6 +37,7 @@ def test_the_bands_contain_every_vertex_in_the_image(seed: int, zoom: float, shi
     assert (counts[row[seen], column[seen]] == 1).all()
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1))
 def test_bands_and_complement_tile_the_image(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -54,6 +56,7 @@ def test_a_narrow_part_above_a_wide_one_gets_a_narrow_band() -> None:
     assert widths[0] == pytest.approx(50 * 0.02 * 240, abs=2 * BORDER + 12) and widths[-1] < 60
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.floats(0.2, 8.0))
 def test_the_bands_contain_every_point_of_every_triangle(seed: int, zoom: float) -> None:
     rng = np.random.default_rng(seed)

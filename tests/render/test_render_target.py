@@ -1,10 +1,12 @@
 import numpy as np
+import pytest
 
 from conf.render.render_target import BACKDROPS, RenderTarget, paint_background, sample_background
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.stand_in_head import SIZE
 
 
+@pytest.mark.slow
 def test_the_default_background_is_dark_and_smooth() -> None:
     wall = paint_background((640, 480))[..., :3].astype(int)
     assert wall.max() <= BACKDROPS["wall"].max() + 1
@@ -13,6 +15,7 @@ def test_the_default_background_is_dark_and_smooth() -> None:
     assert blurred[24, 32].sum() > blurred[0, 0].sum()
 
 
+@pytest.mark.slow
 def test_an_empty_target_resolves_to_its_background(window: OffscreenWindow) -> None:
     target = RenderTarget(window.ctx, SIZE)
     window.begin()
@@ -60,6 +63,7 @@ def test_a_smaller_target_is_enlarged_into_its_viewport_only(window: OffscreenWi
     assert not pixels.any()
 
 
+@pytest.mark.slow
 def test_a_background_with_fewer_pixels_keeps_its_colours_and_its_dither() -> None:
     full, small = paint_background((640, 480)).astype(int), sample_background((320, 240), (640, 480), "wall")
     np.testing.assert_array_equal(small, full[::2, ::2])

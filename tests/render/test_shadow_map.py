@@ -15,6 +15,7 @@ KEY = np.array(STUDIO.key)
 angle = st.floats(-3.0, 3.0)
 
 
+@pytest.mark.slow
 @given(angle, angle, angle)
 def test_the_light_matrix_looks_along_the_key_light_without_distortion(x: float, y: float, z: float) -> None:
     rotation = Rotation.from_euler("XYZ", [x, y, z]).as_matrix()

@@ -37,6 +37,7 @@ def test_each_part_is_drawn_with_the_colour_of_its_material(window: OffscreenWin
         assert cheek[channel] > 3 * max(cheek[1], cheek[2 - channel], 1)
 
 
+@pytest.mark.slow
 def test_vertex_colours_are_drawn(window: OffscreenWindow, face: FaceModel) -> None:
     colours = np.tile(np.array([0.0, 1.0, 0.0], np.float32), (len(face.mesh.vertices), 1))
     mesh = replace(with_materials(face.mesh, MeshMaterial(), of={"skin": 0}), vertex_colours=colours)

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from conf.sender.frame_pacer import MAX_LAG_S, FramePacer
 
 
+@pytest.mark.slow
 @given(st.floats(8, 60), st.floats(5, 30), st.floats(0, 1e6))
 def test_frames_are_dropped_down_to_the_rate_and_never_repeated(source_fps: float, fps: float, clock: float) -> None:
     pacer = FramePacer(fps)

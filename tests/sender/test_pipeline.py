@@ -121,6 +121,7 @@ class Sender:
         return self.loop.run(seconds=seconds, on_status=on_status, clock=self.socket.clock)
 
 
+@pytest.mark.slow
 def test_a_clip_is_sent_at_its_own_speed_and_the_profiles_frame_rate() -> None:
     sender = Sender(frames=60)
     status = sender.run()
@@ -134,6 +135,7 @@ def test_a_clip_is_sent_at_its_own_speed_and_the_profiles_frame_rate() -> None:
     assert inbound.frames_received == status.frames_sent and inbound.frames_lost == 0
 
 
+@pytest.mark.slow
 def test_the_receiver_learns_that_there_is_no_face() -> None:
     sender = Sender(frames=90, has_face=lambda frame: frame < 40)
     reported: list[SenderStatus] = []
@@ -142,6 +144,7 @@ def test_the_receiver_learns_that_there_is_no_face() -> None:
     assert {s.face for s in reported if s.frames_tracked} == {True, False}
 
 
+@pytest.mark.slow
 def test_after_the_given_seconds_the_call_is_closed() -> None:
     sender = Sender(frames=10_000)
     sender.run(seconds=1.5)
@@ -160,6 +163,7 @@ def test_without_an_answer_the_sender_tries_until_the_end_and_then_fails() -> No
     assert notes[-1].startswith("nobody has answered for ") and "is `conf receive` running there" in notes[-1]
 
 
+@pytest.mark.slow
 def test_a_receiver_that_starts_later_is_reached() -> None:
     sender = Sender()
     sender.socket.reachable = False
@@ -178,6 +182,7 @@ def test_a_wrong_code_ends_the_call_with_a_message() -> None:
         Sender(code="acorn-tulip-river-42").run(seconds=20.0)
 
 
+@pytest.mark.slow
 def test_the_status_is_reported_four_times_a_second() -> None:
     reported: list[SenderStatus] = []
     Sender(frames=90).run(on_status=reported.append)
@@ -236,6 +241,7 @@ def test_a_full_receiver_ends_the_call_with_a_message() -> None:
         describe_event(Refused(Refusal.FULL, None))
 
 
+@pytest.mark.slow
 def test_a_network_failure_that_passes_is_shown_and_survived(monkeypatch: pytest.MonkeyPatch) -> None:
     sender = Sender(frames=240)
     send, notes = sender.socket.send, list[str]()
@@ -251,6 +257,7 @@ def test_a_network_failure_that_passes_is_shown_and_survived(monkeypatch: pytest
     assert status.note == "connected" and notes[-1] == "connected"
 
 
+@pytest.mark.slow
 def test_a_network_failure_that_lasts_ends_the_call(monkeypatch: pytest.MonkeyPatch) -> None:
     sender = Sender(frames=900)
     send = sender.socket.send
@@ -266,6 +273,7 @@ def test_a_network_failure_that_lasts_ends_the_call(monkeypatch: pytest.MonkeyPa
     assert 11.9 < sender.socket.now < 13.0
 
 
+@pytest.mark.slow
 def test_a_camera_that_fails_for_a_moment_is_shown_and_survived(monkeypatch: pytest.MonkeyPatch) -> None:
     sender = Sender(frames=240)
     next_frame, notes = sender.source.next_frame, list[str]()
@@ -297,6 +305,7 @@ class BrokenMicrophone:
         self.closed = True
 
 
+@pytest.mark.slow
 def test_a_microphone_that_fails_is_said_and_ends_no_call() -> None:
     voice = BrokenMicrophone()
     status = Sender(frames=60, voice=voice).run()

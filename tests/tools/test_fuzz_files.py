@@ -12,6 +12,7 @@ def samples(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     return make_samples(tmp_path_factory.mktemp("samples"))
 
 
+@pytest.mark.slow
 def test_there_is_a_readable_sample_of_every_format(samples: dict[str, bytes], tmp_path: Path) -> None:
     assert samples.keys() == READERS.keys()
     for kind in samples.keys() - {"mtl"}:

@@ -1,10 +1,12 @@
 import numpy as np
+import pytest
 
 from conf.animator.gui.influence_colours import UNAFFECTED, point_colours, region_colours
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.face_model import FaceModel
 
 
+@pytest.mark.slow
 def test_regions_have_distinct_colours_and_unaffected_vertices_are_grey(head: FaceModel) -> None:
     colours = region_colours(head.operator)
     assert colours.shape == (len(head.neutral), 3) and colours.min() >= 0 and colours.max() <= 1

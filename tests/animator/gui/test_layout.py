@@ -1,9 +1,11 @@
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.animator.gui.layout import Layout, scale_of
 
 
+@pytest.mark.slow
 @given(st.integers(320, 4000), st.integers(240, 3000), st.sampled_from([1.0, 2.0]))
 def test_columns_cover_the_window_and_the_viewport_lies_inside(width: int, height: int, ratio: float) -> None:
     layout = Layout.of((width, height), scale_of((width, height), ratio))

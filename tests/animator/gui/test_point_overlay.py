@@ -59,6 +59,7 @@ def colour_at(image: np.ndarray, pixel: np.ndarray) -> np.ndarray:
     return image[y, x, ::-1] / 255
 
 
+@pytest.mark.slow
 def test_without_points_nothing_is_drawn(overlay: Overlay, points: np.ndarray) -> None:
     pixels, image = overlay.draw(PointPlacement())
     assert np.isnan(pixels).all() and pixels.shape == (50, 2)
@@ -66,6 +67,7 @@ def test_without_points_nothing_is_drawn(overlay: Overlay, points: np.ndarray) -
     np.testing.assert_array_equal(overlay.draw(outside)[1], image, "clipped at the rectangle")
 
 
+@pytest.mark.slow
 def test_dots_lie_on_the_points_and_hidden_points_cannot_be_grabbed(overlay: Overlay, points: np.ndarray) -> None:
     pixels, image = overlay.draw(place(points, LEFT, RIGHT, selected=0))
     expected = RECT.to_pixels(points, CLIP)
@@ -75,6 +77,7 @@ def test_dots_lie_on_the_points_and_hidden_points_cannot_be_grabbed(overlay: Ove
     assert np.abs(colour_at(image, expected[LEFT]) - GREEN[:3]).max() > 0.1, "faint behind the face"
 
 
+@pytest.mark.slow
 def test_the_selected_point_is_highlighted_numbered_and_can_be_grabbed_when_hidden(
     overlay: Overlay, points: np.ndarray
 ) -> None:

@@ -12,6 +12,7 @@ CHIN = CONTROL_POINT_INDEX["chin_bottom"]
 orders = st.permutations(range(CONTROL_POINT_COUNT))
 
 
+@pytest.mark.slow
 @given(orders)
 def test_advancing_visits_every_missing_point_once(order: list[int]) -> None:
     placement = PointPlacement()

@@ -9,6 +9,7 @@ from conf.face.control_points import CONTROL_POINT_INDEX, PUPILS
 angles = st.floats(-1.2, 1.2)
 
 
+@pytest.mark.slow
 @given(yaw=angles, pitch=angles)
 def test_gaze_angles_inverts_gaze_displacements(yaw: float, pitch: float) -> None:
     np.testing.assert_allclose(gaze_angles(gaze_displacements(yaw, pitch)), [[yaw, pitch]] * 2, atol=1e-5)

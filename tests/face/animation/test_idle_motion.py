@@ -48,6 +48,7 @@ def test_one_eye_blinks_a_few_milliseconds_later() -> None:
     assert lags.max() <= 21
 
 
+@pytest.mark.slow
 def test_amplitudes_of_gaze_and_head() -> None:
     motion = idle()
     poses = np.array([motion.at(t)[1] for t in np.arange(0, 60, 0.1)])

@@ -19,6 +19,7 @@ numbers = st.floats(-1000, 1000, allow_subnormal=False).map(lambda x: round(x, 3
 tracks = hnp.arrays(np.float64, st.tuples(st.integers(1, 12), st.just(3)), elements=numbers)
 
 
+@pytest.mark.slow
 @given(frames=tracks, position=st.floats(-2, 14))
 def test_interpolation_does_not_overshoot(frames: np.ndarray, position: float) -> None:
     value = interpolate_frames(frames, position)
@@ -36,6 +37,7 @@ def test_interpolation_passes_through_every_frame(frames: np.ndarray) -> None:
         np.testing.assert_allclose(interpolate_frames(frames, i), frame, atol=1e-9)
 
 
+@pytest.mark.slow
 @given(frames=hnp.arrays(np.float64, (8, 2), elements=numbers), position=st.floats(1, 6))
 def test_interpolation_equals_scipy_inside(frames: np.ndarray, position: float) -> None:
     # SciPy estimates the slopes at the two ends, ours are 0: the outermost intervals differ.
@@ -121,6 +123,7 @@ commands = st.lists(
 )
 
 
+@pytest.mark.slow
 @given(duration=st.floats(0, 20), loop=st.booleans(), commands=commands)
 def test_the_position_is_within_the_recording_after_any_commands(
     duration: float, loop: bool, commands: list[tuple[str, float]]

@@ -39,6 +39,7 @@ def test_an_infinite_hold() -> None:
     assert envelope.duration == math.inf
 
 
+@pytest.mark.slow
 @given(now=st.floats(-1, 5), released_at=st.floats(0, 3))
 def test_an_expression_is_continuous(now: float, released_at: float) -> None:
     joy = load_emotions()["joy"]

@@ -32,12 +32,14 @@ def rms_mm(errors: np.ndarray) -> float:
     return float(10 * np.sqrt((errors**2).sum(axis=1).mean()))
 
 
+@pytest.mark.slow
 def test_zero_displacements_give_the_neutral_face(head: FaceModel) -> None:
     vertices = head.deform(np.zeros((50, 3)))
     assert vertices.dtype == np.float32
     assert vertices == pytest.approx(head.neutral, abs=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("names", "limit_mm"),
     [(("jawOpen",), 1.0), (("mouthSmileLeft", "mouthSmileRight"), 0.8), (("eyeBlinkLeft", "eyeBlinkRight"), 1.8)],
@@ -101,6 +103,7 @@ def test_lower_teeth_rotate_rigidly_with_the_chin_and_upper_teeth_stay(head: Fac
     assert spans[0] == pytest.approx(spans[1], abs=1e-4)
 
 
+@pytest.mark.slow
 def test_the_chin_reaches_its_control_point(head: FaceModel) -> None:
     displacements = blendshape_motion(head, "jawOpen")[1]
     nearest = SurfaceGraph(head.mesh.vertices, head.mesh.triangles).nearest_vertices(head.control_points, tolerance=0.0)
@@ -114,6 +117,7 @@ def test_noise_of_the_control_points_is_not_amplified(head: FaceModel) -> None:
     assert gain.max() < 2.5
 
 
+@pytest.mark.slow
 def test_without_a_rig_the_deformation_is_the_operator_alone(head: FaceModel) -> None:
     face = replace(head, rig=None)
     displacements = np.random.default_rng(2).normal(size=(50, 3)) * 100
@@ -136,6 +140,7 @@ def test_file_coordinates_are_those_before_the_face_was_brought_to_model_centime
     assert found == pytest.approx(head.control_points, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_deform_writes_to_the_given_array(head: FaceModel) -> None:
     displacements = np.random.default_rng(1).normal(size=(50, 3)).astype(np.float32) * 100
     out = np.empty_like(head.neutral)

@@ -79,6 +79,7 @@ def test_a_muscle_has_the_angle_and_the_reach_of_its_course() -> None:
             assert (muscle.angle, muscle.start, muscle.end) == (np.radians(course.angle), course.start, course.end)
 
 
+@pytest.mark.slow
 def test_relaxed_muscles_give_the_neutral_face() -> None:
     face, muscles = head()
     np.testing.assert_array_equal(muscles.deform({}), face.neutral)

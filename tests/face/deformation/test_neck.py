@@ -64,6 +64,7 @@ def test_the_head_is_not_bent(torso: Mesh) -> None:
     assert np.abs(bent - vertices)[~head].max() > 2.0
 
 
+@pytest.mark.slow
 @given(rotations)
 def test_shoulders_follow_a_part_of_the_rotation(torso: Mesh, rotation: tuple[float, float, float]) -> None:
     vertices = torso.vertices.astype(np.float32)

@@ -43,6 +43,7 @@ def test_each_option_changes_the_operator(builder: OperatorBuilder) -> None:
     np.testing.assert_array_equal(builder.build(DeformerOptions()).matrix, default)
 
 
+@pytest.mark.slow
 def test_rigid_parts_are_not_moved_by_the_operator(builder: OperatorBuilder) -> None:
     face = builder.build_face(DeformerOptions())
     assert face.rig is not None
@@ -62,6 +63,7 @@ def test_a_face_holds_what_it_was_built_from(face: SheetFace) -> None:
     assert np.abs(operator.matrix - builder.build(DeformerOptions("gaussian", degree=1)).matrix).max() > 1e-3
 
 
+@pytest.mark.slow
 def test_a_singular_system_is_regularised(builder: OperatorBuilder) -> None:
     operator = builder.build(DeformerOptions("gaussian", epsilon=0.05, smoothing=0.0))
     assert operator.smoothing > 0

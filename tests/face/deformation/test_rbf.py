@@ -57,6 +57,7 @@ def test_the_operator_is_linear_in_float32(face: SheetFace, seed: int) -> None:
     assert matrix @ (a + 2 * b) == pytest.approx(matrix @ a + 2 * (matrix @ b), abs=1e-4)
 
 
+@pytest.mark.slow
 def test_the_operator_does_not_depend_on_the_unit(face: SheetFace) -> None:
     vertices = face.mesh.vertices[::20]
     cm = build_operator(vertices, face.points, kernel=MULTIQUADRIC, epsilon=1.0).matrix

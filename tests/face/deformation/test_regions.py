@@ -77,6 +77,7 @@ def test_excluded_points_do_not_act(face: SheetFace) -> None:
     assert not matrix_of(face, regions)[:, CONTROL_POINT_INDEX["pupil_l"]].any()
 
 
+@pytest.mark.slow
 def test_a_symmetric_motion_moves_both_sides_alike(face: SheetFace) -> None:
     offsets = np.zeros((50, 3), dtype=np.float32)
     offsets[UPPER_LIP, 1], offsets[LOWER_LIP, 1] = 0.5, -1.0
@@ -84,6 +85,7 @@ def test_a_symmetric_motion_moves_both_sides_alike(face: SheetFace) -> None:
     assert moved[..., 1] == pytest.approx(moved[:, ::-1, 1], abs=0.15)
 
 
+@pytest.mark.slow
 def test_touching_lips_are_separated(shut_face: SheetFace) -> None:
     mesh, points = shut_face.mesh, shut_face.points.copy()
     seam = np.flatnonzero((np.abs(mesh.vertices[:, 0]) < 2.1) & (np.abs(mesh.vertices[:, 1] + 4.4) < 1e-6))

@@ -21,6 +21,7 @@ def test_gaze_rotations_are_proper_and_limited(x: float, y: float) -> None:
     assert np.hypot(*rotated[:2]) <= np.sin(MAX_GAZE) * np.linalg.norm(pupil) + 1e-9
 
 
+@pytest.mark.slow
 @given(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6))
 def test_the_pupil_is_rotated_to_its_displaced_position(x: float, y: float) -> None:
     pupil = np.array([0.1, -0.2, 1.7])
@@ -55,6 +56,7 @@ def jaw(face: SheetFace) -> Jaw:
     return Jaw(centre, AXIS, np.arange(50), weights, arms, weights, arms)
 
 
+@pytest.mark.slow
 @given(st.floats(JAW_RANGE[0], JAW_RANGE[1]), st.floats(-1, 1))
 def test_the_jaws_motion_is_recovered_from_the_chin(face: SheetFace, angle: float, translation: float) -> None:
     hinge = jaw(face)

@@ -21,6 +21,7 @@ def mesh() -> Mesh:
     return load_mesh(DEFAULT_HEAD)
 
 
+@pytest.mark.slow
 def test_the_default_head_has_two_eyes_and_a_jaw(mesh: Mesh) -> None:
     rig = build_rig(mesh, default_points(), default_joints())
     assert [eye.pupil for eye in rig.eyes] == [16, 17]
@@ -82,6 +83,7 @@ def test_an_eye_without_an_eyeball_has_no_lids(mesh: Mesh, face: SheetFace) -> N
     assert len(eye.vertices) == len(eye.lids) == len(eye.clearance) == 0
 
 
+@pytest.mark.slow
 def test_a_jaw_holds_arms_from_its_centre_by_weight(mesh: Mesh) -> None:
     points, joints = default_points(), default_joints()
     blendshapes = load_blendshapes(DEFAULT_HEAD.with_name("shapes.npz"), len(mesh.vertices))

@@ -20,6 +20,7 @@ muscles = st.builds(
 RING = Sphincter(np.zeros(3), np.array([[1.5, 0, 0], [0, 1.0, 0]]), depth=1.0, protrusion=0.5)
 
 
+@pytest.mark.slow
 @given(muscle=muscles, vertices=positions)
 def test_the_falloff_is_between_0_and_1_and_0_outside(muscle: LinearMuscle, vertices: np.ndarray) -> None:
     falloff = muscle.falloff(vertices)
@@ -29,6 +30,7 @@ def test_the_falloff_is_between_0_and_1_and_0_outside(muscle: LinearMuscle, vert
     assert not falloff[outside].any()
 
 
+@pytest.mark.slow
 @given(muscle=muscles, vertices=positions)
 def test_a_full_contraction_moves_no_vertex_past_the_root(muscle: LinearMuscle, vertices: np.ndarray) -> None:
     before = np.linalg.norm(vertices - muscle.root, axis=1)
@@ -123,6 +125,7 @@ def test_the_sphincter_contracts_and_protrudes() -> None:
     assert (RING.falloff(PLANE) <= 1).all()
 
 
+@pytest.mark.slow
 @given(contraction=st.floats(0.0, 1.0))
 def test_one_muscle_is_linear_and_a_relaxed_one_moves_nothing(contraction: float) -> None:
     face = MuscleSet({"a": LinearMuscle(np.array([0, 2.0, 0]), np.zeros(3)), "ring": RING}, PLANE)
@@ -131,6 +134,7 @@ def test_one_muscle_is_linear_and_a_relaxed_one_moves_nothing(contraction: float
     np.testing.assert_allclose(face.contract({"a": contraction}), contraction * face.offsets[0], atol=1e-6)
 
 
+@pytest.mark.slow
 @given(each=hnp.arrays(np.float32, (3, 5, 3), elements=st.floats(-2, 2, width=16)))
 def test_combined_offsets_stay_within_the_limit(each: np.ndarray) -> None:
     muscles = MuscleSet(dict.fromkeys("abc", RING), np.zeros((5, 3)))

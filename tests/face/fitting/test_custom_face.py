@@ -30,6 +30,7 @@ def on_its_back() -> np.ndarray:
     return Rotation.from_rotvec([-np.pi / 2, 0, 0]).as_matrix()
 
 
+@pytest.mark.slow
 def test_a_face_is_transformed_to_model_centimetres_and_back(unprepared: Mesh, prepared: PreparedFace) -> None:
     np.testing.assert_allclose(prepared.points, default_points(), atol=0.02)
     np.testing.assert_allclose(
@@ -47,6 +48,7 @@ def test_eyes_and_jaw_are_rigged(prepared: PreparedFace) -> None:
     assert set(prepared.mesh.group_vertices("teeth_upper")) <= set(prepared.rig.rigid)
 
 
+@pytest.mark.slow
 def test_the_default_texture_replaces_a_missing_one_only(unprepared: Mesh, prepared: PreparedFace) -> None:
     assert prepared.mesh.texture == TEXTURE_FILE
     textured = replace(unprepared, texture=DEFAULT_HEAD.with_name("skin.webp"))

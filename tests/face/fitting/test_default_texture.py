@@ -70,6 +70,7 @@ def test_the_texture_has_a_dark_pupil_and_a_light_sclera() -> None:
     assert at(*COLOUR_UVS["skin"])[0] > at(*COLOUR_UVS["mouth"])[0] + 50
 
 
+@pytest.mark.slow
 def test_materials_with_an_image_or_of_the_skin_are_kept_and_plain_eyes_replaced(head: Mesh) -> None:
     materials = (MeshMaterial(colour=(0.3, 0.2, 0.1)), MeshMaterial(image=np.zeros((1, 1, 4), np.uint8)))
     numbers = np.zeros(len(head.triangles), np.int32)

@@ -1,6 +1,7 @@
 """Spheres, nested spheres and shells in front of them at the eyes of the default head."""
 
 import numpy as np
+import pytest
 import trimesh
 from numpy.typing import NDArray
 
@@ -36,6 +37,7 @@ def skin() -> Arrays:
     return head.vertices, head.triangles
 
 
+@pytest.mark.slow
 def test_nested_shells_are_one_eyeball_and_a_strip_along_a_lid_is_none() -> None:
     vertices, triangles = joined(skin(), sphere(1.6), sphere(1.4), sphere(1.65, (-1.0, -0.6)))
     labels = component_labels(triangle_edges(triangles), len(vertices))
@@ -46,6 +48,7 @@ def test_nested_shells_are_one_eyeball_and_a_strip_along_a_lid_is_none() -> None
     assert find_eyeball(Components.of(vertices, labels), default_points()[PUPILS[1]], {int(labels[0])}) is None
 
 
+@pytest.mark.slow
 def test_shells_before_the_eyeball_are_found() -> None:
     """They are a tear film along the lower lid, the shadow of the lids and lashes."""
     parts = (skin(), sphere(1.6), sphere(1.66, (-0.9, -0.5)), sphere(1.9, (-0.5, 0.5)), sphere(2.6, (0.0, 0.4)))
@@ -55,6 +58,7 @@ def test_shells_before_the_eyeball_are_found() -> None:
     assert not kept[-covers:].any() and kept[:-covers].all()
 
 
+@pytest.mark.slow
 def test_without_eyeballs_nothing_covers_them() -> None:
     vertices, triangles = joined(skin(), sphere(1.66, (-0.5, -0.2)))
     assert without_eye_covers(vertices, triangles, default_points()[PUPILS]).all()

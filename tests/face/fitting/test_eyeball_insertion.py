@@ -25,6 +25,7 @@ def eyeless() -> Mesh:
     return submesh(head, kept)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("inside_out", [False, True])
 def test_inserted_eyeballs_are_detected_where_the_originals_were(eyeless: Mesh, inside_out: bool) -> None:
     if inside_out:
@@ -51,6 +52,7 @@ def test_inserted_eyeballs_lie_behind_the_lids(eyeless: Mesh) -> None:
         assert (np.linalg.norm(lids - centre, axis=1) > 1.55).all()
 
 
+@pytest.mark.slow
 def test_existing_or_closed_eyes_are_left_unchanged(face: SheetFace) -> None:
     head = load_mesh(DEFAULT_HEAD)
     for mesh, points in ((head, default_points()), (face.mesh, face.points)):

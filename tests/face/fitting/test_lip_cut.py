@@ -49,6 +49,7 @@ def test_open_and_closed_lips_are_distinguished(face: SheetFace, touching: Sheet
     assert has_open_lips(touching.points, surface_of(opened))
 
 
+@pytest.mark.slow
 def test_original_vertices_come_first_and_the_boundary_is_unchanged(touching: SheetFace, opened: Mesh) -> None:
     count = len(touching.mesh.vertices)
     assert opened.vertices[:count].tolist() == touching.mesh.vertices.tolist()
@@ -80,6 +81,7 @@ def test_the_cavity_lies_behind_the_lips_and_faces_inwards(touching: SheetFace, 
     assert inwards.sum() > 0.95 * np.abs(inwards).sum()
 
 
+@pytest.mark.slow
 def test_the_lower_lip_moves_without_the_upper(touching: SheetFace, opened: Mesh) -> None:
     closed_face, open_face = (build_face(mesh, touching.points) for mesh in (touching.mesh, opened))
     displacements = np.zeros((50, 3))

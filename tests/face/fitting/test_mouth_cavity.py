@@ -36,12 +36,14 @@ def test_the_cavity_joins_the_rim_with_the_same_winding(inside_out: bool) -> Non
     assert np.abs(added[:, 1]).max() < 2
 
 
+@pytest.mark.slow
 def test_a_mouth_with_an_inside_or_without_a_hole_is_left_unchanged(shut_face: SheetFace) -> None:
     head = head_without()
     assert add_mouth_cavity(head, default_points()) is head
     assert add_mouth_cavity(shut_face.mesh, shut_face.points) is shut_face.mesh
 
 
+@pytest.mark.slow
 def test_the_slit_of_a_sheet_gets_a_cavity(face: SheetFace) -> None:
     filled = add_mouth_cavity(face.mesh, face.points)
     assert "mouth" in filled.groups

@@ -28,6 +28,7 @@ def detected(head: Mesh) -> DetectedParts:
     return detect(head, default_points())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("group", ["eye_l", "eye_r", "teeth_upper", "teeth_lower", "tongue"])
 def test_eyes_teeth_and_tongue_match_their_groups(group: str, head: Mesh, detected: DetectedParts) -> None:
     assert detected.parts[group].tolist() == head.groups[group].tolist()
@@ -44,6 +45,7 @@ def test_eye_centres_match_the_rig(detected: DetectedParts) -> None:
         assert np.linalg.norm(detected.eyes[group] - centre) < 0.1
 
 
+@pytest.mark.slow
 def test_a_separate_iris_belongs_to_the_eyeball_and_a_beard_is_no_tooth(head: Mesh) -> None:
     iris = trimesh.creation.cylinder(
         0.6, 0.02, transform=trimesh.transformations.translation_matrix([3.2, 2.845, 3.75])
@@ -59,6 +61,7 @@ def test_a_separate_iris_belongs_to_the_eyeball_and_a_beard_is_no_tooth(head: Me
     assert not np.isin(added[len(iris.faces) :], np.concatenate(list(parts.values()))).any()
 
 
+@pytest.mark.slow
 def test_a_sheet_has_no_parts(face: SheetFace, shut_face: SheetFace) -> None:
     for sheet in (face, shut_face):
         assert detect(sheet.mesh, sheet.points) == DetectedParts({}, {})

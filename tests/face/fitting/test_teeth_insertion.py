@@ -28,6 +28,7 @@ def test_the_teeth_lie_where_the_originals_were() -> None:
         assert filled.render_vertices[filled.render_triangles].tolist() == filled.triangles.tolist()
 
 
+@pytest.mark.slow
 def test_the_teeth_fit_a_narrow_mouth_and_are_hidden(shut_face: SheetFace) -> None:
     points = shut_face.points.copy()
     points[control_point_indices("inner_lip_corner"), 0] *= 0.9

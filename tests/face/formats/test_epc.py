@@ -83,6 +83,7 @@ pieces = st.sampled_from([b"1\n", b"2\n", b"# name: joy\n", b"# name:", b"# unit
                           b"# name: \xc3\n", FRAME.encode(), ROW.encode(), b"nan 0 0\n", b"\x00"])  # fmt: skip
 
 
+@pytest.mark.slow
 @same_folder
 @given(data=st.one_of(st.binary(max_size=300), st.lists(pieces, max_size=8).map(b"".join)))
 def test_any_bytes_give_expressions_or_file_format_error(tmp_path: Path, data: bytes) -> None:

@@ -332,6 +332,7 @@ def test_a_mesh_of_too_many_vertices_is_refused(tmp_path: Path, monkeypatch: pyt
         read(tmp_path, rows + "v 0 0 0\n")
 
 
+@pytest.mark.slow
 def test_the_default_head_has_no_notes_and_one_texture() -> None:
     mesh = load_mesh(DEFAULT_HEAD)
     assert mesh.notes == () and mesh.materials == () and mesh.texture == DEFAULT_HEAD.with_name("skin.webp")

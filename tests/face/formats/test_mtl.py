@@ -49,6 +49,7 @@ def test_a_name_of_no_file_finds_none(tmp_path: Path, name: str) -> None:
     assert find_file(name, [tmp_path]) is None
 
 
+@pytest.mark.slow
 @given(st.binary(max_size=200))
 def test_any_bytes_are_read(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
     materials, _ = read(tmp_path_factory.getbasetemp(), b"newmtl a\n" + data)

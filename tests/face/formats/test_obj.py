@@ -57,6 +57,7 @@ def test_a_missing_material_or_texture_is_ignored(tmp_path: Path) -> None:
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "line", "expected"),
     [
@@ -85,6 +86,7 @@ def test_a_file_in_which_nothing_can_be_drawn_is_refused(
 WORDS = st.sampled_from("v;vt;vn;f;g;o;usemtl;mtllib;#;\\;0;1;-1;2/1;1//2;3.5;1e9;nan;\n".split(";"))
 
 
+@pytest.mark.slow
 @given(st.one_of(st.binary(max_size=300), st.lists(WORDS, max_size=80).map(lambda words: " ".join(words).encode())))
 def test_any_bytes_give_a_mesh_or_file_format_error(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
     path = tmp_path_factory.getbasetemp() / "any.obj"
@@ -98,6 +100,7 @@ def test_any_bytes_give_a_mesh_or_file_format_error(tmp_path_factory: pytest.Tem
     assert raw.corners[..., 1].max() < len(raw.uvs)
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(*[st.floats(-1e6, 1e6)] * 3), min_size=3, max_size=30))
 def test_vertices_keep_the_order_of_the_file(
     tmp_path_factory: pytest.TempPathFactory, vertices: list[tuple[float, float, float]]

@@ -57,6 +57,7 @@ def test_convex_polygons_and_unusable_ones_keep_their_fans() -> None:
     assert np.array_equal(corners, before)
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(st.floats(0.2, 1.0), st.floats(0.5, 1.0)), min_size=4, max_size=20))
 def test_any_star_shaped_polygon_is_covered_once(spokes: list[tuple[float, float]]) -> None:
     angles = np.cumsum([step for _, step in spokes])

@@ -37,6 +37,7 @@ def test_errors_name_the_line(tmp_path: Path, text: str, line: int | None, expec
     assert expected in str(caught.value)
 
 
+@pytest.mark.slow
 @given(st.one_of(st.binary(max_size=400), st.text("0123456789.-e# \nx", max_size=600).map(str.encode)))
 def test_any_bytes_give_points_or_file_format_error(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
     path = tmp_path_factory.getbasetemp() / "any.ppc"

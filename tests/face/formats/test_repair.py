@@ -73,6 +73,7 @@ def test_an_ascii_stl_is_read(tmp_path: Path, change: object) -> None:
     assert len(read(tmp_path, change(text).encode(), "stl").triangles) == 12
 
 
+@pytest.mark.slow
 @given(data=st.data())
 def test_a_damaged_ply_is_left_to_the_reader(data: st.DataObject) -> None:
     content = bytearray(mixed_ply("<"))

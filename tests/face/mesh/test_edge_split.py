@@ -40,6 +40,7 @@ def test_no_edges_and_no_triangles_change_nothing(face: SheetFace) -> None:
     assert drop_triangles(face.mesh, np.zeros(len(face.mesh.triangles), np.bool_)) is face.mesh
 
 
+@pytest.mark.slow
 def test_dropped_triangles_leave_their_vertices(face: SheetFace) -> None:
     dropped = np.arange(len(face.mesh.triangles)) % 3 == 0
     rest = drop_triangles(face.mesh, dropped)

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -38,6 +39,7 @@ def test_local_motion_in_a_still_face_is_kept() -> None:
     np.testing.assert_allclose(dampened(motion)[40], motion[40], rtol=0.02)
 
 
+@pytest.mark.slow
 @given(st.floats(0, 1), st.floats(0, 0.01))
 def test_the_dead_band_is_continuous_and_monotonic(cm: float, more: float) -> None:
     near, far = (dampened(np.full_like(PHOTO, (d, 0.0)))[0, 0] for d in (cm, cm + more))

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.portrait.patch_features import MOUTH
@@ -23,6 +24,7 @@ def test_a_patch_cropped_from_the_photo_maps_to_the_crop() -> None:
     np.testing.assert_allclose(mapped[visible], to_patch(WARP.positions_cm[visible]), atol=5e-3)
 
 
+@pytest.mark.slow
 def test_lips_that_cross_in_a_patch_cause_no_folds() -> None:
     points = to_patch(WARP.positions_cm[list(MOUTH.points)])
     points[MOUTH.points.index(CONTROL_POINT_INDEX["inner_lip_upper_mid"]), 1] += 0.25

@@ -49,6 +49,7 @@ def test_low_frequencies_come_first() -> None:
     assert all(np.allclose(plane, 0, atol=1e-3) for plane in chroma)
 
 
+@pytest.mark.slow
 def test_points_in_the_photo_are_those_of_the_mesh() -> None:
     warp = PortraitWarp(face_shape())
     points, positions = region_points_in_photo(warp, MOUTH), warp.mesh.positions[list(MOUTH.points)]

@@ -51,6 +51,7 @@ def test_rotation_moves_the_nose_relative_to_the_brow() -> None:
     assert moved[nose, 0] > moved[brow, 0] + 0.005
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(-1.5, 1.5), min_size=3, max_size=3))
 def test_the_rotation_out_of_the_image_plane_is_limited(rotation: list[float]) -> None:
     limited = limit_rotation(HeadPose(np.array(rotation), POSE.position, POSE.log_scale), POSE)
@@ -58,6 +59,7 @@ def test_the_rotation_out_of_the_image_plane_is_limited(rotation: list[float]) -
     assert np.arccos(np.clip(since[2, 2], -1, 1)) <= MAX_ROTATION + 1e-6
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(-0.15, 0.15), min_size=3, max_size=3))
 def test_a_small_rotation_is_unchanged(rotation: list[float]) -> None:
     pose = HeadPose(POSE.rotation + rotation, POSE.position, POSE.log_scale)

@@ -42,6 +42,7 @@ def test_every_sculpted_shape_has_weight_1_of_itself() -> None:
     assert np.abs((rebuilt - shapes) * load_face().fapu.lengths()).max() < 0.02  # centimetres
 
 
+@pytest.mark.slow
 def test_a_mixture_has_its_weights() -> None:
     mixed = np.zeros(52)
     for name, weight in {"jawOpen": 0.6, "mouthSmileLeft": 0.8, "browInnerUp": 0.3, "eyeBlinkRight": 1.0}.items():

@@ -34,6 +34,7 @@ def error_in_steps(frame: MotionFrame, displacements: np.ndarray, pose: np.ndarr
     return float(np.linalg.norm(true - TRANSFORM.forward(displacements, pose, log_scale=size)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("profile", "motion", "ack_delay", "digest"),
     [

@@ -24,6 +24,7 @@ def test_golden_payloads_decode_to_the_golden_values() -> None:
         assert np.allclose(decoded[name]["mean_displacement"], expected["mean_displacement"], atol=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in GOLDEN if name.endswith("_0")])
 def test_a_truncated_payload_is_another_frame_or_an_error(name: str) -> None:
     """The range coder decodes nearly every string; the seal around the payload ensures that it is complete."""

@@ -31,6 +31,7 @@ TARGETS = st.one_of(st.floats(-4, 4), st.floats(-300, 300), st.floats(-2.0 * LIM
 NUMBERS = [0, 1, -1, 2, -3, 19, 20, 21, -20, -21, 22, 51, -84, 1000, -4095, 4096, 8191, -8191]
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(SCALES, TARGETS), max_size=40))
 def test_numbers_are_read_as_they_were_written(targets: list[tuple[int, float]]) -> None:
     writer = SymbolWriter(rd_lambda=0.1)
@@ -50,6 +51,7 @@ def test_the_independent_decoder_reads_the_numbers(scale: int) -> None:
     assert string.end() == payload
 
 
+@pytest.mark.slow
 @given(SCALES, st.floats(-LIMIT, LIMIT))
 def test_the_written_number_is_within_a_step_and_not_further_from_zero(scale: int, target: float) -> None:
     written = SymbolWriter(rd_lambda=0.1).number(TABLES, scale, target)

@@ -49,6 +49,7 @@ def test_frames_are_decoded_as_by_the_independent_decoder(
         np.testing.assert_allclose(pose, expected[1], rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.slow
 @given(VALUES)
 def test_forward_undoes_inverse(values: tuple[int, ...]) -> None:
     displacements, pose = TRANSFORM.inverse(QuantisedFrame(values))
@@ -71,6 +72,7 @@ def test_components_are_orthonormal_in_steps() -> None:
     assert np.allclose(TRANSFORM.inverse_matrix @ TRANSFORM.forward_matrix, np.eye(COUNT - POSE_VALUES), atol=1e-5)
 
 
+@pytest.mark.slow
 @given(VALUES, VALUES)
 def test_the_reconstruction_shift_is_at_most_half_a_step(values: tuple[int, ...], before: tuple[int, ...]) -> None:
     frame, earlier = QuantisedFrame(values), QuantisedFrame(before, staggered=True)

@@ -214,6 +214,7 @@ def test_repeating_up_to_the_newest_frame_or_before_changes_nothing() -> None:
     assert (buffer.newest, buffer.clock.delay_s, buffer.late) == (1.0, before, 0)
 
 
+@pytest.mark.slow
 def test_memory_is_bounded() -> None:
     buffer = JitterBuffer()
     for i in range(5 * MAX_FRAMES):

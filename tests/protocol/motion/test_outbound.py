@@ -121,6 +121,7 @@ def test_a_probe_is_a_keep_alive() -> None:
     assert decode_body(outbound.probe(9.0).body) == KeepAlive(0.0, Presence.FACE)
 
 
+@pytest.mark.slow
 def test_frames_share_a_datagram_if_the_profile_or_the_bundling_asks_for_it() -> None:
     outbound = OutboundMotion(PARAMETERS, profile=NARROWBAND)
     motion = [o for o in run(outbound, frames(60)) if o.frame_numbers]
@@ -164,6 +165,7 @@ def test_frames_that_wait_are_sent_before_the_profile_changes() -> None:
     assert [o.frame_numbers for o in outbound.drain()] == [(0,)]
 
 
+@pytest.mark.slow
 def test_motion_is_predicted_only_from_acknowledged_frames() -> None:
     """With acknowledgements a steady motion costs less than without."""
 

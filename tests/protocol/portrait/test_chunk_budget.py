@@ -48,6 +48,7 @@ def test_motion_never_waits_longer_than_a_frame_for_chunks(seed: int, piggyback:
     assert not budget.in_startup
 
 
+@pytest.mark.slow
 @given(st.floats(0.5, 20), st.floats(2, 12))
 def test_the_long_term_rate_holds_beside_the_startup(kbps: float, seconds: float) -> None:
     budget, sent = ChunkBudget(kbps), 0

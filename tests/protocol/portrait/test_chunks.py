@@ -41,6 +41,7 @@ def test_chunk_count(object_size: int, size: int, count: int) -> None:
     assert chunk_count(object_size, size) == count
 
 
+@pytest.mark.slow
 @given(NUMBERS, st.lists(NUMBERS, max_size=32), st.dictionaries(NUMBERS, st.sets(st.integers(0, 250)), max_size=4))
 def test_an_ack_is_decoded_as_it_was_encoded(
     receiver_id: int, complete: list[int], partial: dict[int, set[int]]

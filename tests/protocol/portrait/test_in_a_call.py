@@ -45,6 +45,7 @@ def test_the_portrait_arrives_complete_within_seconds_and_costs_no_frame() -> No
     assert call.stream.motion.frames.count == without.stream.motion.frames.count
 
 
+@pytest.mark.slow
 def test_on_a_modem_no_portrait_is_sent() -> None:
     assert not run(6.0, RateOptions("narrow"), portrait()).stream.received_objects
 

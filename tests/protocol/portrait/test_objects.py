@@ -14,6 +14,7 @@ OBJECTS: list[PortraitObject] = [example_photo(), UPDATE, example_patch()]
 BYTES = [encode_object(portrait_object) for portrait_object in OBJECTS]
 
 
+@pytest.mark.slow
 def test_the_first_byte_is_the_kind() -> None:
     for kind, portrait_object in enumerate(OBJECTS):
         data = encode_object(portrait_object)
@@ -29,6 +30,7 @@ def test_an_unknown_kind_is_rejected(data: bytes) -> None:
         decode_object(data)
 
 
+@pytest.mark.slow
 @given(
     st.sampled_from(BYTES),
     st.lists(st.tuples(st.integers(0, 2000), st.integers(0, 255)), max_size=6),

@@ -113,6 +113,7 @@ def test_a_patch_far_from_the_face_is_rejected(descriptor: int, point: float, va
         decode_patch(data)
 
 
+@pytest.mark.slow
 @given(st.binary(max_size=400))
 def test_any_bytes_give_a_small_patch_or_protocol_error(data: bytes) -> None:
     try:

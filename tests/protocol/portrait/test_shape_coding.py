@@ -54,6 +54,7 @@ def test_numbers_are_not_changed_to_save_bits() -> None:
     np.testing.assert_array_equal(decoded, neutral)
 
 
+@pytest.mark.slow
 def test_any_bytes_give_a_shape_or_protocol_error() -> None:
     rng = np.random.default_rng(7)
     good = encode_shape(*face(3), MODEL)

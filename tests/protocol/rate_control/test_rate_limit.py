@@ -9,6 +9,7 @@ from conf.protocol.rate_control.rate_limit import RateLimiter, TokenBucket
 REQUESTS = st.lists(st.tuples(st.floats(0, 3), st.integers(1, 30)), max_size=60)
 
 
+@pytest.mark.slow
 @given(REQUESTS, st.floats(0.1, 100), st.floats(1, 100))
 def test_no_period_gets_more_than_rate_and_capacity(
     requests: list[tuple[float, int]], rate: float, capacity: float
@@ -23,6 +24,7 @@ def test_no_period_gets_more_than_rate_and_capacity(
             assert total <= rate * (now - start) + capacity + 1e-6
 
 
+@pytest.mark.slow
 @given(REQUESTS, st.floats(0.1, 100))
 def test_time_until_is_just_long_enough(requests: list[tuple[float, int]], rate: float) -> None:
     bucket, now = TokenBucket(rate, 30), 0.0
@@ -72,6 +74,7 @@ def test_a_clock_that_goes_back_gives_nothing() -> None:
     assert not bucket.take(1, 50.0)
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(st.floats(0, 2), st.integers(42, 180)), max_size=80), st.sampled_from([2.4, 5.8, 16.0]))
 def test_the_limit_holds_over_any_ten_seconds(requests: list[tuple[float, int]], kbps: float) -> None:
     limiter, now, sent = RateLimiter(kbps), 0.0, list[tuple[float, int]]()
@@ -116,6 +119,7 @@ def test_a_steady_stream_may_use_the_limit_completely() -> None:
     assert [limiter.take_steady(143, now) for now in stamps].count(False) > 5
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.tuples(st.floats(0, 1), st.integers(42, 400), st.booleans()), max_size=80),
     st.sampled_from([2.4, 6.0, 16.0]),
@@ -129,6 +133,7 @@ def test_the_limit_holds_whatever_part_is_steady(requests: list[tuple[float, int
         assert sum(size for time, size in sent if now < time + 10) * 8 <= kbps * 10_000 + 1e-6
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.tuples(st.integers(0, 200), st.booleans()), min_size=1, max_size=60),
     st.sampled_from([(2.4, 117, 0.48), (6.0, 130, 0.2), (16.0, 113, 0.06)]),

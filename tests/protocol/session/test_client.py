@@ -88,6 +88,7 @@ def test_a_full_receiver_is_reported_and_final() -> None:
     assert sender.stopped
 
 
+@pytest.mark.slow
 def test_a_locked_receiver_is_tried_again_after_its_wait() -> None:
     world = World()
     for n in range(5):
@@ -116,6 +117,7 @@ def test_no_answer_is_reported_once_and_tried_on() -> None:
     assert sender.session is not None
 
 
+@pytest.mark.slow
 def test_a_restarted_receiver_with_the_same_code_is_found_again() -> None:
     world = connected()
     exchange_bodies(world, 5.0)
@@ -129,6 +131,7 @@ def test_a_restarted_receiver_with_the_same_code_is_found_again() -> None:
     assert world.now - at <= 4.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("replies", [True, False])
 def test_two_restarts_with_and_without_the_unknown_session_reply(replies: bool) -> None:
     world = connected()
@@ -140,6 +143,7 @@ def test_two_restarts_with_and_without_the_unknown_session_reply(replies: bool) 
         assert world.senders[SENDER].session in world.receiver.sessions
 
 
+@pytest.mark.slow
 def test_a_receiver_restarted_with_another_code_ends_the_session() -> None:
     world = connected()
     exchange_bodies(world, 2.0)
@@ -204,6 +208,7 @@ def test_a_false_receiver_gets_at_most_three_proofs_a_minute() -> None:
         assert 2 <= len(proofs) <= 60 / CONFIRM_TIMEOUT_S
 
 
+@pytest.mark.slow
 def test_a_silent_session_ends_and_is_renewed_when_the_receiver_answers() -> None:
     world = connected()
     sender = world.senders[SENDER]
@@ -227,6 +232,7 @@ def test_counters_are_short_once_acknowledged() -> None:
     assert len(sender.seal_body(b"").datagram) == 14  # type: ignore[union-attr]
 
 
+@pytest.mark.slow
 def test_an_exhausted_session_is_followed_by_a_new_one() -> None:
     world = connected()
     sender = world.senders[SENDER]

@@ -1,5 +1,6 @@
 """Cookies are bound to address, content and time. Wrong codes are counted over a sliding minute."""
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -24,6 +25,7 @@ def test_a_cookie_is_valid_for_its_address_content_and_time_only() -> None:
     assert not CookieFactory(seeded(2)).check(cookie, b"bound", SENDER, 100.0)
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(0, 50), max_size=60))
 def test_no_minute_has_more_than_five_wrong_codes(steps: list[float]) -> None:
     limit, now, tried = AttemptLimit(), 0.0, list[float]()

@@ -25,6 +25,7 @@ def golden(name: str) -> list[object]:
     return array
 
 
+@pytest.mark.slow
 def test_the_bytes_have_not_changed() -> None:
     assert {name: path.read_bytes() for name, path in VALID.items()} == valid()
     assert {name: path.read_bytes() for name, path in INVALID.items()} == invalid()

@@ -33,6 +33,7 @@ def reason_of(data: bytes) -> DropReason | None:
     return None
 
 
+@pytest.mark.slow
 @given(st.integers(0, 127), st.integers(0, MAX_COUNTER), SEALED)
 def test_a_data_datagram_is_a_msgpack_array_and_parses_back(session: int, counter: int, sealed: bytes) -> None:
     header = data_header(session, counter, -1000, len(sealed) - TAG_BYTES)
@@ -61,6 +62,7 @@ def test_a_counter_is_short_up_to_64_above_what_is_acknowledged() -> None:
     assert len(data_header(5, 1065, 1000, 0)) == 8
 
 
+@pytest.mark.slow
 @given(st.integers(0, MAX_COUNTER - 200), st.integers(0, SHORT_COUNTER_REACH - 1), st.integers(0, SHORT_COUNTER_REACH))
 @example(0, 0, 0)
 @example(127, 0, 1)
@@ -74,6 +76,7 @@ def test_a_short_counter_is_restored_whatever_has_arrived_since(highest: int, ah
     assert restore_counter(packet.counter, highest) == counter
 
 
+@pytest.mark.slow
 @given(st.integers(0, 127), st.integers(-1, 70))
 def test_the_first_128_counters_need_no_acknowledgement(counter: int, highest: int) -> None:
     packet = parse_datagram(data_header(0, counter, -1, 0) + bytes(TAG_BYTES))
@@ -86,6 +89,7 @@ def test_any_bytes_parse_or_give_a_datagram_error(data: bytes) -> None:
     reason_of(data)
 
 
+@pytest.mark.slow
 @given(st.sampled_from([0x94, 0x93]), st.just(VERSION), st.binary(max_size=80))
 def test_nearly_valid_bytes_have_one_encoding(prefix: int, version: int, rest: bytes) -> None:
     data = bytes((prefix, version)) + rest
@@ -93,6 +97,7 @@ def test_nearly_valid_bytes_have_one_encoding(prefix: int, version: int, rest: b
         assert msgpack.packb(msgpack.unpackb(data)) == data
 
 
+@pytest.mark.slow
 @given(st.integers(0, 127), st.integers(0, MAX_COUNTER), SEALED, st.data())
 def test_every_truncation_and_extension_is_rejected(
     session: int, counter: int, sealed: bytes, data: st.DataObject

@@ -12,6 +12,7 @@ from tests.support.simulated_sessions import seeded
 CODES = st.tuples(st.sampled_from(WORDS), st.sampled_from(WORDS), st.sampled_from(WORDS), st.integers(0, NUMBERS - 1))
 
 
+@pytest.mark.slow
 def test_words_are_256_and_no_two_are_one_letter_apart() -> None:
     assert len(set(WORDS)) == 256
     assert all(word.isascii() and word.islower() and 4 <= len(word) <= 8 for word in WORDS)
@@ -20,6 +21,7 @@ def test_words_are_256_and_no_two_are_one_letter_apart() -> None:
         assert differing > 1, (one, other)
 
 
+@pytest.mark.slow
 @given(st.integers())
 def test_a_generated_code_is_in_normal_form(seed: int) -> None:
     code = generate_code(seeded(seed))
@@ -33,6 +35,7 @@ def test_codes_use_all_words_and_numbers() -> None:
     assert {int(number) for *_, number in codes} == set(range(NUMBERS))
 
 
+@pytest.mark.slow
 @given(CODES, st.sampled_from(["-", " ", "  ", " - ", "_", ", ", "."]), st.booleans())
 def test_case_and_separators_do_not_matter(parts: tuple[str, str, str, int], between: str, upper: bool) -> None:
     text = between.join(map(str, parts))
@@ -68,6 +71,7 @@ def test_invalid_codes_are_explained(text: str, message: str) -> None:
         normalise_code(text)
 
 
+@pytest.mark.slow
 @given(st.text(max_size=100))
 def test_any_text_is_a_code_or_a_value_error(text: str) -> None:
     try:

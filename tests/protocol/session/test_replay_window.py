@@ -8,6 +8,7 @@ from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.replay_window import WINDOW, ReplayWindow
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(0, 300)))
 def test_every_counter_is_accepted_once_and_only_inside_the_window(counters: list[int]) -> None:
     window, received = ReplayWindow(), set[int]()

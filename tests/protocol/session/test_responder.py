@@ -137,6 +137,7 @@ def test_curve_work_is_rate_limited() -> None:
     assert Caller(side, 99, address=("host99", 1)).hello_twice(1.0).kind is Kind.ANSWER
 
 
+@pytest.mark.slow
 def test_one_host_cannot_use_all_attempts() -> None:
     side = responder()
     kinds = [Caller(side, n, address=("host", n)).hello_twice(10.0 * (n > 7)).kind for n in range(10)]
@@ -183,6 +184,7 @@ def test_cookies_are_rate_limited() -> None:
     assert answered == RETRIES_PER_SECOND
 
 
+@pytest.mark.slow
 def test_an_attempt_expires_after_its_life_and_no_room_at_the_end_is_a_refusal() -> None:
     side = Responder(CODE, seeded("responder"), has_room=lambda _: True, accept=lambda *_: None)
     caller = Caller(side, 1)

@@ -29,6 +29,7 @@ def reason_of(opening_key: OpeningKey, data: bytes) -> DropReason:
     return caught.value.reason
 
 
+@pytest.mark.slow
 @given(st.lists(st.binary(max_size=300), max_size=20), st.integers(4, 40))
 def test_bodies_open_in_any_order_once_across_key_changes(bodies: list[bytes], epoch: int) -> None:
     sealing_key, opening_key = SealingKey(7, SECRET, epoch_length=epoch), OpeningKey(SECRET, epoch_length=epoch)

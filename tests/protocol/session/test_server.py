@@ -156,6 +156,7 @@ def test_close_ends_a_session_once(world: World) -> None:
     assert world.receiver.next_event() is None
 
 
+@pytest.mark.slow
 def test_a_wrong_code_is_reported_with_the_tries_left() -> None:
     world = World()
     for n in range(6):
@@ -265,6 +266,7 @@ class FlipWorld(World):
         super().send(data, source, target)
 
 
+@pytest.mark.slow
 @given(st.binary(min_size=1, max_size=60))
 def test_the_parser_raises_only_datagram_errors(data: bytes) -> None:
     receiver = SessionServer(CODE, seeded("r"))
@@ -289,6 +291,7 @@ def test_keys_change_on_both_sides_without_a_message_and_under_loss() -> None:
     assert not world.receiver.dropped
 
 
+@pytest.mark.slow
 def test_a_flood_of_spoofed_hellos_does_not_delay_a_hello_with_a_cookie(world: World) -> None:
     late = world.add_sender(ELSEWHERE)
     for data, _ in late.datagrams_to_send(world.now):
@@ -309,6 +312,7 @@ def test_max_sessions_is_limited_by_the_session_numbers() -> None:
     SessionServer(CODE, seeded("r"), max_sessions=127)
 
 
+@pytest.mark.slow
 def test_session_numbers_wrap_and_skip_those_in_use(world: World) -> None:
     taken = session_of(world)
     world.receiver._next_session = taken

@@ -222,6 +222,7 @@ def test_an_empty_frame_is_a_lost_one() -> None:
     assert inbound.lost_ms == 60
 
 
+@pytest.mark.slow
 def test_what_nobody_plays_is_bounded() -> None:
     inbound = InboundVoice()
     inbound.receive_format(VoiceFormatMessage(0, VoiceFormat("x", 8000, 20, 1, fixed_size=False)))
@@ -237,6 +238,7 @@ PAYLOADS = st.builds(
 )
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(PAYLOADS | st.sampled_from(list(VoiceState)[:2]), st.floats(0, 3)), max_size=60))
 def test_any_voice_is_played_in_order_without_overlap_of_more_than_a_frame(
     events: list[tuple[VoicePayload | VoiceState, float]],

@@ -14,6 +14,7 @@ def codec2(bit_rate: int) -> VoiceFormat:
     return VoiceFormat("codec2", bit_rate, 40, 1, fixed_size=True)
 
 
+@pytest.mark.slow
 @given(st.integers(1, 2000), st.lists(st.integers(0), min_size=1, max_size=24))
 def test_fixed_frames_come_back_and_take_no_more_bits_than_they_have(bits: int, values: list[int]) -> None:
     voice_format = codec2(bits * 25)
@@ -25,6 +26,7 @@ def test_fixed_frames_come_back_and_take_no_more_bits_than_they_have(bits: int, 
     assert read_voice_frames(data, len(frames), fixed_bits=bits) == frames
 
 
+@pytest.mark.slow
 @given(st.lists(st.binary(max_size=255), min_size=1, max_size=12))
 def test_variable_frames_come_back(frames: list[bytes]) -> None:
     data = pack_frames(frames, OPUS)
@@ -60,6 +62,7 @@ def test_frames_of_another_size_are_the_callers_fault() -> None:
         pack_frames([bytes(256)], OPUS)
 
 
+@pytest.mark.slow
 @given(st.binary(max_size=80), st.integers(1, 20), st.booleans())
 def test_any_bytes_are_frames_or_a_protocol_error(data: bytes, count: int, is_fixed: bool) -> None:
     voice_format = codec2(1200) if is_fixed else OPUS

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -7,6 +8,7 @@ from conf.receiver.portrait.patch_blending import MAX_VISIBLE, blend_weights, co
 DESCRIPTORS = st.lists(st.lists(st.floats(-100, 100), min_size=3, max_size=3), min_size=1, max_size=8)
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(-100, 100), min_size=3, max_size=3), DESCRIPTORS)
 def test_weights_sum_to_one_and_few_are_positive(current: list[float], descriptors: list[list[float]]) -> None:
     weights = blend_weights(np.array(current), [np.array(descriptor) for descriptor in descriptors])
@@ -14,6 +16,7 @@ def test_weights_sum_to_one_and_few_are_positive(current: list[float], descripto
     assert (weights >= 0).all() and np.count_nonzero(weights > 1e-12) <= max(MAX_VISIBLE, 1)
 
 
+@pytest.mark.slow
 @given(DESCRIPTORS, st.integers(0, 2**32 - 1))
 def test_weights_are_continuous(descriptors: list[list[float]], seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -30,6 +33,7 @@ def test_the_nearest_candidate_has_the_highest_weight() -> None:
     assert np.argmax(weights) == 1 and weights[1] > 0.9
 
 
+@pytest.mark.slow
 @given(st.dictionaries(st.integers(-1, 6), st.floats(0.01, 1), min_size=1))
 def test_compositing_the_layers_yields_the_weights(weights: dict[int, float]) -> None:
     total = sum(weights.values())

@@ -16,6 +16,7 @@ from tests.support.drawn_person import draw_person, encode_vp8, make_patch, make
 from tests.support.synthetic_portrait import POSE
 
 
+@pytest.mark.slow
 def test_a_photo_and_its_patches_are_kept() -> None:
     store = PortraitStore()
     assert store.receive(encode_object(make_photo()))
@@ -24,6 +25,7 @@ def test_a_photo_and_its_patches_are_kept() -> None:
     assert list(store.patches) == [(0, 2)]
 
 
+@pytest.mark.slow
 def test_updates_that_arrive_before_their_photo_are_applied_to_it() -> None:
     store = PortraitStore()
     neutral = make_photo().neutral + 0.2
@@ -53,6 +55,7 @@ def test_the_number_of_patches_is_bounded() -> None:
     assert len(store.patches) <= len(FEATURES) * MAX_SLOTS
 
 
+@pytest.mark.slow
 def test_a_photo_without_a_face_is_rejected_and_the_old_one_stays() -> None:
     store = PortraitStore()
     good = make_photo()
@@ -92,6 +95,7 @@ def test_a_decoded_image_resembles_the_encoded_one() -> None:
     assert np.abs(decode_image(encode_vp8(pixels)).astype(float) - pixels).mean() < 3
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1))
 def test_a_damaged_image_is_decoded_or_a_protocol_error(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -13,6 +13,7 @@ def blue(pixels: np.ndarray) -> np.ndarray:
     return np.asarray(pixels[..., 0].astype(int) - pixels[..., 2] > 100)
 
 
+@pytest.mark.slow
 def test_the_length_of_a_bar_is_logarithmic() -> None:
     values = [100_000.0, 1000.0, 10.0]
     mask = blue(bar_chart("bytes", [(f"{v}", v, f"{v} B") for v in values]))
@@ -24,6 +25,7 @@ def test_the_length_of_a_bar_is_logarithmic() -> None:
     assert lengths[0] - lengths[1] == pytest.approx(lengths[1] - lengths[2], rel=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", ["7 B", "691,200 B, 82,944.0 kbit/s", "a very long label, " * 4])
 def test_no_label_is_clipped(text: str) -> None:
     pixels = bar_chart("bytes", [("raw", 700_000.0, text), ("coded", 5.0, "5 B")])
@@ -33,6 +35,7 @@ def test_no_label_is_clipped(text: str) -> None:
     assert bright[-1] < len(row) - 4  # px: the label ends before the frame
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("value", [700_000.0, 80_000.0, 999.0])
 def test_no_label_of_the_axis_is_clipped(value: float) -> None:
     pixels = bar_chart("bytes", [("raw", value, "some bytes"), ("coded", 5.0, "5 B")])

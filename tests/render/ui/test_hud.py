@@ -39,6 +39,7 @@ def test_the_help_is_centred_and_its_opacity_is_set(blank: OffscreenWindow, over
     assert blank.read()[bottom - 3, 160].max() < 30, "an opaque panel covers the white"
 
 
+@pytest.mark.slow
 def test_a_toast_stands_on_its_anchor_and_is_wrapped_if_it_is_long(
     blank: OffscreenWindow, overlay: ImGuiOverlay
 ) -> None:

@@ -11,6 +11,7 @@ from tests.support.image_measures import box
 sides = st.integers(64, 4000)
 
 
+@pytest.mark.slow
 @given(sides, sides, st.sampled_from([1.0, 1.5, 2.0]))
 def test_the_scale_grows_with_the_image_within_its_limits(width: int, height: int, ratio: float) -> None:
     scale = interface_scale((width, height), ratio)

@@ -188,6 +188,7 @@ def test_times_that_make_no_sense_are_replaced(tmp_path: Path) -> None:
     assert [frame.timestamp for frame in frames] == pytest.approx([0.0, 0.04, 0.08, 0.12, 0.16])
 
 
+@pytest.mark.slow
 def test_the_sound_track_is_read_beside_the_picture(tmp_path: Path) -> None:
     path = write_clip(tmp_path / "tone.mp4", TIMES, sound_seconds=1.0)
     blocks = list(read_sound(path, rate=16000))

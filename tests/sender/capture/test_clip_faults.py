@@ -53,6 +53,7 @@ def write_frames(path: Path, images: list[np.ndarray], *, codec: str, stamps: li
 # Timestamps
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("frames_between", ["0", "3"])
 def test_avi_with_b_frames_plays_in_order_and_at_its_rate(tmp_path: Path, frames_between: str) -> None:
     path = write_clip(tmp_path / "b.avi", TIMES, codec="libx264", options={"bf": frames_between, "crf": "10"})

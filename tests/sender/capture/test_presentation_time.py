@@ -64,6 +64,7 @@ def test_a_round_starts_where_the_last_has_ended() -> None:
     assert [clock.of(at, FPS) for at in (2.0, 2.04)] == pytest.approx([0.08, 0.12])
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(-1e12, 1e12) | st.sampled_from([math.nan, math.inf, -math.inf]), min_size=1, max_size=50))
 def test_times_always_rise(stated: list[float]) -> None:
     first = stated[0] if math.isfinite(stated[0]) else 0.0

@@ -55,6 +55,7 @@ def test_a_file_that_loops_goes_on_without_a_gap(tmp_path: Path) -> None:
     check_contiguous(blocks)
 
 
+@pytest.mark.slow
 def test_the_sound_of_a_looped_clip_starts_again_with_its_frames(tmp_path: Path) -> None:
     path = write_clip(tmp_path / "tone.mp4", TIMES, sound_seconds=1.3)  # 0.3 s longer than the picture
     with open_clip(path, loop=True) as clip:
@@ -81,6 +82,7 @@ def test_files_without_sound_are_refused(tmp_path: Path) -> None:
         FileSound(tmp_path / "nothing.wav")
 
 
+@pytest.mark.slow
 def test_a_whole_sound_track_begins_with_the_first_frame(tmp_path: Path) -> None:
     samples = record_sound(write_clip(tmp_path / "tone.mp4", TIMES, sound_seconds=1.0))
     assert len(samples) == pytest.approx(48000, abs=1100)

@@ -67,6 +67,7 @@ def with_lid_gaps(gap_cm: float) -> NDArray[np.float64]:
     return points
 
 
+@pytest.mark.slow
 def test_a_face_without_expression_has_no_displacements_in_any_pose(canonical: CanonicalFace) -> None:
     extractor = MotionExtractor(canonical, SIZE)
     now = calibrate(extractor, canonical)
@@ -81,6 +82,7 @@ def test_a_face_without_expression_has_no_displacements_in_any_pose(canonical: C
     assert motion.displacements.dtype == np.float32
 
 
+@pytest.mark.slow
 def test_the_displacement_of_an_opened_mouth(canonical: CanonicalFace) -> None:
     extractor = MotionExtractor(canonical, SIZE)
     now = calibrate(extractor, canonical)
@@ -95,6 +97,7 @@ def test_the_displacement_of_an_opened_mouth(canonical: CanonicalFace) -> None:
     assert np.abs(moved[control_point_indices("brow", "inner_lip_upper", "eyelid")]).max() < 0.03
 
 
+@pytest.mark.slow
 def test_a_blink_of_two_frames_shuts_the_eye_of_any_face(canonical: CanonicalFace) -> None:
     extractor = MotionExtractor(canonical, SIZE)
     now = calibrate(extractor, canonical)
@@ -234,6 +237,7 @@ def test_old_blendshapes_are_not_learned_from(canonical: CanonicalFace) -> None:
     assert not extractor.calibrated
 
 
+@pytest.mark.slow
 def test_restart_keeps_the_neutral_pose(canonical: CanonicalFace) -> None:
     extractor = MotionExtractor(canonical, SIZE)
     calibrate(extractor, canonical)

@@ -164,6 +164,7 @@ def test_thirty_seconds_without_activity_are_remembered() -> None:
     assert progress(neutral, MOUTH_POINT) == pytest.approx(new / 30.15)
 
 
+@pytest.mark.slow
 def test_an_active_face_has_a_smaller_memory() -> None:
     neutral = NeutralPoseEstimator()
     for i in range(2000):

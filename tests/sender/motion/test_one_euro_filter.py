@@ -51,6 +51,7 @@ def test_a_moving_value_is_that_of_the_paper_in_float64(dtype: type[np.generic])
         assert smoothed.item() == pytest.approx(reference.smooth(value, 3 + i / 30), abs=1e-9)
 
 
+@pytest.mark.slow
 @given(st.floats(-100, 100), st.floats(10, 120))
 def test_a_constant_is_unchanged(value: float, fps: float) -> None:
     smooth = OneEuroFilter(min_cutoff=1.0, beta=0.5)
@@ -58,6 +59,7 @@ def test_a_constant_is_unchanged(value: float, fps: float) -> None:
         assert smooth.smooth(np.array([value]), i / fps) == pytest.approx(value)
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(-10, 10), min_size=2, max_size=40))
 def test_outputs_stay_within_the_range_of_the_inputs(values: list[float]) -> None:
     smooth = OneEuroFilter(min_cutoff=1.0, beta=3.0)

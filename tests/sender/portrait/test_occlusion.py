@@ -1,5 +1,6 @@
 import cv2
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from conf.face.portrait.patch_features import FEATURES, MOUTH
@@ -9,6 +10,7 @@ from tests.support.portrait_subjects import landmarks, shaded_person, still
 from tests.support.synthetic_portrait import POSE, face_shape
 
 
+@pytest.mark.slow
 def test_correlation_is_independent_of_lighting_and_falls_where_a_hand_covers_the_face() -> None:
     matcher = AppearanceMatcher(PortraitWarp(face_shape()), shaded_person())
     hand = shaded_person()

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from conf.face.portrait.patch_features import MOUTH
 from conf.protocol.portrait.patch import POINT_STEPS, STEP_COUNT, encode_patch
@@ -34,6 +35,7 @@ def test_colours_are_matched_along_the_border() -> None:
     assert np.abs(matched - crop).mean() < 4 < np.abs(dark.astype(float) - crop).mean()
 
 
+@pytest.mark.slow
 def test_a_patch_is_as_fine_as_its_bytes_allow() -> None:
     noise = np.random.default_rng(0).normal(0, 25, (40, 60, 3))
     sizes, steps = [], []

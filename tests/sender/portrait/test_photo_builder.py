@@ -19,6 +19,7 @@ from tests.support.portrait_subjects import build_photo, canonical, captured_fac
 from tests.support.synthetic_portrait import POSE, face_points
 
 
+@pytest.mark.slow
 def test_a_photo_has_the_pose_and_the_points_of_the_face() -> None:
     photo = build_photo(captured_face(), 3)
     np.testing.assert_allclose(photo.pose, POSE.to_vector(), atol=0.02)
@@ -53,6 +54,7 @@ def test_a_photo_is_built_in_time_slices(
     assert builder.advance() is None
 
 
+@pytest.mark.slow
 def test_a_large_image_is_reduced() -> None:
     large = np.repeat(np.repeat(draw_person(), 2, axis=0), 2, axis=1)
     photo = build_photo(replace(captured_face(large), landmarks=landmarks() * 2))

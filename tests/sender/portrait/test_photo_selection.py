@@ -78,6 +78,7 @@ def test_a_worse_frame_does_not_replace_a_draft_at_once() -> None:
     assert photo_times([GOOD, (0.1, 1.0, False)], 20.0, None) == pytest.approx([0.0, 5.0])
 
 
+@pytest.mark.slow
 def test_a_short_scene_change_gives_no_photo() -> None:
     selector = PhotoSelector()
     for i in range(600):

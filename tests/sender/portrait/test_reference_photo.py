@@ -16,6 +16,7 @@ def reference() -> ReferencePhoto:
     return ReferencePhoto.from_bytes(encode_object(build_photo(FACE)), FACE.pixels)
 
 
+@pytest.mark.slow
 def test_decoding_and_encoding_again_gives_the_same_bytes(reference: ReferencePhoto) -> None:
     assert encode_object(reference.photo) == encode_object(build_photo(FACE))
 

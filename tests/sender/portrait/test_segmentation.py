@@ -37,6 +37,7 @@ def test_a_person_before_a_plain_wall_is_segmented_by_colour(wall: tuple[int, in
     assert iou(segment_person(pixels), mask) > 0.85
 
 
+@pytest.mark.slow
 def test_a_person_in_a_room_is_segmented_from_the_landmarks() -> None:
     rng = np.random.default_rng(2)
     room = cv2.resize(rng.integers(90, 250, (12, 16, 3), dtype=np.uint8), SIZE, interpolation=cv2.INTER_CUBIC)

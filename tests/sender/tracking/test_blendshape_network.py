@@ -1,6 +1,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from conf.sender.tracking.blendshape_network import _INPUTS, BLENDSHAPE_NAMES, INDEX, BlendshapeNetwork
 
@@ -12,6 +13,7 @@ def test_there_are_52_shapes_and_146_inputs() -> None:
     assert _INPUTS.max() == 477
 
 
+@pytest.mark.slow
 def test_blinks_and_the_jaw_follow_the_landmarks_at_any_size(models: Path, shared: Path) -> None:
     track = np.load(shared / "motion" / "grid_bbaf2n.npz")
     landmarks = (track["landmarks"] / track["scale"]).astype(np.float32)

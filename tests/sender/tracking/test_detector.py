@@ -47,6 +47,7 @@ def test_overlapping_detections_are_averaged_by_score() -> None:
     assert merged[1].box[0] == 100
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(st.floats(0, 50), st.floats(0, 50), st.floats(1, 30), st.floats(0.5, 1)), max_size=12))
 def test_merged_faces_are_fewer_and_keep_the_best_score(found: list[tuple[float, float, float, float]]) -> None:
     faces = [face(*f) for f in found]
@@ -63,6 +64,7 @@ def test_iou_of_boxes() -> None:
     assert iou(face(0, 0, 0).box, face(0, 0, 0).box) == 0
 
 
+@pytest.mark.slow
 @given(st.integers(64, 2000), st.integers(64, 2000))
 def test_tiles_cover_the_image_and_stay_inside(width: int, height: int) -> None:
     squares = list(tiles(width, height))
@@ -87,6 +89,7 @@ def test_a_face_is_detected_in_its_position(models: Path, carphone: list[NDArray
     assert found.eyes[0, 0] < found.eyes[1, 0]  # the subject's right eye is on the image's left
 
 
+@pytest.mark.slow
 def test_a_small_face_is_detected_in_tiles(models: Path, carphone: list[NDArray[np.uint8]]) -> None:
     wide = np.full((720, 1280, 3), 90, np.uint8)
     small = cv2.resize(carphone[0], (264, 216))  # the face is then 75 px in 1280: a seventeenth

@@ -27,6 +27,7 @@ NETWORKS = [
 ]
 
 
+@pytest.mark.slow
 @needs_litert
 @pytest.mark.parametrize(("name", "shape", "outputs", "tolerance"), NETWORKS, ids=lambda v: str(v)[:20])
 def test_both_backends_give_the_same_outputs(

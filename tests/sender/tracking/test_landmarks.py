@@ -11,6 +11,7 @@ from conf.sender.tracking.landmarks import CROP_SCALE, INPUT_SIZE, Crop, Landmar
 CAR = Crop(np.array([84.0, 62.0]), 100.0, 0.0)  # around the man's face in the first frame
 
 
+@pytest.mark.slow
 @given(st.floats(-500, 500), st.floats(-500, 500), st.floats(1, 1000), st.floats(-3.1, 3.1))
 def test_the_crop_maps_its_middle_and_its_sides(x: float, y: float, side: float, angle: float) -> None:
     matrix = Crop(np.array([x, y]), side, angle).matrix()

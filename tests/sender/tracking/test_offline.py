@@ -17,6 +17,7 @@ def test_every_frame_is_tracked_and_progress_is_reported(short_clip: Path) -> No
     assert all(tracking is not None and tracking.landmarks.shape == (478, 3) for _, tracking in tracked)
 
 
+@pytest.mark.slow
 def test_frames_without_a_face(empty_clip: Path) -> None:
     assert [tracking for _, tracking in track_clip(empty_clip)] == [None] * 3
 

@@ -31,6 +31,7 @@ def test_landmarks_agree_with_mediapipe(models: Path, shared: Path, clip: str, b
         assert error < (1.0 if i == 0 else 0.3), f"frame {i}"
 
 
+@pytest.mark.slow
 def test_a_face_that_leaves_and_returns_is_tracked(models: Path, carphone: list[NDArray[np.uint8]]) -> None:
     tracker = FaceTracker(models)
     empty = np.full_like(carphone[0], 100)
@@ -49,6 +50,7 @@ def test_letters_and_clouds_are_no_face(models: Path, shared: Path, clip: str, e
     assert found == expected[: len(images) * 4 : 4]
 
 
+@pytest.mark.slow
 def test_the_tracked_face_is_followed_although_a_larger_one_appears(
     models: Path, carphone: list[NDArray[np.uint8]]
 ) -> None:

@@ -5,6 +5,7 @@ from conf.render.ui.charts import SIZE
 from tools.bench.scatter_chart import ScatterPoint, scatter_chart
 
 
+@pytest.mark.slow
 def test_points_are_drawn_at_their_coordinates(gl: None) -> None:
     points = [ScatterPoint("left and low", 1.0, 1.0), ScatterPoint("right and high", 100.0, 9.0)]
     pixels = scatter_chart("loss", ("kbit/s", "error"), points)

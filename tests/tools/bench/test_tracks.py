@@ -6,6 +6,7 @@ import pytest
 from tools.bench.tracks import TrackReader
 
 
+@pytest.mark.slow
 def test_a_track_is_resampled_and_its_error_is_measured_in_the_image(shared: Path) -> None:
     reader = TrackReader()
     track = reader.read(shared / "motion" / "man_smiles.npz", fps=15)

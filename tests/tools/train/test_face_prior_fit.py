@@ -24,6 +24,7 @@ def wall(depth: float) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     return square + np.array([0.0, 0.0, depth]), np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32)
 
 
+@pytest.mark.slow
 def test_a_linear_error_is_learned() -> None:
     """The truth is the observation shifted, and shifted more on broad faces."""
     rng = np.random.default_rng(2)

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from conf.face.portrait.patch_features import FEATURES
 from conf.protocol.portrait.probability_model import MODEL_FILE, load_portrait_model
@@ -17,6 +18,7 @@ def track(seed: int) -> Poses:
     return Poses(points, neutral, patches, [rng.integers(-20, 21, (8, len(r.descriptor_scale))) for r in model.regions])
 
 
+@pytest.mark.slow
 def test_a_face_outside_the_training_data_costs_less_than_a_byte_a_coordinate() -> None:
     model = train([track(seed) for seed in range(6)], [PatchCounts()])
     other = track(99)
