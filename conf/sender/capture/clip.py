@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.errors import CameraError
+from conf.sender.capture.allocator import keep_freed_memory
 from conf.sender.capture.deinterlacer import Deinterlacer
 from conf.sender.capture.frame import Frame
 from conf.sender.capture.geometry import fit_into, square_pixel_size, turn_by_matrix
@@ -126,6 +127,7 @@ class _Decoder:
     """The video stream of one opened file."""
 
     def __init__(self, name: str, turns: int) -> None:
+        keep_freed_memory()
         self._turns = turns
         self._file, self._container = _open_container(name)
         try:
