@@ -156,12 +156,12 @@ def _measure_voice(
     from conf.protocol.rate_control.rate_levels import VoiceMode
     from conf.protocol.rate_control.send_budget import RateOptions
     from conf.protocol.statistics import HEADER_BYTES
-    from conf.sender.capture.sound import FileSound
+    from conf.sender.capture.sound import FileSoundSource
     from conf.sender.voice.voice_sender import VoiceSender
 
     first, last = motion[0].timestamp, motion[-1].timestamp
     try:
-        whole, sound = FileSound(path, clip=clip), FileSound(path, clip=clip)
+        whole, sound = FileSoundSource(path, clip=clip), FileSoundSource(path, clip=clip)
     except CameraError:
         return {}
     try:

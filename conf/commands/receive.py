@@ -151,7 +151,7 @@ def receive(
     from conf.protocol.receiver_endpoint import ReceiverEndpoint
     from conf.protocol.session.server import SessionServer
     from conf.receiver.pipeline import LoopOptions, ReceiverLoop
-    from conf.receiver.voice.call_sound import FileSound
+    from conf.receiver.voice.call_sound import ClipSound
     from conf.receiver.voice.voice_mixer import VoiceMixer
     from conf.render.window.glfw_window import GlfwWindow
     from conf.render.window.offscreen import OffscreenWindow
@@ -172,7 +172,7 @@ def receive(
     with OffscreenWindow(*HEADLESS_SIZE) as offscreen:
         rate = SAMPLE_RATE if options.sound else None
         with VideoWriter(options.headless, fps=HEADLESS_FPS, audio_rate=rate) as video:
-            file_sound = FileSound(mixer) if options.sound else None
+            file_sound = ClipSound(mixer) if options.sound else None
 
             def write(window: Window, now: float) -> None:
                 video.write_at(window.read, now)

@@ -176,12 +176,12 @@ class CallLeg:
         if not self.send:
             return join_outgoing(bodies)
         has_voice = any(body.kind == VOICE_BIT for body in bodies)
-        take = self.send.budget.take_voice if has_voice else self.send.budget.take
+        consume = self.send.budget.consume_voice if has_voice else self.send.budget.consume
         for dropped in _DROPPED:
             kept = [body for body in bodies if body.kind not in dropped]
             if not kept:
                 return None
             outgoing = join_outgoing(kept)
-            if take(HEADER_BYTES + self._sealed_bytes(len(outgoing.body)), now):
+            if consume(HEADER_BYTES + self._sealed_bytes(len(outgoing.body)), now):
                 return outgoing
         return None

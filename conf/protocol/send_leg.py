@@ -128,7 +128,7 @@ class SendLeg:
 
         reserved : bytes that the datagram must leave for others
         """
-        if self._connected and self.budget.take_probe(now):
+        if self._connected and self.budget.consume_probe(now):
             return [self.motion.probe(self._timestamp)]
         if self.voice.has_packet:
             bodies, room = self._voice_and_motion(now, reserved)

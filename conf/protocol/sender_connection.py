@@ -72,7 +72,7 @@ class SenderConnection:
     def datagrams_to_send(self, now: float) -> list[tuple[bytes, Address]]:
         """Return the datagrams to send now: the handshake's and the sealed bodies."""
         budget = self._send.budget
-        datagrams = [d for d in self._session.datagrams_to_send(now) if budget.take(len(d[0]) + HEADER_BYTES, now)]
+        datagrams = [d for d in self._session.datagrams_to_send(now) if budget.consume(len(d[0]) + HEADER_BYTES, now)]
         self._process_events(0, now)
         datagrams += self._seal(self._leg.bodies_to_send(now), now)
         budget.on_datagrams_sent(self._count(datagrams, now), now)

@@ -281,7 +281,7 @@ def test_acknowledgements_go_with_voice_only_as_far_as_there_is_room(
 def test_only_a_datagram_with_voice_may_use_the_limit_completely() -> None:
     leg = both(RateOptions(kbps=16.0, voice=VoiceMode.AUTOMATIC))
     send, _ = halves(leg)
-    assert send.budget.take(1250, 0.0)
+    assert send.budget.consume(1250, 0.0)
     send.send_frame(frame(0.0), 0.0)
     assert sent(leg, 0.0) == []
     send.send_voice(VoicePacket(0.0, OPUS, (bytes(68),)), 0.0)

@@ -4,7 +4,7 @@ import pytest
 from conf.face.deformation.face_model import FaceModel
 from conf.protocol.voice.formats import VoiceState
 from conf.receiver.frame_composer import FrameComposer
-from conf.receiver.voice.call_sound import FileSound
+from conf.receiver.voice.call_sound import ClipSound
 from conf.receiver.voice.participant_voice import ParticipantVoice
 from conf.receiver.voice.voice_mixer import VoiceMixer
 from conf.render.camera import ViewState
@@ -114,7 +114,7 @@ def test_the_name_of_who_speaks_is_highlighted_and_a_microphone_that_is_off_is_b
     monkeypatch.setattr(
         "conf.receiver.call_panels.draw_label", lambda text, corner, highlighted: labels.add((text, highlighted))
     )
-    with FrameComposer(window, face, endpoint, sound=FileSound(mixer)) as composer:
+    with FrameComposer(window, face, endpoint, sound=ClipSound(mixer)) as composer:
         composer.names.update({first: "Ann", second: "Bob"})
         composed(composer, window, now)
     assert labels == {("Ann  microphone off", False), ("Bob", True)}

@@ -13,7 +13,7 @@ from conf.protocol.call_report import CallReport
 from conf.protocol.voice.inbound import InboundVoice
 from conf.receiver.call_stats import CallStats
 from conf.receiver.pipeline import RECEIVE_BATCH, LoopOptions, ReceiverLoop
-from conf.receiver.voice.call_sound import FileSound
+from conf.receiver.voice.call_sound import ClipSound
 from conf.receiver.voice.participant_voice import ParticipantVoice
 from conf.receiver.voice.voice_mixer import VoiceMixer
 from conf.render.window import Window
@@ -222,7 +222,7 @@ def test_a_voice_in_an_unknown_codec_is_reported_once(window: OffscreenWindow, f
     mixer = VoiceMixer(endpoint.streams, rng)
     mixer.participants[7] = ParticipantVoice(InboundVoice(), rng)
     mixer.participants[7].unknown_codec = "voice in a codec unknown here"
-    options = LoopOptions(FPS, on_event=events.append, sound=FileSound(mixer))
+    options = LoopOptions(FPS, on_event=events.append, sound=ClipSound(mixer))
     loop = ReceiverLoop(window, face, endpoint, FakeSocket(), options)  # type: ignore[arg-type]
     for now in (0.0, 0.2, 0.4):
         loop.step(now)

@@ -22,7 +22,7 @@ from conf.protocol.sender_connection import SenderConnection
 from conf.protocol.session.client import SenderSession
 from conf.protocol.session.server import SessionServer
 from conf.protocol.statistics import HEADER_BYTES
-from conf.receiver.voice.call_sound import FileSound
+from conf.receiver.voice.call_sound import ClipSound
 from conf.receiver.voice.voice_mixer import VoiceMixer
 from conf.sender.frame_pacer import FramePacer
 from conf.sender.voice.voice_sender import VoiceSender
@@ -124,7 +124,7 @@ def call(
     sender = SenderConnection(SenderSession(CODE, RECEIVER, rng.randbytes, -3.0), parameters, -3.0, rate=options)
     network = _Network(loss, rng)
     mixer = VoiceMixer(receiver.streams, np.random.default_rng(seed))
-    output = FileSound(mixer)
+    output = ClipSound(mixer)
     source = VoiceSender(LoopedSound(sound), VoiceProcessor())
     pacer, next_frame = FramePacer(15.0), 0
     watched = False

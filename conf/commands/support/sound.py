@@ -47,19 +47,19 @@ def open_sound(
     on_note : called with a sentence where sound is missing though nobody asked for a certain one
     Raises AudioError if the microphone that was asked for cannot be opened, CameraError if the file cannot.
     """
-    from conf.sender.capture.sound import FileSound
+    from conf.sender.capture.sound import FileSoundSource
 
     if file is not None:
-        return FileSound(file, loop=loop)
+        return FileSoundSource(file, loop=loop)
     if microphone is None and clip_path is not None:
         try:
-            return FileSound(clip_path, clip=clip)
+            return FileSoundSource(clip_path, clip=clip)
         except CameraError:
             return None
-    from conf.sender.capture.microphone import Microphone
+    from conf.sender.capture.microphone import MicrophoneSource
 
     try:
-        return Microphone(microphone)
+        return MicrophoneSource(microphone)
     except AudioError as error:
         if microphone is not None:
             raise

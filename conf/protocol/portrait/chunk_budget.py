@@ -71,7 +71,7 @@ class ChunkBudget:
         """Begin the startup again: a new receiver has nothing."""
         self._startup_left = STARTUP_BYTES
 
-    def take(self, size: int, now: float, *, overhead: int = 0) -> bool:
+    def consume(self, size: int, now: float, *, overhead: int = 0) -> bool:
         """Return whether a chunk may be sent now, and count it if so.
 
         size : of the chunk's body, bytes; overhead : bytes that its datagram costs beside the body
@@ -79,9 +79,9 @@ class ChunkBudget:
         total = size + overhead
         if self._queue.added_delay(total, now) > MAX_ADDED_DELAY_S:
             return False
-        if self._chunks.take(total, now):
+        if self._chunks.consume(total, now):
             self._link.force_take(total, now)
-        elif not self.in_startup or not self._link.take(total, now):
+        elif not self.in_startup or not self._link.consume(total, now):
             return False
         self._queue.add(total, now)
         self.bytes_sent += total

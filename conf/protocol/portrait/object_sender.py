@@ -85,7 +85,7 @@ class ObjectSender:
             if index is None:
                 continue
             body = encode_chunk(transfer.chunk(index))
-            if not budget.take(len(body), now, overhead=overhead):
+            if not budget.consume(len(body), now, overhead=overhead):
                 return None
             transfer.last_sent[index] = now
             return body

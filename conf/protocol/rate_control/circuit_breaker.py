@@ -22,7 +22,7 @@ class CircuitBreaker:
         """Return whether nothing but probes may be sent."""
         return now >= self._last_report + OPEN_AFTER_S
 
-    def take_probe(self, now: float) -> bool:
+    def consume_probe(self, now: float) -> bool:
         """Return whether one small datagram (a keep-alive) may be sent although the breaker is open, and count it."""
         if not self.is_open(now) or now < self._probe_due:
             return False

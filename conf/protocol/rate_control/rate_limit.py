@@ -17,7 +17,7 @@ class TokenBucket:
         self._tokens = capacity
         self._filled_at: float | None = None
 
-    def take(self, amount: float, now: float) -> bool:
+    def consume(self, amount: float, now: float) -> bool:
         """Remove `amount` and return True if the bucket holds it; otherwise change nothing and return False."""
         self._fill(now)
         if amount > self._tokens:
@@ -60,14 +60,14 @@ class RateLimiter:
         self._recent: deque[tuple[float, int]] = deque()  # times and bytes of the last ten seconds
         self._sum = 0
 
-    def take(self, wire_bytes: int, now: float) -> bool:
+    def consume(self, wire_bytes: int, now: float) -> bool:
         """Return whether a datagram of `wire_bytes`, headers included, may be sent now, and count it if so."""
-        if not self._fits(wire_bytes, now) or not self._bucket.take(wire_bytes, now):
+        if not self._fits(wire_bytes, now) or not self._bucket.consume(wire_bytes, now):
             return False
         self._count(wire_bytes, now)
         return True
 
-    def take_steady(self, wire_bytes: int, now: float) -> bool:
+    def consume_steady(self, wire_bytes: int, now: float) -> bool:
         """Return the same for a datagram of a steady stream."""
         if not self._fits(wire_bytes, now):
             return False

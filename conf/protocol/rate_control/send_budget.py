@@ -114,17 +114,17 @@ class SendBudget:
         """Return whether nothing but probes may be sent, as no reports arrive."""
         return self._breaker.is_open(now)
 
-    def take_probe(self, now: float) -> bool:
+    def consume_probe(self, now: float) -> bool:
         """Return whether a probe may be sent although everything else is stopped, and count it."""
-        return self._breaker.take_probe(now)
+        return self._breaker.consume_probe(now)
 
-    def take(self, wire_bytes: int, now: float) -> bool:
+    def consume(self, wire_bytes: int, now: float) -> bool:
         """Return whether a datagram of this size, headers included, is within the user's limit, and count it if so."""
-        return self._limiter is None or self._limiter.take(wire_bytes, now)
+        return self._limiter is None or self._limiter.consume(wire_bytes, now)
 
-    def take_voice(self, wire_bytes: int, now: float) -> bool:
+    def consume_voice(self, wire_bytes: int, now: float) -> bool:
         """Return the same for a datagram with voice, which may use the limit completely."""
-        return self._limiter is None or self._limiter.take_steady(wire_bytes, now)
+        return self._limiter is None or self._limiter.consume_steady(wire_bytes, now)
 
     def room_beside_voice(self, voice_bytes: int, now: float) -> float:
         """Return the bytes that may be sent with a voice packet now without endangering those after it.

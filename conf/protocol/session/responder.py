@@ -71,7 +71,7 @@ class Responder:
         if known is not None and (known.address, known.share) == (address, share):
             return known.answer
         if not self._cookies.check(cookie, name + share, address, now):
-            if not self._retries.take(1, now):
+            if not self._retries.consume(1, now):
                 raise DatagramError(DropReason.RATE)
             return handshake_datagram(Kind.RETRY, name, self._cookies.make(name + share, address, now))
         if known is not None:
@@ -107,7 +107,7 @@ class Responder:
         self.expire(now)
         hosts = [attempt.address[0] for attempt in self.attempts.values() if attempt.outcome is None]
         is_full = len(self.attempts) >= MAX_ATTEMPTS or hosts.count(address[0]) >= MAX_ATTEMPTS_PER_HOST
-        if is_full or not self._answers.take(1, now):
+        if is_full or not self._answers.consume(1, now):
             return _refused(name, Refusal.BUSY, BUSY_WAIT_S)
         return None
 

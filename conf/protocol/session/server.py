@@ -98,7 +98,7 @@ class SessionServer:
     def _receive_data(self, packet: DataPacket, address: Address, now: float) -> None:
         peer = self.sessions.get(packet.session)
         if peer is None:
-            if self._unknown_replies.take(1, now):
+            if self._unknown_replies.consume(1, now):
                 self._pending.append((handshake_datagram(Kind.UNKNOWN, packet.session), address))
             raise DatagramError(DropReason.UNKNOWN_SESSION)
         newest = peer.opening_key.window.highest

@@ -104,13 +104,13 @@ class InboundVoice:
         stored = min(self._frames, default=None)
         # A frame may start before the end of what was returned if a gap was no multiple of the frames in it.
         if self._playing is None or (stored is not None and stored <= self._played_until):
-            return self._take(stored, until)
+            return self._pop_due(stored, until)
         if stored is None:
             if self.state is not VoiceState.TALKING or self._concealed_ms >= MAX_GAP_MS:
                 self._playing = None
                 return None
         elif self._is_silence(self._played_until, stored):
-            return self._take(stored, until)
+            return self._pop_due(stored, until)
         if self._played_until >= until:
             return None
         frame = VoiceFrame(self._played_until / 1000, self._playing, None)
@@ -121,7 +121,7 @@ class InboundVoice:
     def _is_silence(self, begin: int, end: int) -> bool:
         return end in self._begins or begin in self._ends or end - begin > MAX_GAP_MS
 
-    def _take(self, at: int | None, until: float) -> VoiceFrame | None:
+    def _pop_due(self, at: int | None, until: float) -> VoiceFrame | None:
         """Return the stored frame at a stream time if it is due."""
         if at is None or at >= until:
             return None

@@ -124,7 +124,7 @@ class LoudspeakerSound:
             self.fault = str(error)
 
 
-class FileSound:
+class ClipSound:
     """Renders the voices of a call for a clip, as time passes; nothing is heard."""
 
     lock: AbstractContextManager[object] = nullcontext()

@@ -4,7 +4,7 @@ from conf.audio.devices import open_microphone
 from conf.audio.samples import AudioBlock
 
 
-class Microphone:
+class MicrophoneSource:
     """An open microphone."""
 
     def __init__(self, device: str | None = None) -> None:

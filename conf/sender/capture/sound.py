@@ -24,7 +24,7 @@ class SoundSource(Protocol):
         ...
 
 
-class FileSound:
+class FileSoundSource:
     """The sound of a file, as if captured while its frames are. With a looped clip both start again together."""
 
     def __init__(self, path: Path | str, *, clip: Clip | None = None, loop: bool = False) -> None:

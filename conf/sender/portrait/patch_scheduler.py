@@ -77,7 +77,7 @@ class PatchScheduler:
         novelties = [patches.novelty(d) for patches, d in zip(self._sets, descriptors, strict=True)]
         region = int(np.argmax(novelties))
         max_bytes = PATCH_BYTES[FEATURES[region].name]
-        if novelties[region] < MIN_NOVELTY or not can_patch(region) or not self._budget.take(max_bytes, now):
+        if novelties[region] < MIN_NOVELTY or not can_patch(region) or not self._budget.consume(max_bytes, now):
             return None
         slot = self._sets[region].assign_slot(descriptors[region])
         return region, slot, descriptors[region]

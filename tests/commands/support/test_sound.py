@@ -9,8 +9,8 @@ from conf.audio.samples import SAMPLE_RATE
 from conf.commands.support.sound import open_sound
 from conf.errors import AudioError, CameraError
 from conf.sender.capture.clip import open_clip
-from conf.sender.capture.microphone import Microphone
-from conf.sender.capture.sound import FileSound
+from conf.sender.capture.microphone import MicrophoneSource
+from conf.sender.capture.sound import FileSoundSource
 from tests.support.generated_clips import write_clip
 
 TIMES = [i / 25 for i in range(10)]
@@ -21,7 +21,7 @@ def test_a_clips_own_sound_is_captured(tmp_path: Path) -> None:
     notes: list[str] = []
     with open_clip(path) as clip:
         sound = open_sound(clip=clip, clip_path=path, on_note=notes.append)
-        assert isinstance(sound, FileSound) and notes == []
+        assert isinstance(sound, FileSoundSource) and notes == []
         samples = np.concatenate([block.samples for block in sound.read(0.3)])
         assert len(samples) == pytest.approx(0.3 * SAMPLE_RATE, abs=2) and np.abs(samples).max() > 5000
         sound.close()
@@ -44,7 +44,7 @@ def test_a_microphone_that_is_not_there_is_an_error_only_if_it_was_named() -> No
     with pytest.raises(AudioError, match="there is no microphone"):
         open_sound(microphone="no such microphone", on_note=print)
     microphone = open_sound(microphone="null", on_note=print)
-    assert isinstance(microphone, Microphone)
+    assert isinstance(microphone, MicrophoneSource)
     microphone.close()
 
 
@@ -52,7 +52,7 @@ def test_without_any_microphone_the_call_goes_on_without_voice(monkeypatch: pyte
     def refuse(device: str | None) -> None:
         raise AudioError("there is no microphone here: plug one in, or go on without sound.")
 
-    monkeypatch.setattr("conf.sender.capture.microphone.Microphone", refuse)
+    monkeypatch.setattr("conf.sender.capture.microphone.MicrophoneSource", refuse)
     notes: list[str] = []
     assert open_sound(on_note=notes.append) is None
     assert notes == ["no voice is sent: there is no microphone here: plug one in, or go on without sound."]

@@ -24,7 +24,7 @@ def exhaust_startup(budget: ChunkBudget) -> float:
     """Take chunks until the startup is over. Returns the time after a pause that fills every bucket."""
     now = 0.0
     while budget.in_startup:
-        budget.take(BODY, now, overhead=2)
+        budget.consume(BODY, now, overhead=2)
         now += 0.01
     return now + 100.0
 
@@ -41,7 +41,7 @@ def test_motion_never_waits_longer_than_a_frame_for_chunks(seed: int, piggyback:
         motion = generator.choice((0, 50, 55, 60, 110))
         budget.add_motion(motion, now)
         overhead = 2 if piggyback and motion else 47
-        size = motion + (BODY + overhead if budget.take(BODY, now, overhead=overhead) else 0)
+        size = motion + (BODY + overhead if budget.consume(BODY, now, overhead=overhead) else 0)
         with_chunks = max(with_chunks, now) + size / 2000
         alone = max(alone, now) + motion / 2000
         assert with_chunks - max(alone, now) <= 1 / FPS + 1e-9
@@ -53,7 +53,7 @@ def test_motion_never_waits_longer_than_a_frame_for_chunks(seed: int, piggyback:
 def test_the_long_term_rate_holds_beside_the_startup(kbps: float, seconds: float) -> None:
     budget, sent = ChunkBudget(kbps), 0
     for step in range(round(seconds * 100)):
-        sent += 42 + BODY if budget.take(BODY, step / 100, overhead=42) else 0
+        sent += 42 + BODY if budget.consume(BODY, step / 100, overhead=42) else 0
     startup = min((STARTUP_BYTES / BODY + 1) * (BODY + 42), STARTUP_RATE_FACTOR * kbps * 125 * seconds)
     assert sent == budget.bytes_sent <= startup + kbps * 125 * seconds + 300
 
@@ -61,7 +61,7 @@ def test_the_long_term_rate_holds_beside_the_startup(kbps: float, seconds: float
 def test_the_startup_is_faster_and_bounded() -> None:
     budget, spent = ChunkBudget(), {}
     for step in range(6000):
-        budget.take(BODY, step / 100, overhead=2)
+        budget.consume(BODY, step / 100, overhead=2)
         spent[step // 1000] = budget.bytes_sent
     assert spent[0] > STARTUP_BYTES
     assert 4 * 125 * 40 - 300 <= spent[5] - spent[1] <= 4 * 125 * 40 + 100
@@ -73,7 +73,7 @@ def test_during_startup_the_chunks_have_what_the_motion_leaves() -> None:
         budget = ChunkBudget()
         for frame in range(4 * FPS):
             budget.add_motion(motion, frame / FPS)
-            budget.take(BODY, frame / FPS, overhead=2 if motion else 47)
+            budget.consume(BODY, frame / FPS, overhead=2 if motion else 47)
         spent.append(budget.bytes_sent + 4 * FPS * motion)
     assert all(total <= STARTUP_RATE_FACTOR * 4 * 125 * 4 + 300 for total in spent)
     assert spent[1] > 0.9 * spent[0]
@@ -83,7 +83,7 @@ def test_the_startup_counts_bodies_without_overhead() -> None:
     budget = ChunkBudget(1000.0)
     for step in range(STARTUP_BYTES // 80 + 1):
         assert budget.in_startup
-        assert budget.take(80, step / 10, overhead=40)
+        assert budget.consume(80, step / 10, overhead=40)
     assert not budget.in_startup
     budget.restart()
     assert budget.in_startup
@@ -93,17 +93,17 @@ def test_after_startup_the_burst_is_three_chunks() -> None:
     budget = ChunkBudget(100.0)  # 48,750 B/s in startup: no delay matters
     now = exhaust_startup(budget)
     assert BURST_CHUNKS * CHUNK_BYTES == 228
-    assert [budget.take(76, now) for _ in range(4)] == [True, True, True, False]
-    assert not budget.take(76, now + 75 / 12_500) and budget.take(76, now + 77 / 12_500)
+    assert [budget.consume(76, now) for _ in range(4)] == [True, True, True, False]
+    assert not budget.consume(76, now + 75 / 12_500) and budget.consume(76, now + 77 / 12_500)
 
 
 def test_a_chunk_that_would_delay_motion_is_refused() -> None:
     """At the default rate the modelled link has 1,950 B/s: 130 B take a frame's time."""
     budget = ChunkBudget()
     now = exhaust_startup(budget)
-    assert not budget.take(84, now, overhead=47)
-    assert budget.take(83, now, overhead=47)
-    assert not budget.take(10, now)
+    assert not budget.consume(84, now, overhead=47)
+    assert budget.consume(83, now, overhead=47)
+    assert not budget.consume(10, now)
     assert MAX_ADDED_DELAY_S == pytest.approx(1 / FPS) and DEFAULT_KBPS == 4.0
 
 
@@ -112,9 +112,9 @@ def test_the_startup_rate_is_shared_with_motion_and_ends_with_the_startup() -> N
     for startup_left, motion, taken in ((9000, 0, 2), (9000, 100, 1), (9000, 100_000, 0), (3 * 76, 0, 0)):
         budget = ChunkBudget(100.0)
         budget._startup_left = startup_left
-        assert [budget.take(76, 0.0) for _ in range(3)] == [True, True, True]
+        assert [budget.consume(76, 0.0) for _ in range(3)] == [True, True, True]
         budget.add_motion(motion, 0.0)
-        assert sum(budget.take(76, 0.004) for _ in range(9)) == taken
+        assert sum(budget.consume(76, 0.004) for _ in range(9)) == taken
 
 
 def test_bytes_on_an_empty_link_add_the_time_they_take() -> None:

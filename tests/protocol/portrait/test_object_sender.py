@@ -19,7 +19,7 @@ FPS = 15
 class Unlimited(ChunkBudget):
     """A budget that refuses nothing."""
 
-    def take(self, size: int, now: float, *, overhead: int = 0) -> bool:
+    def consume(self, size: int, now: float, *, overhead: int = 0) -> bool:
         return True
 
 
@@ -104,7 +104,7 @@ def test_the_budget_is_asked_with_body_and_overhead_and_a_refused_chunk_stays_du
     asked = []
 
     class Budget(ChunkBudget):
-        def take(self, size: int, now: float, *, overhead: int = 0) -> bool:
+        def consume(self, size: int, now: float, *, overhead: int = 0) -> bool:
             asked.append((size, now, overhead))
             return len(asked) > 1
 

@@ -17,7 +17,7 @@ def test_no_period_gets_more_than_rate_and_capacity(
     bucket, now, taken = TokenBucket(rate, capacity), 0.0, list[tuple[float, int]]()
     for step, amount in requests:
         now += step
-        if bucket.take(amount, now):
+        if bucket.consume(amount, now):
             taken.append((now, amount))
         for start, _ in taken:
             total = sum(amount for time, amount in taken if start <= time <= now)
@@ -32,18 +32,18 @@ def test_time_until_is_just_long_enough(requests: list[tuple[float, int]], rate:
         now += step
         wait = bucket.time_until(amount, now)
         if wait > 1e-3:
-            assert not bucket.take(amount, now + wait * 0.99)
+            assert not bucket.consume(amount, now + wait * 0.99)
         now += wait * 1.01 + 1e-6
-        assert bucket.take(amount, now)
+        assert bucket.consume(amount, now)
 
 
 def test_a_bucket_step_by_step() -> None:
     bucket = TokenBucket(2, 10)
-    assert bucket.take(10, 100.0) and not bucket.take(1, 100.0)
+    assert bucket.consume(10, 100.0) and not bucket.consume(1, 100.0)
     assert bucket.time_until(3, 100.0) == 1.5
-    assert not bucket.take(3, 101.0) and bucket.take(3, 101.5)
+    assert not bucket.consume(3, 101.0) and bucket.consume(3, 101.5)
     assert bucket.time_until(10, 200.0) == 0.0
-    assert bucket.take(10, 200.0) and not bucket.take(1, 200.0), "a pause fills no more than the capacity"
+    assert bucket.consume(10, 200.0) and not bucket.consume(1, 200.0), "a pause fills no more than the capacity"
 
 
 def test_more_than_the_capacity_never_comes() -> None:
@@ -51,7 +51,7 @@ def test_more_than_the_capacity_never_comes() -> None:
     assert TokenBucket(1, 10).time_until(10, 0.0) == 0.0
     assert TokenBucket(0, 10).time_until(10, 0.0) == 0.0
     empty = TokenBucket(0, 10)
-    assert empty.take(10, 0.0) and empty.time_until(1, 0.0) == float("inf")
+    assert empty.consume(10, 0.0) and empty.time_until(1, 0.0) == float("inf")
 
 
 def test_a_forced_amount_becomes_a_debt_of_at_most_the_capacity() -> None:
@@ -70,8 +70,8 @@ def test_a_forced_amount_becomes_a_debt_of_at_most_the_capacity() -> None:
 
 def test_a_clock_that_goes_back_gives_nothing() -> None:
     bucket = TokenBucket(10, 10)
-    assert bucket.take(10, 100.0)
-    assert not bucket.take(1, 50.0)
+    assert bucket.consume(10, 100.0)
+    assert not bucket.consume(1, 50.0)
 
 
 @pytest.mark.slow
@@ -80,28 +80,28 @@ def test_the_limit_holds_over_any_ten_seconds(requests: list[tuple[float, int]],
     limiter, now, sent = RateLimiter(kbps), 0.0, list[tuple[float, int]]()
     for step, size in requests:
         now += step
-        if limiter.take(size, now):
+        if limiter.consume(size, now):
             sent.append((now, size))
         assert sum(size for time, size in sent if time > now - 10) * 8 <= kbps * 10_000 + 1e-6
 
 
 def test_a_sender_that_always_asks_gets_nearly_all_of_the_limit() -> None:
     limiter = RateLimiter(5.8)
-    total = sum(48 * limiter.take(48, step / 100) for step in range(10_000))
+    total = sum(48 * limiter.consume(48, step / 100) for step in range(10_000))
     assert 0.93 * 5.8 < total * 8 / 1000 / 100 <= 5.8
 
 
 @pytest.mark.parametrize(("kbps", "max_bytes"), [(16.0, 1250.0), (1.0, 96.0), (0.064, 80.0)])
 def test_the_burst_is_a_sixteenth_of_ten_seconds_but_lets_a_handshake_pass(kbps: float, max_bytes: float) -> None:
     assert RateLimiter(kbps).max_bytes == pytest.approx(max_bytes)
-    assert RateLimiter(kbps).take(int(max_bytes), 0.0)
-    assert not RateLimiter(kbps).take(int(max_bytes) + 1, 0.0)
+    assert RateLimiter(kbps).consume(int(max_bytes), 0.0)
+    assert not RateLimiter(kbps).consume(int(max_bytes) + 1, 0.0)
 
 
 def test_headroom_leaves_half_of_the_burst() -> None:
     limiter = RateLimiter(16.0)
     assert limiter.has_headroom(625, 0.0) and not limiter.has_headroom(626, 0.0)
-    assert limiter.take(500, 0.0)
+    assert limiter.consume(500, 0.0)
     assert limiter.has_headroom(125, 0.0) and not limiter.has_headroom(126, 0.0)
 
 
@@ -114,9 +114,9 @@ def test_a_limit_must_be_above_0(kbps: float) -> None:
 def test_a_steady_stream_may_use_the_limit_completely() -> None:
     limiter = RateLimiter(2.4)  # 3,000 B in ten seconds
     stamps = [0.48 * step for step in range(200)]
-    assert all(limiter.take_steady(142, now) for now in stamps), "21 datagrams in any ten seconds"
+    assert all(limiter.consume_steady(142, now) for now in stamps), "21 datagrams in any ten seconds"
     limiter = RateLimiter(2.4)
-    assert [limiter.take_steady(143, now) for now in stamps].count(False) > 5
+    assert [limiter.consume_steady(143, now) for now in stamps].count(False) > 5
 
 
 @pytest.mark.slow
@@ -128,7 +128,7 @@ def test_the_limit_holds_whatever_part_is_steady(requests: list[tuple[float, int
     limiter, now, sent = RateLimiter(kbps), 0.0, list[tuple[float, int]]()
     for step, size, is_steady in requests:
         now += step
-        if (limiter.take_steady if is_steady else limiter.take)(size, now):
+        if (limiter.consume_steady if is_steady else limiter.consume)(size, now):
             sent.append((now, size))
         assert sum(size for time, size in sent if now < time + 10) * 8 <= kbps * 10_000 + 1e-6
 
@@ -146,7 +146,7 @@ def test_what_keeps_to_the_room_never_costs_a_datagram_of_the_stream(
     for extra, takes_all in extras * 4:
         room = limiter.room(size, interval_s, now) - size
         more = min(extra, max(0, int(room))) if not takes_all else max(0, int(room))
-        assert limiter.take_steady(size + more, now)
+        assert limiter.consume_steady(size + more, now)
         now += interval_s - (more % 2) * 0.001
 
 
@@ -154,7 +154,7 @@ def test_room_is_what_the_stream_of_ten_seconds_leaves() -> None:
     limiter = RateLimiter(1.0)  # 1,250 B in ten seconds
     assert limiter.room(100, 1.0, 0.0) == 1250 - 10 * 100, "the tenth may come a little early"
     assert limiter.room(100, 1.02, 0.0) == 1250 - 9 * 100
-    assert limiter.take_steady(300, 0.0)
+    assert limiter.consume_steady(300, 0.0)
     assert limiter.room(100, 1.0, 1.0) == 1250 - 300 - 9 * 100
     assert limiter.room(100, 1.0, 9.0) == 1250 - 10 * 100, (
         "when the first comes, the 300 still count, when the second does, no more"

@@ -64,8 +64,8 @@ def test_reports_give_round_trip_and_jitter_and_keep_the_breaker_closed() -> Non
     assert budget.jitter_ms is None and budget.round_trip.smoothed_s is None
     now = report(budget, 30)
     assert budget.jitter_ms == 7.0 and budget.round_trip.smoothed_s == pytest.approx(0.1)
-    assert not budget.is_stopped(now + OPEN_AFTER_S - 0.1) and not budget.take_probe(now + OPEN_AFTER_S - 0.1)
-    assert budget.is_stopped(now + OPEN_AFTER_S) and budget.take_probe(now + OPEN_AFTER_S)
+    assert not budget.is_stopped(now + OPEN_AFTER_S - 0.1) and not budget.consume_probe(now + OPEN_AFTER_S - 0.1)
+    assert budget.is_stopped(now + OPEN_AFTER_S) and budget.consume_probe(now + OPEN_AFTER_S)
     budget.restart(now + OPEN_AFTER_S)
     assert not budget.is_stopped(now + OPEN_AFTER_S)
 
@@ -73,7 +73,7 @@ def test_reports_give_round_trip_and_jitter_and_keep_the_breaker_closed() -> Non
 def test_a_restart_begins_the_startup_of_the_portrait_again() -> None:
     budget = SendBudget(RateOptions(portrait_kbps=1e6), 0.0)
     for step in range(STARTUP_BYTES // 80 + 1):
-        assert budget.chunks.take(80, float(step))
+        assert budget.chunks.consume(80, float(step))
     assert not budget.chunks.in_startup
     budget.restart(0.0)
     assert budget.chunks.in_startup
@@ -81,8 +81,8 @@ def test_a_restart_begins_the_startup_of_the_portrait_again() -> None:
 
 def test_the_limit_counts_every_datagram() -> None:
     budget, free = SendBudget(RateOptions(kbps=16.0), 0.0), SendBudget(RateOptions(), 0.0)
-    assert budget.take(1250, 0.0) and not budget.take(1, 0.0)
-    assert all(free.take(10**6, 0.0) for _ in range(10))
+    assert budget.consume(1250, 0.0) and not budget.consume(1, 0.0)
+    assert all(free.consume(10**6, 0.0) for _ in range(10))
 
 
 def test_chunks_are_allowed_while_reports_arrive_and_the_queue_is_low() -> None:
@@ -109,8 +109,8 @@ def test_the_automatic_narrow_level_gets_chunks() -> None:
 def test_chunks_need_headroom_under_a_limit() -> None:
     assert MAX_CHUNK_DATAGRAM == 28 + 19 + 6 + 76
     budget = SendBudget(RateOptions(kbps=16.0), 0.0)
-    assert budget.take(625 - MAX_CHUNK_DATAGRAM, 0.0) and budget.allows_chunk(0.0)
-    assert budget.take(1, 0.0) and not budget.allows_chunk(0.0)
+    assert budget.consume(625 - MAX_CHUNK_DATAGRAM, 0.0) and budget.allows_chunk(0.0)
+    assert budget.consume(1, 0.0) and not budget.allows_chunk(0.0)
 
 
 def test_what_was_sent_besides_the_chunks_counts_as_motion() -> None:
@@ -118,10 +118,10 @@ def test_what_was_sent_besides_the_chunks_counts_as_motion() -> None:
     counted = []
     budget.chunks.add_motion = lambda size, now: counted.append((size, now))  # type: ignore[method-assign]
     budget.on_datagrams_sent(100, 1.0)
-    assert budget.chunks.take(80, 2.0, overhead=2)
+    assert budget.chunks.consume(80, 2.0, overhead=2)
     budget.on_datagrams_sent(150, 2.0)
     budget.on_datagrams_sent(50, 3.0)
-    assert budget.chunks.take(80, 100.0, overhead=2)
+    assert budget.chunks.consume(80, 100.0, overhead=2)
     budget.on_datagrams_sent(0, 100.0)  # the chunk was dropped by the limit
     budget.on_datagrams_sent(60, 101.0)
     assert counted == [(100, 1.0), (68, 2.0), (50, 3.0), (60, 101.0)]
@@ -205,7 +205,7 @@ def test_only_heavy_loss_lowers_a_level_with_voice_and_a_queue_does() -> None:
 
 def test_the_room_beside_voice_follows_what_its_packets_have_needed() -> None:
     free = SendBudget(RateOptions(voice=VoiceMode.AUTOMATIC), 0.0)
-    assert free.room_beside_voice(100, 0.0) == float("inf") and free.take_voice(10**6, 0.0)
+    assert free.room_beside_voice(100, 0.0) == float("inf") and free.consume_voice(10**6, 0.0)
     budget = SendBudget(RateOptions(kbps=16.0, voice=VoiceMode.AUTOMATIC), 0.0)
     voice_format = budget.voice_format
     assert voice_format
@@ -214,7 +214,7 @@ def test_the_room_beside_voice_follows_what_its_packets_have_needed() -> None:
     for _ in range(100):
         budget.on_voice(voice_format, 50)
     assert budget.room_beside_voice(100, 0.0) == 20_000 - 167 * (VOICE_OVERHEAD + 51) - 100
-    assert budget.take_voice(20_000, 0.0) and not budget.take_voice(1, 0.0)
+    assert budget.consume_voice(20_000, 0.0) and not budget.consume_voice(1, 0.0)
 
 
 def test_a_chunk_beside_voice_needs_its_own_size_of_room() -> None:

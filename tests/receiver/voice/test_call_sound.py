@@ -7,7 +7,7 @@ import pytest
 
 from conf.audio.samples import SAMPLE_RATE, Samples
 from conf.errors import AudioError
-from conf.receiver.voice.call_sound import BLOCK, MAX_TARGET_S, TARGET_S, FileSound, LoudspeakerSound
+from conf.receiver.voice.call_sound import BLOCK, MAX_TARGET_S, TARGET_S, ClipSound, LoudspeakerSound
 from conf.receiver.voice.voice_mixer import VoiceMixer
 
 
@@ -120,7 +120,7 @@ def test_a_loudspeaker_that_is_gone_is_said_and_ends_no_call() -> None:
 
 def test_a_clip_gets_as_much_sound_as_time_has_passed() -> None:
     mixer = CountingMixer()
-    sound = FileSound(mixer)
+    sound = ClipSound(mixer)
     assert sound.recorded(10.0) == []
     blocks = [block for now in np.arange(1, 31) / 30 + 10.0 for block in sound.recorded(float(now))]
     samples = np.concatenate([block.samples for block in blocks])
@@ -131,7 +131,7 @@ def test_a_clip_gets_as_much_sound_as_time_has_passed() -> None:
 
 
 def test_after_a_long_stop_a_clips_sound_goes_on_from_now() -> None:
-    sound = FileSound(CountingMixer())
+    sound = ClipSound(CountingMixer())
     sound.recorded(0.0)
     assert sound.recorded(5.0) == []
     assert len(sound.recorded(5.125)[0].samples) == 2000

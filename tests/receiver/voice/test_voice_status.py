@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 from conf.protocol.voice.formats import VoiceFormat, VoiceFrame, VoiceState
-from conf.receiver.voice.call_sound import FileSound
+from conf.receiver.voice.call_sound import ClipSound
 from conf.receiver.voice.voice_mixer import VoiceMixer
 from conf.receiver.voice.voice_status import CONCEALED, MICROPHONE_OFF, UnknownCodecs, VoiceStatus, voice_status
 from tests.receiver.voice.test_voice_mixer import SilentVoice, Stream
 
 
-def rendered(streams: dict[int, Stream], seconds: float = 0.5) -> FileSound:
+def rendered(streams: dict[int, Stream], seconds: float = 0.5) -> ClipSound:
     mixer = VoiceMixer(streams, np.random.default_rng(3))
     for step in range(round(seconds * 50)):
         mixer.render(step * 0.02, 320)
-    return FileSound(mixer)
+    return ClipSound(mixer)
 
 
 def test_without_sound_or_without_a_voice_nothing_is_shown() -> None:

@@ -7,12 +7,12 @@ import pytest
 from conf.audio.devices import NULL_DEVICE
 from conf.audio.samples import SAMPLE_RATE, AudioBlock
 from conf.errors import AudioError
-from conf.sender.capture.microphone import Microphone
+from conf.sender.capture.microphone import MicrophoneSource
 
 
 @pytest.mark.slow
 def test_captured_blocks_follow_each_other_on_the_clock() -> None:
-    microphone = Microphone(NULL_DEVICE)
+    microphone = MicrophoneSource(NULL_DEVICE)
     begin = time.monotonic()
     blocks: list[AudioBlock] = []
     while sum(len(block.samples) for block in blocks) < SAMPLE_RATE // 5:
@@ -24,4 +24,4 @@ def test_captured_blocks_follow_each_other_on_the_clock() -> None:
 
 def test_a_microphone_that_is_not_there_is_refused() -> None:
     with pytest.raises(AudioError, match="there is no microphone"):
-        Microphone("no such microphone")
+        MicrophoneSource("no such microphone")

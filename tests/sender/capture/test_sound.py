@@ -10,7 +10,7 @@ import pytest
 from conf.audio.samples import SAMPLE_RATE, AudioBlock
 from conf.errors import CameraError
 from conf.sender.capture.clip import open_clip
-from conf.sender.capture.sound import FileSound, record_sound
+from conf.sender.capture.sound import FileSoundSource, record_sound
 from tests.support.generated_clips import write_clip
 
 TIMES = [i / 25 for i in range(25)]
@@ -36,7 +36,7 @@ def check_contiguous(blocks: list[AudioBlock]) -> None:
 
 
 def test_sound_is_returned_once_up_to_the_time_asked_for(tmp_path: Path) -> None:
-    sound = FileSound(write_ramp(tmp_path / "ramp.wav", 5000))
+    sound = FileSoundSource(write_ramp(tmp_path / "ramp.wav", 5000))
     assert sound.read(50.0) == []  # here it starts
     blocks = sound.read(50.01)
     assert samples_of(blocks) == list(range(160)) and blocks[0].timestamp == 50.0
@@ -48,7 +48,7 @@ def test_sound_is_returned_once_up_to_the_time_asked_for(tmp_path: Path) -> None
 
 
 def test_a_file_that_loops_goes_on_without_a_gap(tmp_path: Path) -> None:
-    sound = FileSound(write_ramp(tmp_path / "ramp.wav", 1000), loop=True)
+    sound = FileSoundSource(write_ramp(tmp_path / "ramp.wav", 1000), loop=True)
     sound.read(0.0)
     blocks = [block for at in np.arange(0.01, 0.2, 0.01) for block in sound.read(float(at))]
     assert samples_of(blocks) == [i % 1000 for i in range(round(0.19 * SAMPLE_RATE))]
@@ -59,7 +59,7 @@ def test_a_file_that_loops_goes_on_without_a_gap(tmp_path: Path) -> None:
 def test_the_sound_of_a_looped_clip_starts_again_with_its_frames(tmp_path: Path) -> None:
     path = write_clip(tmp_path / "tone.mp4", TIMES, sound_seconds=1.3)  # 0.3 s longer than the picture
     with open_clip(path, loop=True) as clip:
-        sound = FileSound(path, clip=clip)
+        sound = FileSoundSource(path, clip=clip)
         blocks: list[AudioBlock] = []
         for _ in range(60):
             frame = clip.read()
@@ -77,9 +77,9 @@ def test_the_sound_of_a_looped_clip_starts_again_with_its_frames(tmp_path: Path)
 def test_files_without_sound_are_refused(tmp_path: Path) -> None:
     path = write_clip(tmp_path / "silent.mp4", TIMES[:3])
     with pytest.raises(CameraError, match=r"silent\.mp4 has no sound: give a file with a sound track, or --no-sound\."):
-        FileSound(path)
+        FileSoundSource(path)
     with pytest.raises(CameraError, match="there is no file"):
-        FileSound(tmp_path / "nothing.wav")
+        FileSoundSource(tmp_path / "nothing.wav")
 
 
 @pytest.mark.slow
