@@ -22,6 +22,7 @@ from conf.protocol.session.seal import EPOCH_LENGTH, ActiveSession, CounterExhau
 MAX_SESSIONS = 9
 IDLE_S = 30.0
 UNKNOWN_REPLIES_PER_SECOND = 10.0
+LINGER_S = 2.0  # after a session was closed its datagrams are dropped without being counted: a bye comes twice
 
 
 class SessionServer:
@@ -46,6 +47,7 @@ class SessionServer:
         self._next_session = random(1)[0] % (MAX_SESSION + 1)
         self._events: deque[Event] = deque()
         self._pending: list[tuple[bytes, Address]] = []
+        self._closed: dict[int, ActiveSession] = {}  # for LINGER_S, in which their last datagrams may arrive
 
     def receive_datagram(self, data: bytes, address: Address, now: float) -> None:
         """Process a datagram, whatever its bytes: at worst it is counted in `dropped`."""
@@ -81,11 +83,13 @@ class SessionServer:
     def close(self, session: int) -> None:
         """End a session if it has not ended yet."""
         if session in self.sessions:
+            self._closed[session] = self.sessions[session]
             self._drop(session, LossReason.CLOSED)
 
     def datagrams_to_send(self, now: float) -> list[tuple[bytes, Address]]:
         """Return the datagrams of the handshakes, and end the sessions that have been silent too long."""
         self._responder.expire(now)
+        self._closed = {s: peer for s, peer in self._closed.items() if now < peer.last_received + LINGER_S}
         for session in [s for s, peer in self.sessions.items() if peer.last_received + IDLE_S <= now]:
             self._drop(session, LossReason.IDLE)
         pending, self._pending = self._pending, []
@@ -97,6 +101,9 @@ class SessionServer:
 
     def _receive_data(self, packet: DataPacket, address: Address, now: float) -> None:
         peer = self.sessions.get(packet.session)
+        if peer is None and (closed := self._closed.get(packet.session)):
+            closed.opening_key.open(packet)
+            return
         if peer is None:
             if self._unknown_replies.consume(1, now):
                 self._pending.append((handshake_datagram(Kind.UNKNOWN, packet.session), address))
@@ -134,6 +141,7 @@ class SessionServer:
         session = self._next_session
         self._next_session = (session + 1) % (MAX_SESSION + 1)
         both = secrets.from_receiver, secrets.from_sender
+        self._closed.pop(session, None)
         self.sessions[session] = ActiveSession(session, both, address, now, epoch_length=self._epoch_length)
         self._events.append(events.Connected(session, address))
         return session

@@ -9,7 +9,7 @@ from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.events import AddressChanged, BodyReceived, Connected, LossReason, SessionEnded, WrongCode
 from conf.protocol.session.packet import VERSION, Kind, handshake_datagram, parse_datagram
 from conf.protocol.session.responder import RETRIES_PER_SECOND
-from conf.protocol.session.server import IDLE_S, UNKNOWN_REPLIES_PER_SECOND, SessionServer
+from conf.protocol.session.server import IDLE_S, LINGER_S, UNKNOWN_REPLIES_PER_SECOND, SessionServer
 from tests.support.simulated_sessions import CODE, RECEIVER, SENDER, WRONG, World, at_once, seeded, state
 
 ELSEWHERE = ("203.0.113.9", 40001)
@@ -154,6 +154,21 @@ def test_close_ends_a_session_once(world: World) -> None:
     assert world.receiver.seal_body(session, b"") is None
     assert world.receiver.next_event() == SessionEnded(session, LossReason.CLOSED)
     assert world.receiver.next_event() is None
+
+
+def test_what_arrives_soon_after_the_end_of_a_session_is_not_counted_as_dropped(world: World) -> None:
+    sealed = [world.senders[SENDER].seal_body(b"bye") for _ in range(4)]
+    first, second, third, late = (item.datagram for item in sealed if item)
+    world.receiver.receive_datagram(first, SENDER, world.now)
+    world.receiver.close(session_of(world))
+    world.receiver.receive_datagram(second, SENDER, world.now)
+    assert not world.receiver.dropped and not world.receiver.datagrams_to_send(world.now)
+    damaged = third[:-1] + bytes((third[-1] ^ 1,))
+    world.receiver.receive_datagram(damaged, SENDER, world.now)
+    assert world.receiver.dropped == {DropReason.SEAL: 1}
+    world.receiver.datagrams_to_send(world.now + LINGER_S)
+    world.receiver.receive_datagram(late, SENDER, world.now + LINGER_S)
+    assert world.receiver.dropped[DropReason.UNKNOWN_SESSION] == 1
 
 
 @pytest.mark.slow
