@@ -15,17 +15,20 @@ from dataclasses import asdict
 from typing import Any, NoReturn
 
 from conf import __version__
-from conf.commands import animate, demo, devices, doctor, export, extract, fit, measure, models, receive, send
+from conf.commands import animate, demo, devices, doctor, export, extract, fit, measure, models, receive, send, settings
 from conf.commands.support.arguments import join_axis_options
 from conf.commands.support.interruption import InterruptHandler, check_interrupt
+from conf.commands.support.option_defaults import apply_settings, mark_defaults
 from conf.commands.support.suggesting_parser import SuggestingParser
-from conf.errors import ConfError, explain
+from conf.errors import ConfError, FileFormatError, explain
+from conf.settings import Settings, load_settings, settings_path
 
 COMMANDS = {
     "demo": demo, "receive": receive, "send": send, "extract": extract, "animate": animate,
     "export": export, "fit": fit, "measure": measure, "models": models, "devices": devices,
-    "doctor": doctor,
+    "doctor": doctor, "settings": settings,
 }  # fmt: skip
+WITH_SETTINGS = {"call", "receive", "send", "doctor"}  # commands whose options have the user's settings as defaults
 
 INTERRUPTED = 130  # exit status, as shells report it
 PIPE_WIDTH = 120  # columns of a table that is not printed on a terminal
@@ -40,6 +43,7 @@ def main(arguments: list[str] | None = None) -> None:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, on_interrupt)
         options = build_parser().parse_args(join_axis_options(sys.argv[1:] if arguments is None else arguments))
+        apply_settings(options, _load_settings)
         options.run(options, _Terminal(json=getattr(options, "json", False)))
     except ConfError as error:
         sys.exit(f"conf: {explain(error)}")
@@ -58,6 +62,15 @@ def main(arguments: list[str] | None = None) -> None:
     sys.exit(0)
 
 
+def _load_settings() -> Settings:
+    """Return the user's settings; of a file that cannot be read the defaults, which are said not to be its."""
+    try:
+        return load_settings(settings_path())
+    except FileFormatError as error:
+        print(f"conf: the settings are ignored: {explain(error)}", file=sys.stderr)
+        return Settings()
+
+
 def _exit_interrupted(interrupt: BaseException) -> NoReturn:
     """Exit; the notes of the exception say which files were being written."""
     notes = getattr(interrupt, "__notes__", ())
@@ -74,6 +87,8 @@ def build_parser() -> argparse.ArgumentParser:
     for name, command in COMMANDS.items():
         subparser = subparsers.add_parser(name, help=command.HELP, description=command.HELP)
         command.add_arguments(subparser)
+        if name in WITH_SETTINGS:
+            mark_defaults(subparser)
         subparser.set_defaults(run=command.run, parser=subparser)
     return parser
 

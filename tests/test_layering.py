@@ -18,6 +18,7 @@ MAY_IMPORT = {
     "errors": set(),
     "atomic_write": set(),
     "lazy": set(),
+    "settings": set(),
     "audio": set(),
     "face": set(),
     "protocol": set(),
@@ -30,7 +31,7 @@ MAY_IMPORT = {
     "animator": {"output", "render", "face"},
     "commands": {
         *("animator", "receiver", "sender", "mesh_fitting", "output", "render", "transport"),
-        *("audio", "face", "protocol"),
+        *("audio", "face", "protocol", "settings"),
     },
 }
 MAY_IMPORT["cli"] = MAY_IMPORT["commands"] | {"commands"}

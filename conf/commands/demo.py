@@ -19,6 +19,7 @@ from conf.commands.support.call_table import call_table
 from conf.commands.support.child_process import start_conf
 from conf.commands.support.sound import add_no_sound
 from conf.errors import ConfError
+from conf.settings import PATH_VARIABLE
 
 if TYPE_CHECKING:
     from conf.protocol.call_report import CallReport
@@ -75,7 +76,7 @@ def demo(
         # The code is not on the command line, because every user of the machine can read that.
         arguments = ["send", receiver, "--file", str(clip_file), "--loop", "--json"]
         arguments += [] if sound else ["--no-sound"]
-        with start_conf(arguments, environment={"CONF_CODE": code}) as sender:
+        with start_conf(arguments, environment={"CONF_CODE": code, PATH_VARIABLE: os.devnull}) as sender:
             try:
                 receive_options = ReceiveOptions(clip, picture, seconds, on_report=on_report, sound=sound)
                 call = receive(socket, code, receive_options, should_continue=lambda: sender.poll() is None)

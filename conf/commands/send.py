@@ -75,6 +75,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--calibrate", action="store_true", help="use the first detected face as the neutral pose")
     add("--preview", action="store_true", help="show the camera's image in a window; N: this is my neutral face")
     add("--portrait", action="store_true", help="allow images of the person to be sent (default: none ever)")
+    add("--no-portrait", dest="portrait", action="store_false", help="send no image, though the settings allow it")
     add("--portrait-kbps", type=positive_number, default=4.0, metavar="N", help="rate for these images (default 4)")
     add("--loop", action="store_true", help="repeat the clip, the recorded motion or the sound")
     add_sound_input(parser)

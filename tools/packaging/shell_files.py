@@ -52,6 +52,9 @@ The code for conf send, instead of \-\-code, which other users of the machine ca
 CONF_MODELS
 The folder of the tracker's files; by default one in the user's cache.
 .TP
+CONF_SETTINGS
+The settings file; by default settings.toml in the user's folder of settings.
+.TP
 CONF_DEBUG
 If set, an error in conf itself is shown with its traceback.
 """,

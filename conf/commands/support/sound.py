@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from conf.errors import AudioError, CameraError
+from conf.settings import VOICE_CHOICES
 
 if TYPE_CHECKING:
     from conf.sender.capture.clip import Clip
     from conf.sender.capture.sound import SoundSource
 
-VOICE_CHOICES = ("auto", "opus", "codec2", "off")
 VOICE_HELP = "the voice codec (default auto: Opus, and Codec2 where the link is too slow for it)"
 
 
