@@ -1,13 +1,13 @@
 """Run one end of a real call as `conf send` or `conf receive` does, and log every frame and every drawn image.
 
-    python tools/bench/call_probe.py receive 127.0.0.1:0 CODE SECONDS
-    python tools/bench/call_probe.py send 127.0.0.1:5005 CODE SECONDS CLIP [--portrait]
+    python tools/bench/call_probe.py receive 127.0.0.1:0 CODE SECONDS [--fps N] [--speaker N|NAME]
+    python tools/bench/call_probe.py send 127.0.0.1:5005 CODE SECONDS CLIP|MOTION.dpc [--sound FILE] [--portrait]
 
 Prints JSON, one object a line. The receiver prints the address it listens on, then each second its figures, the images
 it has drawn and when each caller's portrait was first drawn. The sender prints each second its memory, when the call
 started, the frames it has captured and the datagrams it has sent. All times are of the machine's monotonic clock, which
-both processes share. The face is drawn but not recorded. Used by tools/network/soak.py and by latency.py, flood.py and
-portrait_start.py in tools/bench.
+both processes share. The face is drawn but not recorded. With --speaker the voice is played (sound_probe.py).
+Used by tools/network/soak.py and by latency.py, flood.py and portrait_start.py in tools/bench.
 """
 
 import argparse
@@ -17,7 +17,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import asdict, replace
+from contextlib import nullcontext
+from dataclasses import asdict
 from pathlib import Path
 from typing import IO, Any
 
@@ -38,6 +39,7 @@ from conf.render.window.offscreen import OffscreenWindow
 from conf.sender import pipeline
 from conf.sender.pipeline import SenderLoop, SenderStatus
 from conf.transport.udp import UdpSocket
+from tools.bench.sound_probe import WatchedSound
 
 LOG_INTERVAL_S = 1.0
 
@@ -60,8 +62,9 @@ class WatchedWindow(OffscreenWindow):
     portraits : time at which the portrait of each caller was first drawn
     """
 
-    def __init__(self, host: ReceiverEndpoint) -> None:
+    def __init__(self, host: ReceiverEndpoint, sound: WatchedSound | None = None) -> None:
         super().__init__(*HEADLESS_SIZE)
+        self.sound = sound
         self.pictures: list[tuple[float, float, float]] = []
         self.portraits: dict[int, float] = {}
         self._host = host
@@ -80,6 +83,8 @@ class WatchedWindow(OffscreenWindow):
             self._due = now + LOG_INTERVAL_S
             missed = sum(leg.missed_references for leg in self._host.streams.values())
             counts = {"callers": len(self._host.streams), "missed_references": missed, "portraits": self.portraits}
+            if self.sound:
+                counts |= self.sound.figures()
             log(at=now, memory_kb=memory_kb(), **counts, **asdict(self._host.snapshot(now)), pictures=self.pictures)
             self.pictures = []
 
@@ -93,6 +98,8 @@ class WatchedReceiverLoop(ReceiverLoop):
         for caller, portrait in self._composer._grid._portraits.items():
             if portrait.ready and self._composer._frames.get(caller):
                 self._window.portraits.setdefault(caller, time.monotonic())
+        if self._window.sound and self._drawing_since is not None:
+            self._window.sound.on_frames_drawn(self._composer._frames.values(), time.monotonic())
         return due
 
 
@@ -147,13 +154,16 @@ class WatchedSendingLoop(SenderLoop):
             self.frames, self.datagrams = [], []
 
 
-def receive(address: tuple[str, int], code: str, seconds: float) -> None:
-    """Receive as `conf receive` does, at the frame rate of its window."""
+def receive(
+    address: tuple[str, int], code: str, seconds: float, *, fps: float = WINDOW_FPS, speaker: str | None = None
+) -> None:
+    """Receive as `conf receive` does, at the frame rate of its window. speaker : what plays the voice, None for none"""
     callers = ReceiverEndpoint(SessionServer(code, os.urandom))
-    window = WatchedWindow(callers)
-    with UdpSocket.bind(*address) as link, window:
+    sound = WatchedSound(callers.streams, speaker) if speaker is not None else None
+    window = WatchedWindow(callers, sound)
+    with UdpSocket.bind(*address) as link, window, sound.output if sound else nullcontext() as output:
         log(listening="{}:{}".format(*link.address))
-        loop = WatchedReceiverLoop(window, load_face(None), callers, link, LoopOptions(WINDOW_FPS))
+        loop = WatchedReceiverLoop(window, load_face(None), callers, link, LoopOptions(fps, sound=output))
         final = loop.run(seconds=seconds)
         log(at=time.monotonic(), memory_kb=memory_kb(), **asdict(final), pictures=window.pictures)
 
@@ -171,9 +181,9 @@ def start(*arguments: object) -> subprocess.Popen[str]:
     return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
 
 
-def start_receiver(code: str, seconds: float) -> tuple[subprocess.Popen[str], str]:
+def start_receiver(code: str, seconds: float, *options: object) -> tuple[subprocess.Popen[str], str]:
     """Start a receiver on loopback; return it and its address."""
-    receiver = start("receive", "127.0.0.1:0", code, seconds)
+    receiver = start("receive", "127.0.0.1:0", code, seconds, *options)
     assert receiver.stdout is not None
     return receiver, json.loads(receiver.stdout.readline())["listening"]
 
@@ -199,13 +209,24 @@ def main() -> None:
     parser.add_argument("seconds", type=float)
     parser.add_argument("clip", type=Path, nargs="?")
     parser.add_argument("--portrait", action="store_true", help="send images of the person too")
+    parser.add_argument("--sound", type=Path, help="send the sound of a file")
+    parser.add_argument("--kbps", type=float, help="send no more than this")
+    parser.add_argument("--fps", type=float, default=WINDOW_FPS, help="frames drawn a second")
+    parser.add_argument("--speaker", help="play the voice: a number or name as of `conf devices`, or null")
     options = parser.parse_args()
     if options.side == "receive":
-        receive(options.address, options.code, options.seconds)
+        receive(options.address, options.code, options.seconds, fps=options.fps, speaker=options.speaker)
         return
-    send_options = SendOptions(file=options.clip, loop=True, seconds=options.seconds)
-    if options.portrait:
-        send_options = replace(send_options, portrait_kbps=4.0)
+    is_motion = options.clip.suffix == ".dpc"
+    send_options = SendOptions(
+        file=None if is_motion else options.clip,
+        dpc=options.clip if is_motion else None,
+        loop=True,
+        seconds=options.seconds,
+        portrait_kbps=4.0 if options.portrait else None,
+        kbps=options.kbps,
+        sound=options.sound,
+    )
     try:
         send(options.address, options.code, send_options)
     except NetworkError as error:

@@ -83,7 +83,7 @@ def main() -> None:
     calls = []
     for number in range(options.calls):
         clip = clips[number % len(clips)]
-        sent, received = call(clip, SECONDS, faults, seed=2 * number + 1, portrait=True)
+        sent, received = call(clip, SECONDS, faults, seed=2 * number + 1, sender_options=["--portrait"])
         times = start_times(sent, received)
         delays, added = ([1000 * seconds for seconds in part] for part in motion_delays(sent, options.kbps))
         motion = {"motion_ms_p95": round(float(np.percentile(delays, 95))), "added_ms_worst": round(max(added))}

@@ -1,42 +1,63 @@
 """Make a long call over a lossy link, a looped clip through tools/network/impair.py, and print figures over time.
 
-    python tools/network/soak.py [--minutes 60] [--loss 0.05] [--clip CLIP] [--json]
+    python tools/network/soak.py [--minutes 60] [--loss 0.05] [--clip CLIP] [--sound [SPEAKER]] [--json]
 
 Sender and receiver are two processes (tools/bench/call_probe.py). Each row is a tenth of the call: memory of both ends,
 frames received, lost and late, playout delay, the median time from a frame's capture to the image that shows it, the
 longest time between two captures, and the longest stall, which is the time of the playhead past the newest frame. No
 column may grow with the length of the call. A stall next to a capture gap of the same length was caused by other load
 on the machine, which stopped both processes.
+
+--sound plays the voice of a clip with sound on a loudspeaker (`conf devices`; "null" needs none) and adds a row each
+minute: underruns, concealed sound, and by how much sound is ahead of the lips (sound_soak.py). Motion and sound are
+extracted once, as tracking would load the machine, and the receiver draws SOUND_FPS frames a second.
 """
 
 import argparse
 import json
+import math
 import sys
 import threading
 from bisect import bisect_right
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from statistics import median
+from tempfile import TemporaryDirectory
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+from conf.commands.extract import extract
 from tools.bench.call_probe import read_lines, split_address, start, start_receiver
 from tools.bench.carphone import fetch_carphone
 from tools.network.impair import Faults, Relay
+from tools.network.sound_soak import sound_row, sound_totals
 
 CODE = "amber-canoe-tiger-7"
 ROWS = 10
 STARTING_S = 60.0  # maximum time for the processes to start on a busy machine
+SOUND_FPS = 15
 START_S = 3.0  # excluded from growth: handshake, calibration, memory that is allocated once
 Lines = list[dict[str, Any]]
 
 
-def call(clip: Path, seconds: float, faults: Faults, *, seed: int = 1, portrait: bool = False) -> tuple[Lines, Lines]:
-    """Make a call through a relay; return the log lines of sender and receiver."""
-    receiver, address = start_receiver(CODE, seconds + STARTING_S)
+def call(
+    clip: Path,
+    seconds: float,
+    faults: Faults,
+    *,
+    seed: int = 1,
+    sender_options: Sequence[object] = (),
+    receiver_options: Sequence[object] = (),
+) -> tuple[Lines, Lines]:
+    """Make a call through a relay; return the log lines of sender and receiver.
+
+    sender_options, receiver_options : further arguments of call_probe.py
+    """
+    receiver, address = start_receiver(CODE, seconds + STARTING_S, *receiver_options)
     relay = Relay(("127.0.0.1", 0), split_address(address), faults, seed=seed)
-    sender = start("send", "{}:{}".format(*relay.address), CODE, seconds, clip, *(["--portrait"] if portrait else []))
+    sender = start("send", "{}:{}".format(*relay.address), CODE, seconds, clip, *sender_options)
     sent: Lines = []
     received: Lines = []
     finished = threading.Event()
@@ -67,15 +88,32 @@ def _relay_until(relay: Relay, finished: threading.Event) -> None:
         relay.run(0.5)
 
 
-def figures(sent: Lines, received: Lines) -> dict[str, Any]:
+def call_with_sound(
+    clip: Path, seconds: float, faults: Faults, *, speaker: str, kbps: float | None = None
+) -> tuple[Lines, Lines]:
+    """Make a call with the voice of a clip. speaker : number or name of the loudspeaker, empty for the default"""
+    with TemporaryDirectory() as folder:
+        motion, sound = Path(folder, "motion.dpc"), Path(folder, "sound.wav")
+        extract(clip, motion, sound=sound)
+        limit = [] if kbps is None else ["--kbps", kbps]
+        return call(
+            motion,
+            seconds,
+            faults,
+            sender_options=["--sound", sound, *limit],
+            receiver_options=["--speaker", speaker, "--fps", SOUND_FPS],
+        )
+
+
+def figures(sent: Lines, received: Lines, *, rows: int = ROWS) -> dict[str, Any]:
     """Return the rows and the totals."""
     captures = [frame for line in sent for frame in line["frames"]]
     start_time = captures[0][0]
     end = captures[-1][0]
-    length = (end - start_time) / ROWS
-    rows = [_row(sent, received, captures, start_time + i * length, length) for i in range(ROWS)]
-    steady = [row for row in rows if row["from_s"] >= START_S] or rows
-    last = received[-1]
+    length = (end - start_time) / rows
+    table = [_row(sent, received, captures, start_time + i * length, length) for i in range(rows)]
+    steady = [row for row in table if row["from_s"] >= START_S] or table
+    last = max(received, key=lambda line: line["frames_received"])  # later ones no longer count a call that has ended
     return {
         "minutes": round((end - start_time) / 60, 2),
         "frames_sent": sent[-1]["frames_sent"],
@@ -83,11 +121,12 @@ def figures(sent: Lines, received: Lines) -> dict[str, Any]:
         "frames_lost": last["frames_lost"],
         "frames_late": last["frames_late"],
         "rejected": last["rejected"],
-        **{name: max(row[name] for row in rows) for name in ("longest_capture_gap_s", "longest_stall_s")},
+        **{name: max(row[name] for row in table) for name in ("longest_capture_gap_s", "longest_stall_s")},
         "latency_drift_ms": round(steady[-1]["latency_ms"] - steady[0]["latency_ms"], 1),
         "receiver_growth_kb": steady[-1]["receiver_kb"] - steady[0]["receiver_kb"],
         "sender_growth_kb": steady[-1]["sender_kb"] - steady[0]["sender_kb"],
-        "rows": rows,
+        **sound_totals(steady),
+        "rows": table,
     }
 
 
@@ -107,6 +146,7 @@ def _row(sent: Lines, received: Lines, captures: list[list[float]], begin: float
         "latency_ms": round(latency(captures, images) * 1000, 1),
         "longest_capture_gap_s": round(max((b - a for a, b in pairwise(times)), default=0.0), 3),
         "longest_stall_s": round(max((image[2] for image in images), default=0.0), 3),
+        **sound_row(received, begin, begin + length),
     }
 
 
@@ -129,10 +169,25 @@ def main() -> None:
     parser.add_argument("--delay-ms", type=float, default=40.0)
     parser.add_argument("--jitter-ms", type=float, default=10.0)
     parser.add_argument("--clip", type=Path)
+    parser.add_argument(
+        "--sound",
+        nargs="?",
+        const="",
+        metavar="SPEAKER",
+        help="play the clip's voice (default: on the system's loudspeaker)",
+    )
+    parser.add_argument("--kbps", type=float, help="limit of the sender, with --sound")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     faults = Faults(loss=options.loss, delay_ms=options.delay_ms, jitter_ms=options.jitter_ms)
-    result = figures(*call(options.clip or fetch_carphone(), options.minutes * 60, faults))
+    seconds = options.minutes * 60
+    if options.sound is None:
+        result = figures(*call(options.clip or fetch_carphone(), seconds, faults))
+    else:
+        if options.clip is None:
+            parser.error("--sound needs a clip with sound: --clip CLIP")
+        lines = call_with_sound(options.clip, seconds, faults, speaker=options.sound, kbps=options.kbps)
+        result = figures(*lines, rows=max(1, math.ceil(options.minutes)))
     if options.json:
         print(json.dumps(result, indent=1))
         return
