@@ -10,7 +10,6 @@ from conf.animator.controller import Controller
 from conf.animator.face_document import FaceDocument
 from conf.animator.gui.layout import Layout, scale_of
 from conf.animator.gui.main import AnimatorGui
-from conf.animator.gui.theme import BACKDROP, themed
 from conf.animator.keys import key_label
 from conf.animator.viewport_controller import ViewportController, WindowCommand
 from conf.errors import ConfError, explain
@@ -18,6 +17,7 @@ from conf.output.image_writer import next_free_path
 from conf.output.video_writer import VideoWriter
 from conf.render.ui.imgui_input import ImGuiInput, dropped_files
 from conf.render.ui.imgui_overlay import ImGuiOverlay
+from conf.render.ui.theme import BACKDROP, themed
 from conf.render.window import Window
 
 FPS = 60.0

@@ -18,10 +18,10 @@ from conf.animator.app import AnimatorApp
 from conf.animator.face_document import FaceDocument
 from conf.animator.gui.layout import REFERENCE_ASPECT
 from conf.animator.gui.panels.reference_face import IMAGE_WIDTH, reference_clip_matrix
-from conf.animator.picking import Rect
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.formats.dpc import MotionClip, write_dpc
 from conf.face.formats.ppc import read_ppc, write_ppc
+from conf.render.ui.rectangle import Rect
 from conf.render.window.offscreen import OffscreenWindow
 from tests.animator.conftest import FILE_OFFSET, FILE_SCALE
 

@@ -5,9 +5,10 @@ from hypothesis import strategies as st
 
 from conf.animator.face_document import FaceDocument
 from conf.animator.motion_player import REST_POSE
-from conf.animator.picking import Picker, Rect, nearest_point
+from conf.animator.picking import Picker, nearest_point
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.render.camera import ViewState, clip_matrix
+from conf.render.ui.rectangle import Rect
 
 RECT = Rect(100, 20, 700, 500)
 FRONT_POINTS = [

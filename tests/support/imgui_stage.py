@@ -6,10 +6,10 @@ from typing import Any
 import pytest
 from imgui_bundle import imgui
 
-from conf.animator.gui.theme import column, themed
-from conf.animator.picking import Rect
 from conf.render.ui.imgui_input import ImGuiInput
 from conf.render.ui.imgui_overlay import ImGuiOverlay
+from conf.render.ui.rectangle import Rect
+from conf.render.ui.theme import column, themed
 from conf.render.window.input_events import Event, MouseButton, MouseMoved
 from conf.render.window.offscreen import OffscreenWindow
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from conf.animator.picking import Rect
+from conf.render.ui.rectangle import Rect
 
 COLUMN_PX = 276.0  # width at scale 1
 TIMELINE_PX = 84.0  # height at scale 1

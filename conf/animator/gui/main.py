@@ -16,7 +16,6 @@ from conf.animator.gui.panels.timeline import draw_timeline
 from conf.animator.gui.panels.view import draw_view
 from conf.animator.gui.point_overlay import draw_control_points
 from conf.animator.gui.question import draw_question
-from conf.animator.gui.theme import column
 from conf.animator.keys import help_lines, key_label
 from conf.animator.motion_player import REST_POSE
 from conf.animator.viewport_controller import ViewportController
@@ -24,6 +23,7 @@ from conf.face.loading import load_face
 from conf.render.camera import clip_matrix
 from conf.render.ui.hud import draw_help, draw_toast
 from conf.render.ui.imgui_overlay import MUTED, ImGuiOverlay
+from conf.render.ui.theme import column
 
 Panel = Callable[[Controller, float], None]  # draws its tab and calls the controller; the float is the time in seconds
 

@@ -5,10 +5,10 @@ from imgui_bundle import imgui
 from numpy.typing import NDArray
 
 from conf.animator.face_view import FaceView
-from conf.animator.gui.theme import GREEN
-from conf.animator.picking import Rect
 from conf.animator.state.point_placement import PointPlacement
 from conf.render.ui.imgui_overlay import ACCENT, ImGuiOverlay
+from conf.render.ui.rectangle import Rect
+from conf.render.ui.theme import GREEN
 
 DOT_RADIUS_PX = 3.2  # at scale 1
 NUMBER_PX = 15.0  # text height at scale 1

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 from imgui_bundle import imgui
 
-from conf.animator.gui.theme import AMBER, SELECTED, SELECTED_HOVERED
 from conf.animator.gui.tooltips import tooltip_of
 from conf.render.ui.imgui_overlay import MUTED
+from conf.render.ui.theme import AMBER, SELECTED, SELECTED_HOVERED
 
 LABEL_WIDTH = 0.40  # of a row
 WIDE_LABEL_WIDTH = 0.58

@@ -7,9 +7,9 @@ import pytest
 from conf.animator.controller import Controller
 from conf.animator.gui.layout import Layout
 from conf.animator.gui.main import AnimatorGui
-from conf.animator.gui.theme import themed
 from conf.animator.state.point_placement import PointPlacement
 from conf.animator.viewport_controller import ViewportController
+from conf.render.ui.theme import themed
 from tests.support.imgui_stage import Stage
 
 

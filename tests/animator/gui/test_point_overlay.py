@@ -5,15 +5,15 @@ import pytest
 
 from conf.animator.face_view import FaceView
 from conf.animator.gui.point_overlay import draw_control_points
-from conf.animator.gui.theme import GREEN
 from conf.animator.motion_player import REST_POSE
-from conf.animator.picking import Rect
 from conf.animator.state.editor import ViewSettings
 from conf.animator.state.point_placement import PointPlacement
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.face_model import FaceModel
 from conf.render.camera import ViewState, clip_matrix
 from conf.render.ui.imgui_overlay import ACCENT
+from conf.render.ui.rectangle import Rect
+from conf.render.ui.theme import GREEN
 from tests.support.imgui_stage import Stage
 
 RECT = Rect(0, 0, 400, 900)

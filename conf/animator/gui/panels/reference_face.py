@@ -5,8 +5,7 @@ import numpy as np
 from imgui_bundle import imgui
 from numpy.typing import NDArray
 
-from conf.animator.gui.theme import AMBER, GREEN
-from conf.animator.picking import Rect, nearest_point
+from conf.animator.picking import nearest_point
 from conf.animator.state.point_placement import PointPlacement
 from conf.face.control_points import CONTROL_POINTS
 from conf.face.deformation.face_model import FaceModel
@@ -14,6 +13,8 @@ from conf.face.head_pose import HeadPose
 from conf.render.camera import ViewState, clip_matrix
 from conf.render.face_renderer import FaceRenderer
 from conf.render.ui.imgui_overlay import ACCENT, ImGuiOverlay
+from conf.render.ui.rectangle import Rect
+from conf.render.ui.theme import AMBER, GREEN
 
 IMAGE_WIDTH = 640  # pixels
 HEIGHT_CM = 20.0  # of what the image shows

@@ -2,10 +2,10 @@ import pytest
 
 from conf.animator.gui.layout import REFERENCE_ASPECT
 from conf.animator.gui.panels.reference_face import IMAGE_WIDTH, ReferenceFace, reference_clip_matrix
-from conf.animator.picking import Rect
 from conf.animator.state.point_placement import PointPlacement
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.face_model import FaceModel
+from conf.render.ui.rectangle import Rect
 from tests.support.imgui_stage import Stage
 
 

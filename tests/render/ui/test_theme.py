@@ -1,6 +1,6 @@
 from imgui_bundle import imgui
 
-from conf.animator.gui.theme import SELECTED, column, themed
+from conf.render.ui.theme import SELECTED, column, themed
 from tests.support.imgui_stage import Stage
 
 

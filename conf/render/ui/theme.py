@@ -1,12 +1,12 @@
-"""Colours and sizes of the animator's panels, and their windows."""
+"""Colours and sizes of windows with controls, and the columns that hold them."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from imgui_bundle import imgui, imgui_ctx
 
-from conf.animator.picking import Rect
 from conf.render.ui.imgui_overlay import ACCENT, MUTED, TEXT
+from conf.render.ui.rectangle import Rect
 
 BACKDROP = (0.052, 0.060, 0.076, 1.0)
 RAISED = (0.118, 0.138, 0.170, 1.0)
@@ -65,7 +65,7 @@ COLUMN_FLAGS = (
 
 @contextmanager
 def themed(scale: float) -> Iterator[None]:
-    """Apply the animator's theme to everything drawn inside."""
+    """Apply the theme to everything drawn inside."""
     for name, colour in COLOURS.items():
         imgui.push_style_color(name, imgui.ImVec4(*colour))
     for variable, size in SIZES.items():
