@@ -1,10 +1,48 @@
-"""The network address of a peer, as the socket calls give it."""
+"""The network address of a peer: as the socket calls give it, and as a user types it."""
+
+import re
+
+DEFAULT_PORT = 5005
 
 # (host, port) for IPv4; (host, port, flow info, scope id) for IPv6.
 Address = tuple[str, int] | tuple[str, int, int, int]
+
+# [HOST]:PORT, HOST:PORT, or an IPv6 address without brackets, which has no port
+_TYPED = re.compile(
+    r"(?:\[(?P<bracketed>[^\]]+)\]|(?P<bare>[^:\[\]]*:[^\[\]]*:[^\[\]]*)|(?P<host>[^:\[\]]+))(?::(?P<port>\d{1,5}))?"
+)
 
 
 def format_address(address: Address, /) -> str:
     """Return an address as a user types it: host:port, or [host]:port for IPv6; no host stands for all addresses."""
     host, port = address[:2]
     return f"[{host}]:{port}" if ":" in host else f"{host or '0.0.0.0'}:{port}"
+
+
+def parse_address(text: str, /) -> tuple[str, int]:
+    """Return host and port of HOST, HOST:PORT, [HOST]:PORT or [HOST]; without a port the default one.
+
+    Raises ValueError, with a message for the user.
+    """
+    host, port = _host_and_port(text)
+    if port == 0:
+        raise ValueError(f"{text} names no port: give the one that the receiver shows")
+    return host, port
+
+
+def parse_listen_address(text: str, /) -> tuple[str, int]:
+    """Return host and port as `parse_address`; a port alone, or :PORT, stands for every address of this machine.
+
+    Port 0 is any free one. Raises ValueError, with a message for the user.
+    """
+    port = text.removeprefix(":")
+    if port.isdigit() and int(port) < 65536:
+        return "", int(port)
+    return _host_and_port(text)
+
+
+def _host_and_port(text: str) -> tuple[str, int]:
+    match = _TYPED.fullmatch(text)
+    if match is None or int(match["port"] or DEFAULT_PORT) > 65535:
+        raise ValueError(f"{text} is not HOST:PORT; an IPv6 address is written [HOST]:PORT")
+    return match["bracketed"] or match["host"] or match["bare"], int(match["port"] or DEFAULT_PORT)

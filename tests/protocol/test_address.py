@@ -1,6 +1,8 @@
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from conf.protocol.address import Address, format_address
+from conf.protocol.address import Address, format_address, parse_address, parse_listen_address
 
 
 @pytest.mark.parametrize(
@@ -14,3 +16,26 @@ from conf.protocol.address import Address, format_address
 )
 def test_addresses_are_written_as_they_are_typed(address: Address, text: str) -> None:
     assert format_address(address) == text
+
+
+@given(st.ip_addresses().map(str) | st.from_regex(r"[a-z0-9.-]+", fullmatch=True), st.integers(1, 65535))
+def test_what_is_written_is_read_again(host: str, port: int) -> None:
+    assert parse_address(format_address((host, port))) == (host, port)
+    assert parse_address(f"[{host}]") == (host, 5005)
+
+
+@given(st.text())
+def test_any_text_is_an_address_or_a_value_error(text: str) -> None:
+    for parse in parse_address, parse_listen_address:
+        try:
+            host, port = parse(text)
+        except ValueError as error:
+            assert text in str(error)
+        else:
+            assert host in text and 0 <= port < 65536
+
+
+def test_port_0_can_be_listened_on_but_not_called() -> None:
+    assert parse_listen_address("0") == ("", 0)
+    with pytest.raises(ValueError, match="h:0 names no port: give the one that the receiver shows"):
+        parse_address("h:0")

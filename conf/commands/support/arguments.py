@@ -1,15 +1,11 @@
 """Options that several commands have, and the functions that convert their values."""
 
 import argparse
-import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+
+from conf.protocol.address import DEFAULT_PORT, parse_address, parse_listen_address
 
 DEFAULT_HOST = "127.0.0.1"
-DEFAULT_PORT = 5005
-# [HOST]:PORT, HOST:PORT, or an IPv6 address without brackets, which has no port
-_ADDRESS = re.compile(
-    r"(?:\[(?P<bracketed>[^\]]+)\]|(?P<bare>[^:\[\]]*:[^\[\]]*:[^\[\]]*)|(?P<host>[^:\[\]]+))(?::(?P<port>\d{1,5}))?"
-)
 AXES = ("x", "-x", "y", "-y", "z", "-z")
 AXIS_OPTIONS = ("--up", "--front")
 
@@ -65,10 +61,7 @@ def pairing_code(text: str) -> str:
 
 def address(text: str) -> tuple[str, int]:
     """Return host and port of HOST, HOST:PORT, [HOST]:PORT or [HOST]; without a port the default one."""
-    host, port = _host_and_port(text)
-    if port == 0:
-        raise argparse.ArgumentTypeError(f"{text} names no port: give the one that the receiver shows")
-    return host, port
+    return _parsed(parse_address, text)
 
 
 def listen_address(text: str) -> tuple[str, int]:
@@ -76,14 +69,11 @@ def listen_address(text: str) -> tuple[str, int]:
 
     Port 0 is any free one.
     """
-    port = text.removeprefix(":")
-    if port.isdigit() and int(port) < 65536:
-        return "", int(port)
-    return _host_and_port(text)
+    return _parsed(parse_listen_address, text)
 
 
-def _host_and_port(text: str) -> tuple[str, int]:
-    match = _ADDRESS.fullmatch(text)
-    if match is None or int(match["port"] or DEFAULT_PORT) > 65535:
-        raise argparse.ArgumentTypeError(f"{text} is not HOST:PORT; an IPv6 address is written [HOST]:PORT")
-    return match["bracketed"] or match["host"] or match["bare"], int(match["port"] or DEFAULT_PORT)
+def _parsed(parse: Callable[[str], tuple[str, int]], text: str) -> tuple[str, int]:
+    try:
+        return parse(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
