@@ -150,7 +150,8 @@ def receive(
     from conf.protocol.address import format_address
     from conf.protocol.receiver_endpoint import ReceiverEndpoint
     from conf.protocol.session.server import SessionServer
-    from conf.receiver.pipeline import LoopOptions, ReceiverLoop
+    from conf.receiver.call_display import LoopOptions
+    from conf.receiver.pipeline import ReceiverLoop
     from conf.receiver.voice.call_sound import ClipSound
     from conf.receiver.voice.voice_mixer import VoiceMixer
     from conf.render.window.glfw_window import GlfwWindow

@@ -34,6 +34,7 @@ class TrackedMotionSource:
     """A face before a camera or in a clip.
 
     fps : frames per second, as far as known; size : width and height of the frames, px
+    is_live : whether it is a camera, whose frames cannot wait, rather than a clip
     """
 
     def __init__(
@@ -53,6 +54,7 @@ class TrackedMotionSource:
         clock : measures the tracker's duration
         """
         self.fps, self.size = source.fps, source.size
+        self.is_live = not isinstance(source, Clip)
         self._source = source
         self._tracker = tracker
         self._extractor = extractor
@@ -97,6 +99,16 @@ class TrackedMotionSource:
         self._sent = (tracked, motion)
         return motion
 
+    def show(self) -> None:
+        """Pass the frame that was read to `on_frame` only."""
+        if self._on_frame and self._frame is not None:
+            self._on_frame(self._frame, None)
+
+    def release(self) -> None:
+        """Release the camera until the next frame is read; a clip stays open."""
+        if not isinstance(self._source, Clip):
+            self._source.release()
+
     def after_send(self, now: float) -> None:
         """Pass the frame to the portrait scheduler, which may need almost a frame's interval."""
         sent, self._sent = self._sent, None
@@ -111,6 +123,7 @@ class RecordedMotionSource:
     """The motion of a DPC file."""
 
     size = REFERENCE_SIZE
+    is_live = False
     calibrated = True
     tracker_ms = 0.0
 
@@ -135,6 +148,12 @@ class RecordedMotionSource:
         pose = NEUTRAL_POSE.to_vector() if self._clip.poses is None else self._clip.poses[index]
         displacements = self._clip.displacements[index].astype(np.float32)
         return MotionFrame(self._frame_number / self.fps, displacements, pose)
+
+    def show(self) -> None:
+        """Do nothing: a recording has no image."""
+
+    def release(self) -> None:
+        """Do nothing: a recording has no device."""
 
     def after_send(self, now: float) -> None:
         """Do nothing: a recording has no image."""

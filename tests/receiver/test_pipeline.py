@@ -11,13 +11,15 @@ from conf.face.deformation.face_model import FaceModel
 from conf.protocol.address import Address
 from conf.protocol.call_report import CallReport
 from conf.protocol.voice.inbound import InboundVoice
+from conf.receiver.call_display import LoopOptions
 from conf.receiver.call_stats import CallStats
-from conf.receiver.pipeline import RECEIVE_BATCH, LoopOptions, ReceiverLoop
+from conf.receiver.pipeline import ReceiverLoop
 from conf.receiver.voice.call_sound import ClipSound
 from conf.receiver.voice.participant_voice import ParticipantVoice
 from conf.receiver.voice.voice_mixer import VoiceMixer
 from conf.render.window import Window
 from conf.render.window.offscreen import OffscreenWindow
+from conf.transport.exchange import RECEIVE_BATCH
 from conf.transport.udp import ReceivedDatagram
 from tests.support.simulated_calls import SimulatedSender, make_receiver, no_face, talk
 from tests.support.simulated_sessions import WRONG

@@ -45,7 +45,7 @@ class FakeSocket:
         for data, _ in datagrams if self.reachable else []:
             self.receiver.receive_datagram(data, SENDER, self.now)
 
-    def receive(self) -> list[ReceivedDatagram]:
+    def receive(self, _limit: int) -> list[ReceivedDatagram]:
         answers = [ReceivedDatagram(data, RECEIVER, 0.0) for data, _ in self.receiver.datagrams_to_send(self.now)]
         return answers if self.reachable else []
 
@@ -72,6 +72,7 @@ class FakeSource:
     calibrated: bool = True
     tracker_ms: float = 4.0
     fapu_lengths: tuple[float, ...] = FAPU
+    is_live: bool = True
 
     def next_frame(self) -> float | None:
         if self.frame_number == self.frame_count:

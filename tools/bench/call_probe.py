@@ -34,9 +34,11 @@ from conf.protocol.messages import MotionFrame
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.session.server import SessionServer
 from conf.protocol.statistics import HEADER_BYTES
-from conf.receiver.pipeline import LoopOptions, ReceiverLoop
+from conf.receiver.call_display import LoopOptions
+from conf.receiver.pipeline import ReceiverLoop
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender import pipeline
+from conf.sender.face_capture import CapturedMotion
 from conf.sender.pipeline import SenderLoop, SenderStatus
 from conf.transport.udp import UdpSocket
 from tools.bench.sound_probe import WatchedSound
@@ -94,12 +96,13 @@ class WatchedReceiverLoop(ReceiverLoop):
 
     def step(self, now: float) -> float:
         due = super().step(now)
-        assert isinstance(self._window, WatchedWindow)
+        window = self._composer._window
+        assert isinstance(window, WatchedWindow)
         for caller, portrait in self._composer._grid._portraits.items():
             if portrait.ready and self._composer._frames.get(caller):
-                self._window.portraits.setdefault(caller, time.monotonic())
-        if self._window.sound and self._drawing_since is not None:
-            self._window.sound.on_frames_drawn(self._composer._frames.values(), time.monotonic())
+                window.portraits.setdefault(caller, time.monotonic())
+        if window.sound and self._display._schedule._drawing_since is not None:
+            window.sound.on_frames_drawn(self._composer._frames.values(), time.monotonic())
         return due
 
 
@@ -125,7 +128,8 @@ class WatchedSendingLoop(SenderLoop):
         self.began = time.monotonic()
         self.datagrams = []
         put, before = self._socket.send, 0
-        track = self._source.motion
+        source = self._capture._source
+        track = source.motion
 
         def motion() -> MotionFrame | None:
             self.captured_at = time.monotonic()
@@ -141,15 +145,15 @@ class WatchedSendingLoop(SenderLoop):
             put(datagrams)
 
         self._socket.send = send  # type: ignore[method-assign]
-        self._source.motion = motion  # type: ignore[method-assign]
+        source.motion = motion  # type: ignore[method-assign]
         return super().run(seconds=seconds, on_status=on_status, should_continue=should_continue, clock=clock)
 
-    def _send(self, timestamp: float, motion: MotionFrame | None) -> None:
-        self.frames = [*getattr(self, "frames", []), (self.captured_at, timestamp)]
-        super()._send(timestamp, motion)
+    def _send(self, captured: CapturedMotion, now: float) -> None:
+        self.frames = [*getattr(self, "frames", []), (self.captured_at, captured.timestamp)]
+        super()._send(captured, now)
         if self.captured_at >= self.due:
             self.due = self.captured_at + LOG_INTERVAL_S
-            logged = {"frames": self.frames, "datagrams": self.datagrams, **asdict(self.status(self._now))}
+            logged = {"frames": self.frames, "datagrams": self.datagrams, **asdict(self.status(now))}
             log(at=self.captured_at, began=self.began, memory_kb=memory_kb(), **logged)
             self.frames, self.datagrams = [], []
 

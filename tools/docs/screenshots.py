@@ -31,7 +31,8 @@ from conf.protocol.codec.profiles import LIVE
 from conf.protocol.loopback import ONE_WAY_S, RECEIVER, LoopbackCall
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.rate_control.send_budget import RateOptions
-from conf.receiver.pipeline import LoopOptions, ReceiverLoop
+from conf.receiver.call_display import LoopOptions
+from conf.receiver.pipeline import ReceiverLoop
 from conf.render.window import Window
 from conf.render.window.glfw_window import GlfwWindow
 from conf.render.window.input_events import Event, KeyPressed

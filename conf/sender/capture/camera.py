@@ -64,6 +64,11 @@ class Camera:
             pixels = np.asarray(cv2.resize(pixels, self.size, interpolation=cv2.INTER_AREA), np.uint8)
         return Frame(pixels, self._clock())
 
+    def release(self) -> None:
+        """Release the device until the next read, which opens it anew."""
+        self._capture.release()
+        self._first, self._failed = None, True
+
     def close(self) -> None:
         """Release the device."""
         self._capture.release()

@@ -133,3 +133,7 @@ class UprightCamera:
         if self._estimator.turns:
             return Frame(np.ascontiguousarray(frame.pixels[::-1, ::-1]), frame.timestamp)
         return frame
+
+    def release(self) -> None:
+        """Release the device until the next read."""
+        self._camera.release()

@@ -1,0 +1,46 @@
+"""The voice's part of a loop: poll a voice sender, and go on without it when its microphone fails."""
+
+from typing import Protocol
+
+from conf.errors import AudioError
+from conf.protocol.voice.formats import VoiceState
+from conf.sender.voice.voice_sender import VoiceOutlet
+
+VOICE_POLL_S = 0.01  # a block of the microphone's processing; the frames that wait go with a complete packet
+
+
+class Voice(Protocol):
+    """A voice sender."""
+
+    def poll(self, until: float, outlet: VoiceOutlet, now: float, /) -> None: ...
+    def close(self) -> None: ...
+
+
+class VoicePoller:
+    """Polls the voice at most every VOICE_POLL_S. note : why there is no voice any more, "" while all is well"""
+
+    def __init__(self, voice: Voice | None) -> None:
+        """voice : the person's, None to send none"""
+        self.note = ""
+        self._voice = voice
+        self._polled_at = float("-inf")
+
+    def poll(self, source_time: float | None, outlet: VoiceOutlet, now: float) -> None:
+        """Send the voice packets that are complete, if it is time for it.
+
+        source_time : the time on the clock of the frames, None before the first frame
+        """
+        if now - self._polled_at >= VOICE_POLL_S:
+            self.poll_now(source_time, outlet, now)
+
+    def poll_now(self, source_time: float | None, outlet: VoiceOutlet, now: float) -> None:
+        """Send the voice packets that are complete. The frames that wait leave in their datagrams."""
+        self._polled_at = now
+        if self._voice is None or source_time is None:
+            return
+        try:
+            self._voice.poll(source_time, outlet, now)
+        except AudioError as error:
+            self._voice.close()
+            self._voice, self.note = None, str(error)
+            outlet.set_voice_state(VoiceState.OFF, now)
