@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from conf.commands import Terminal
-from conf.commands.receive import ReceiveOptions, has_display, receive
+from conf.commands.receive import ReceiveOptions, receive
 from conf.commands.support.arguments import add_json, add_seconds
 from conf.commands.support.call_table import call_table
 from conf.commands.support.child_process import start_conf
+from conf.commands.support.display import has_display
 from conf.commands.support.sound import add_no_sound
 from conf.errors import ConfError
 from conf.settings import PATH_VARIABLE
@@ -78,7 +79,7 @@ def demo(
         arguments += [] if sound else ["--no-sound"]
         with start_conf(arguments, environment={"CONF_CODE": code, PATH_VARIABLE: os.devnull}) as sender:
             try:
-                receive_options = ReceiveOptions(clip, picture, seconds, on_report=on_report, sound=sound)
+                receive_options = ReceiveOptions(clip, picture, on_report=on_report, sound=sound, seconds=seconds)
                 call = receive(socket, code, receive_options, should_continue=lambda: sender.poll() is None)
             finally:
                 sender.terminate()

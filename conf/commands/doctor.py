@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from conf.commands import Terminal
-from conf.commands.receive import has_display
 from conf.commands.support.arguments import add_json, add_listen
 from conf.commands.support.child_process import start_conf
+from conf.commands.support.display import has_display
 from conf.errors import ConfError
 
 if TYPE_CHECKING:

@@ -1,4 +1,5 @@
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -6,7 +7,8 @@ import pytest
 from conf.errors import FileFormatError
 from conf.face.formats.dpc import MotionClip, write_dpc
 from conf.face.head_pose import NEUTRAL_POSE
-from conf.sender.motion_source import RecordedMotionSource, open_motion_file
+from conf.sender.capture.frame import Frame
+from conf.sender.motion_source import RecordedMotionSource, TrackedMotionSource, open_motion_file
 
 
 def clip(frames: int = 4, points: int = 50, units: str = "fapu", *, poses: bool = True) -> MotionClip:
@@ -49,3 +51,29 @@ def test_a_file_that_cannot_be_sent_is_refused_with_the_reason(
     write_dpc(tmp_path / "m.dpc", recording)
     with pytest.raises(FileFormatError, match=text):
         open_motion_file(tmp_path / "m.dpc", loop=False)
+
+
+def test_a_camera_is_shown_without_being_tracked_and_released() -> None:
+    shown: list[tuple[float, object]] = []
+    log: list[str] = []
+    frame = Frame(np.zeros((4, 4, 3), np.uint8), 7.0)
+    camera = SimpleNamespace(fps=30.0, size=(4, 4), read=lambda: frame, release=lambda: log.append("release"))
+    source = TrackedMotionSource(
+        camera,  # type: ignore[arg-type]
+        SimpleNamespace(track=lambda pixels: log.append("track")),  # type: ignore[arg-type]
+        SimpleNamespace(),  # type: ignore[arg-type]
+        on_frame=lambda frame, tracked: shown.append((frame.timestamp, tracked)),
+    )
+    assert source.is_live and source.next_frame() == 7.0
+    source.show()
+    source.release()
+    assert shown == [(7.0, None)] and log == ["release"]
+    assert source.motion() is None and log == ["release", "track"] and len(shown) == 2
+
+
+def test_a_recording_has_nothing_to_show_or_release() -> None:
+    source = RecordedMotionSource(clip(), loop=False)
+    source.next_frame()
+    source.show()
+    source.release()
+    assert not source.is_live and source.motion().timestamp == 0.0

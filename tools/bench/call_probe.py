@@ -24,9 +24,9 @@ from typing import IO, Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from conf.commands.receive import HEADLESS_SIZE, WINDOW_FPS
 from conf.commands.send import SendOptions
 from conf.commands.send import send as send_face
+from conf.commands.support.display import HEADLESS_SIZE, WINDOW_FPS
 from conf.errors import NetworkError
 from conf.face.loading import load_face
 from conf.protocol.address import Address

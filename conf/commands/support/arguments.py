@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from conf.protocol.address import DEFAULT_PORT, parse_address, parse_listen_address
 
@@ -16,6 +17,14 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 
 def add_seconds(parser: argparse.ArgumentParser, note: str = "") -> None:
     parser.add_argument("--seconds", type=positive_number, help=f"stop after this time{note}")
+
+
+def add_face(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--face", type=Path, metavar="FILE", help="another face: a mesh with its PPC beside it")
+
+
+def add_headless(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--headless", type=Path, metavar="OUT.mp4", help="no window: record this clip, MP4 or AVI")
 
 
 def add_listen(parser: argparse.ArgumentParser) -> None:

@@ -125,6 +125,17 @@ def test_a_camera_that_comes_back_is_opened_anew() -> None:
     assert captures[0].released and captures[1].released
 
 
+def test_a_camera_that_was_released_is_opened_anew_with_a_fresh_image() -> None:
+    captures = [FakeCapture(3), FakeCapture(3)]
+    opened: Iterator[Any] = iter(captures)
+    source = open_camera(3, clock=lambda: 0.0, opener=lambda _: next(opened))
+    source.release()
+    source.release()
+    assert captures[0].released and not captures[1].settings
+    assert source.read().pixels[0, 0, 0] == image(0)[0, 0, 0]
+    assert captures[1].index == 0
+
+
 def test_a_camera_that_changes_its_frame_size_keeps_the_first() -> None:
     capture = FakeCapture(3)
     source = open_camera(3, opener=opener(capture))

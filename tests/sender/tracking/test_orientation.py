@@ -55,6 +55,10 @@ class FakeCamera:
     fps: float = 30.0
     size: tuple[int, int] = (8, 8)
     reads: int = field(default=0)
+    releases: int = 0
+
+    def release(self) -> None:
+        self.releases += 1
 
     def read(self) -> Frame:
         self.reads += 1
@@ -111,6 +115,12 @@ def test_an_upright_camera_is_read_frame_by_frame() -> None:
         assert np.array_equal(upright.read().pixels, expected)
     assert camera.reads == len(images) and detector.calls == 4  # one empty and one clear image, in two orientations
     assert (upright.fps, upright.size) == (30.0, (8, 8))
+
+
+def test_an_upright_camera_passes_its_release_on() -> None:
+    camera = FakeCamera([])
+    UprightCamera(camera, FakeDetector()).release()  # type: ignore[arg-type]
+    assert camera.releases == 1
 
 
 def test_a_camera_upside_down_is_turned_before_any_image_of_a_face_is_given() -> None:
