@@ -7,8 +7,9 @@ from conf.protocol.messages import MotionFrame
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.receiver.call_panels import CallPanels, NamePlate
 from conf.receiver.call_stats import CallStatsCollector
+from conf.receiver.cell_cache import Viewport
 from conf.receiver.panel_layout import Rect
-from conf.receiver.participant_grid import ParticipantGrid, Viewport
+from conf.receiver.participant_grid import ParticipantGrid
 from conf.receiver.resolution_control import ResolutionControl
 from conf.receiver.viewer_controls import ViewerControls, help_lines
 from conf.receiver.voice.call_sound import CallSound
@@ -38,8 +39,8 @@ class FrameComposer(GpuObject):
         """Prepare drawing.
 
         idle_text : message while there is no call, such as where to call and with which code
-        draw_clock : seconds, to measure how long drawing takes; given one, the resolution of the heads is adapted so
-            that 30 frames a second are drawn
+        draw_clock : seconds, to measure how long drawing takes; given one, resolution and rate of the heads are adapted
+            so that 30 frames a second are drawn
         sound : of the call, None if it is silent
         """
         self.controls = ViewerControls(window, sound=sound)
@@ -64,7 +65,7 @@ class FrameComposer(GpuObject):
         began = self._draw_clock()
         self._draw(now)
         self._window.ctx.finish()
-        self._grid.set_scale(self._resolution.on_frame(self._draw_clock() - began))
+        self._grid.detail = self._resolution.on_frame(self._draw_clock() - began, cells=len(self._frames))
 
     def present(self, now: float) -> None:
         """Present the frame."""

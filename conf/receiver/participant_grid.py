@@ -1,14 +1,22 @@
-"""Grid view: the faces of all participants side by side in one image."""
+"""Grid view: the faces of all participants side by side in one image.
+
+One participant is drawn into the window. Of several, each frame draws those whose motion is new, at most one in
+`DrawingDetail.interval`, the one that was drawn longest ago first; the others' cells are kept from an earlier frame.
+"""
 
 import math
 from collections.abc import Mapping
 from itertools import pairwise
 
+import moderngl
+
 from conf.face.deformation.face_model import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.protocol.messages import MotionFrame
+from conf.receiver.cell_cache import CellCache, CellContent, Viewport
 from conf.receiver.portrait.portrait_renderer import PortraitRenderer
 from conf.receiver.portrait.portrait_store import PortraitStore
+from conf.receiver.resolution_control import DrawingDetail
 from conf.receiver.stats_overlay import covered_width
 from conf.render.auto_framing import AutoFraming, FrameArea, rest_pose
 from conf.render.camera import ViewState
@@ -16,7 +24,6 @@ from conf.render.face_renderer import FaceRenderer
 from conf.render.gpu_object import GpuObject
 from conf.render.window import Window
 
-Viewport = tuple[int, int, int, int]  # x, y of the lower left corner, width, height, pixels
 PLACEHOLDER_ID = -1  # participant that is drawn when there is none
 BACKGROUND = (0.10, 0.11, 0.135)  # sRGB, behind the stats overlay beside several participants
 
@@ -46,25 +53,29 @@ def layout_grid(count: int, size: tuple[int, int], *, left: int = 0) -> list[Vie
 
 
 class ParticipantGrid(GpuObject):
-    """Draws the participants' motion, each on the face model or on their portrait, into a window."""
+    """Draws the participants' motion, each on the face model or on their portrait, into a window.
+
+    detail : how finely to draw; the resolution is that of heads, portraits are drawn in full
+    shows_photo : whether the last image shows a portrait
+    """
 
     def __init__(self, window: Window, face: FaceModel) -> None:
+        self.detail = DrawingDetail()
+        self.shows_photo = False
         self._window = window
         self._face = face
         self._renderer = FaceRenderer(window.ctx, face)
         self._framing: dict[int, AutoFraming] = {}
         self._portraits: dict[int, PortraitRenderer] = {}
-        self.shows_photo = False  # whether the last image shows a portrait
-
-    def set_scale(self, scale: float) -> None:
-        """Draw heads with this fraction of the window's resolution, 0 to 1; portraits are drawn in full."""
-        self._renderer.scale = scale
+        self._objects: dict[int, int] = {}  # received, of each participant's portrait
+        self._cache: CellCache | None = None
 
     def receive_portrait_object(self, participant: int, data: bytes) -> None:
         """Add an object of a participant's portrait; an invalid one is ignored."""
         if participant not in self._portraits:
             self._portraits[participant] = PortraitRenderer(self._window.ctx, PortraitStore())
         self._portraits[participant].store.receive(data)
+        self._objects[participant] = self._objects.get(participant, 0) + 1
 
     def draw(self, frames: Mapping[int, MotionFrame | None], view: ViewState, now: float) -> dict[int, Viewport]:
         """Draw one image of each participant's frame; None, or no participant, is the neutral face.
@@ -74,33 +85,81 @@ class ParticipantGrid(GpuObject):
         self._framing = {participant: self._framing.get(participant, AutoFraming()) for participant in frames}
         for gone in self._portraits.keys() - frames.keys():
             self._portraits.pop(gone).release()
-        self.shows_photo = False
-        participants = list(frames.items()) or [(PLACEHOLDER_ID, None)]
-        covered = self._covered(view)
-        cells = layout_grid(len(participants), self._window.size, left=covered if len(participants) > 1 else 0)
-        framebuffer = self._window.framebuffer
-        if covered and len(participants) > 1:
-            framebuffer.clear(*BACKGROUND)
-        for (participant, frame), cell in zip(participants, cells, strict=True):
-            framebuffer.viewport = cell
-            portrait = self._portraits.get(participant)
-            if view.portrait and frame is not None and portrait and portrait.ready:
-                self.shows_photo = True
-                portrait.draw(frame.displacements, HeadPose.from_vector(frame.pose), view, framebuffer)
-                continue
-            area = FrameArea.of(cell[2:], covered=covered if len(participants) == 1 else 0)
-            if frame is None:
-                vertices, pose = self._face.neutral, rest_pose(area)
-            else:
-                vertices, pose = self._face.deform(frame.displacements), HeadPose.from_vector(frame.pose)
-                pose = self._framing[participant].frame(pose, now, area) if view.centred else pose
-            self._renderer.draw(vertices, pose, view, framebuffer, participant=participant)
-        framebuffer.viewport = (0, 0, *self._window.size)
-        return dict(zip(frames, cells, strict=False))
+            self._objects.pop(gone)
+        self._renderer.scale = self.detail.scale
+        self.shows_photo = any(self._shows_photo(participant, frame, view) for participant, frame in frames.items())
+        drawn, covered = frames or {PLACEHOLDER_ID: None}, self._covered(view)
+        rectangles = layout_grid(len(drawn), self._window.size, left=covered if len(drawn) > 1 else 0)
+        cells = dict(zip(drawn, rectangles, strict=True))
+        if len(drawn) > 1:
+            self._draw_several(drawn, cells, view, now)
+        else:
+            ((participant, frame),) = drawn.items()
+            area = FrameArea.of(self._window.size, covered=covered)
+            content = self._content(participant, frame, view, now, area)
+            self._draw_cell(participant, content, cells[participant], self._window.framebuffer)
+        self._window.framebuffer.viewport = (0, 0, *self._window.size)
+        return {participant: cells[participant] for participant in frames}
 
     def release(self) -> None:
-        for owned in (self._renderer, *self._portraits.values()):
+        for owned in (self._renderer, *self._portraits.values(), *([self._cache] if self._cache else [])):
             owned.release()
+
+    def _draw_several(
+        self, frames: Mapping[int, MotionFrame | None], cells: dict[int, Viewport], view: ViewState, now: float
+    ) -> None:
+        """Draw the cells whose turn it is, then copy all of them into the window."""
+        cache = self._cache
+        if cache is None or (cache.cells, cache.size) != (cells, self._window.size):
+            if cache is not None:
+                cache.release()
+            cache = self._cache = CellCache(self._window.ctx, cells, self._window.size)
+            cache.framebuffer.clear(*BACKGROUND)
+        due = math.ceil(len(cells) / self.detail.interval) if cache.is_complete else len(cells)
+        for participant in cache.by_age():
+            if not due:
+                break
+            cell = cells[participant]
+            content = self._content(participant, frames[participant], view, now, FrameArea.of(cell[2:]))
+            if not cache.shows(participant, content):
+                self._draw_cell(participant, content, cell, cache.framebuffer)
+                cache.on_drawn(participant, content)
+                due -= 1
+        cache.copy_to(self._window.framebuffer)
+        self._window.framebuffer.use()
+
+    def _content(
+        self, participant: int, frame: MotionFrame | None, view: ViewState, now: float, area: FrameArea
+    ) -> CellContent:
+        """Return what a participant's cell is to show. area : of the cell in which the head is kept"""
+        is_photo = self._shows_photo(participant, frame, view)
+        version = (self._renderer.scale, is_photo, self._objects.get(participant, 0))
+        if frame is None:
+            return CellContent(None, rest_pose(area), view, version)
+        pose = HeadPose.from_vector(frame.pose)
+        if view.centred and not is_photo:
+            pose = self._framing[participant].frame(pose, now, area)
+        return CellContent(frame.displacements, pose, view, version)
+
+    def _draw_cell(
+        self, participant: int, content: CellContent, cell: Viewport, framebuffer: moderngl.Framebuffer
+    ) -> None:
+        """Draw a participant's portrait, or the face with the participant's motion."""
+        framebuffer.viewport = cell
+        displacements, pose, view = content.displacements, content.pose, content.view
+        if displacements is not None and (photo := self._portrait(participant, view)):
+            photo.draw(displacements, pose, view, framebuffer)
+            return
+        vertices = self._face.neutral if displacements is None else self._face.deform(displacements)
+        self._renderer.draw(vertices, pose, view, framebuffer, participant=participant)
+
+    def _portrait(self, participant: int, view: ViewState) -> PortraitRenderer | None:
+        """Return the portrait to draw a participant's motion with, None for the face model."""
+        portrait = self._portraits.get(participant)
+        return portrait if view.portrait and portrait and portrait.ready else None
+
+    def _shows_photo(self, participant: int, frame: MotionFrame | None, view: ViewState) -> bool:
+        return frame is not None and self._portrait(participant, view) is not None
 
     def _covered(self, view: ViewState) -> int:
         """Return the width, in pixels from the left, that the stats overlay covers: at most half of the image."""

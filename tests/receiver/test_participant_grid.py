@@ -1,4 +1,5 @@
 from collections.abc import Mapping
+from typing import Any
 from unittest.mock import Mock
 
 import numpy as np
@@ -9,9 +10,11 @@ from hypothesis import strategies as st
 from conf.face.deformation.face_model import FaceModel
 from conf.protocol.messages import MotionFrame
 from conf.receiver.participant_grid import ParticipantGrid, layout_grid
+from conf.receiver.resolution_control import DrawingDetail
 from conf.receiver.stats_overlay import covered_width
 from conf.render.auto_framing import FrameArea, head_bounds, rest_pose
 from conf.render.camera import ViewState
+from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.image_measures import box
 from tests.support.stand_in_head import SIZE
@@ -108,6 +111,65 @@ def test_the_framing_of_a_participant_who_left_is_dropped(window: OffscreenWindo
         images.append(window.read())
     grid.release()
     np.testing.assert_array_equal(images[0], images[2])
+
+
+@pytest.mark.slow
+def test_of_several_participants_those_that_moved_are_drawn_in_turn(
+    window: OffscreenWindow, face: FaceModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[int] = []
+    draw = FaceRenderer.draw
+
+    def record(renderer: FaceRenderer, *args: Any, participant: int) -> None:
+        drawn.append(participant)
+        draw(renderer, *args, participant=participant)
+
+    monkeypatch.setattr(FaceRenderer, "draw", record)
+
+    def drawn_in_frame(grid: ParticipantGrid, rotations: list[float], view: ViewState) -> list[int]:
+        frames = {i: motion() for i in range(4)}
+        for frame, rotation in zip(frames.values(), rotations, strict=True):
+            frame.pose[1] = rotation
+        drawn.clear()
+        window.begin()
+        grid.draw(frames, view, 0.0)
+        return list(drawn)
+
+    view = ViewState(centred=False)
+    with ParticipantGrid(window, face) as grid:
+        grid.detail = DrawingDetail(interval=2)
+        assert drawn_in_frame(grid, [0.0] * 4, view) == [0, 1, 2, 3], "at first all of them"
+        assert drawn_in_frame(grid, [0.0] * 4, view) == []
+        first = window.read()
+        assert drawn_in_frame(grid, [0.0, 0.3, 0.0, 0.0], view) == [1]
+        changed = (window.read() != first).any(axis=2)
+        assert changed[: SIZE[1] // 2, SIZE[0] // 2 :].any()
+        assert not changed[SIZE[1] // 2 :].any() and not changed[:, : SIZE[0] // 2].any()
+        assert drawn_in_frame(grid, [0.1] * 4, view) == [0, 2]
+        assert drawn_in_frame(grid, [0.2] * 4, view) == [3, 1]
+        assert drawn_in_frame(grid, [0.2] * 4, view) == [0, 2]
+        assert drawn_in_frame(grid, [0.2] * 4, view) == []
+        assert drawn_in_frame(grid, [0.2] * 4, ViewState(centred=False, zoom=2.0)) == [3, 1]
+        in_turn = window.read()
+        assert drawn_in_frame(grid, [0.2] * 4, ViewState(centred=False, zoom=2.0)) == [0, 2]
+        at_last = window.read()
+        assert (at_last != in_turn).any()
+    with ParticipantGrid(window, face) as grid:
+        drawn_in_frame(grid, [0.2] * 4, ViewState(centred=False, zoom=2.0))
+        np.testing.assert_array_equal(window.read(), at_last)
+
+
+@pytest.mark.slow
+def test_a_new_layout_draws_all_cells_at_once(window: OffscreenWindow, face: FaceModel) -> None:
+    images = []
+    for earlier in ((4, ViewState()), None):
+        with ParticipantGrid(window, face) as grid:
+            grid.detail = DrawingDetail(interval=3)
+            for count, view in [earlier, (3, ViewState(stats=True))] if earlier else [(3, ViewState(stats=True))]:
+                window.begin()
+                grid.draw({i: motion() for i in range(count)}, view, 0.0)
+            images.append(window.read())
+    np.testing.assert_array_equal(images[0], images[1])
 
 
 def test_the_head_at_rest_leaves_room_for_hair() -> None:
