@@ -25,6 +25,7 @@ REFUSALS = {
     Refusal.LOCKED: "too many wrong codes: the receiver listens again in {wait:.0f} s",
     Refusal.FULL: "the receiver has no room for one more caller: try later",
     Refusal.BUSY: "the receiver is busy: trying again in {wait:.0f} s",
+    Refusal.IN_CALL: "the other end is in a call: trying again in {wait:.0f} s",
 }
 
 

@@ -21,7 +21,7 @@ SILENCE_S = 4.0  # a receiver reports twice a second: eight reports lost in a ro
 UNKNOWN_SESSION_SILENCE_S = 1.0
 NO_ANSWER_S = 5.0
 MIN_WAIT_S = 1.0
-_TEMPORARY = {Refusal.LOCKED, Refusal.BUSY}
+_TEMPORARY = {Refusal.LOCKED, Refusal.BUSY, Refusal.IN_CALL}
 
 
 class SenderSession:
@@ -30,7 +30,7 @@ class SenderSession:
     code : as normalise_code returns it
     random : n -> n random bytes
     dropped : datagrams dropped, by reason
-    stopped : whether the receiver refused for good: wrong code, or full
+    stopped : whether no more is tried: the receiver refused for good (wrong code, or full), or the session was closed
     """
 
     def __init__(
@@ -52,6 +52,16 @@ class SenderSession:
     def session(self) -> int | None:
         """The number of the session, None while there is none."""
         return self._active.sealing_key.session if self._active else None
+
+    @property
+    def active(self) -> ActiveSession | None:
+        """The session, None while there is none."""
+        return self._active
+
+    @property
+    def initiator(self) -> Initiator | None:
+        """The handshake in progress, if any."""
+        return self._initiator
 
     def receive_datagram(self, data: bytes, address: Address, now: float) -> None:
         """Process a datagram, whatever its bytes: at worst it is counted in `dropped`."""
@@ -83,6 +93,22 @@ class SenderSession:
         if self._active:
             self._active.sealing_key.acknowledge(counter)
 
+    def withdraw(self, reason: LossReason) -> None:
+        """End the session and the handshake in progress; another may begin."""
+        self._initiator = None
+        if self._active:
+            self._end(reason)
+
+    def close(self, reason: LossReason = LossReason.CLOSED) -> None:
+        """End the session and try no more."""
+        self.stopped = True
+        self.withdraw(reason)
+
+    def drop_unanswered_handshake(self) -> None:
+        """Stop the handshake in progress unless the receiver has answered it."""
+        if self._initiator and self._initiator.secrets is None:
+            self._initiator = None
+
     def datagrams_to_send(self, now: float) -> list[tuple[bytes, Address]]:
         """Return the datagrams of the handshake that are due."""
         self._handle_silence(now)
@@ -112,8 +138,7 @@ class SenderSession:
             raise DatagramError(DropReason.UNKNOWN_SESSION)
         counter, body = active.opening_key.open(packet)
         active.last_received = now
-        if self._initiator and self._initiator.secrets is None:
-            self._initiator = None
+        self.drop_unanswered_handshake()
         self._events.append(events.BodyReceived(packet.session, body, address, counter))
 
     def _receive_handshake(self, packet: HandshakePacket, now: float) -> None:

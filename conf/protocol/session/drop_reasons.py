@@ -21,6 +21,7 @@ class DropReason(StrEnum):
     SHARE = "share"  # not a point of the curve
     RATE = "rate"  # more hellos a second than are answered
     DIRECTION = "direction"  # a kind that this side never receives
+    GLARE = "glare"  # a call that has crossed ours, which goes on
 
 
 class DatagramError(ProtocolError):

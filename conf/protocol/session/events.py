@@ -14,6 +14,7 @@ class LossReason(StrEnum):
     REPLACED = "replaced"  # by a new handshake of the same sender
     EXHAUSTED = "exhausted"  # 2^32 datagrams sent
     CLOSED = "closed"  # closed on this side
+    HUNG_UP = "hung_up"  # by the peer
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class BodyReceived:
 
 @dataclass(frozen=True)
 class AddressChanged:
-    """At the receiver: the session's sender has a new address."""
+    """The session's peer has a new address."""
 
     session: int
     address: Address

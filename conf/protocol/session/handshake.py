@@ -44,6 +44,7 @@ class Refusal(IntEnum):
     LOCKED = 1  # too many wrong codes in the last minute: seconds to wait
     FULL = 2  # no free session: 0
     BUSY = 3  # too many handshakes in progress: seconds to wait
+    IN_CALL = 4  # in a call with somebody else: seconds to wait
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,7 @@ class HandshakeRefused:
 class Initiator:
     """One attempt at a handshake.
 
+    attempt : random bytes that identify it
     secrets : None until the receiver has answered the hello
     expires : when to replace the attempt by a new one
     """
@@ -51,7 +52,7 @@ class Initiator:
         self.expires = float("inf")
         self._due = start
         self._repeat_s = FIRST_REPEAT_S
-        self._attempt = random(ATTEMPT_BYTES)
+        self.attempt = random(ATTEMPT_BYTES)
         self._spake, self._share = sender_share(code, random)
         self._cookie = NO_COOKIE
 
@@ -62,15 +63,15 @@ class Initiator:
         self._due = now + self._repeat_s
         self._repeat_s = min(2 * self._repeat_s, MAX_REPEAT_S)
         if self.secrets is None:
-            return handshake_datagram(Kind.HELLO, self._attempt, self._cookie, self._share)
-        return handshake_datagram(Kind.CONFIRM, self._attempt, 0, proof(self.secrets.sender_proof, 0))
+            return handshake_datagram(Kind.HELLO, self.attempt, self._cookie, self._share)
+        return handshake_datagram(Kind.CONFIRM, self.attempt, 0, proof(self.secrets.sender_proof, 0))
 
     def receive(self, packet: HandshakePacket, now: float) -> HandshakeDone | HandshakeRefused | None:
         """Apply the receiver's answer. Raises DatagramError if it is not one to the last datagram of this attempt."""
         if packet.kind not in {Kind.RETRY, Kind.ANSWER, Kind.DONE, Kind.REFUSED}:
             raise DatagramError(DropReason.DIRECTION)
         attempt, *fields = packet.fields
-        if attempt != self._attempt:
+        if attempt != self.attempt:
             raise DatagramError(DropReason.UNKNOWN_ATTEMPT)
         if packet.kind is Kind.DONE:
             return self._receive_done(*fields)
@@ -92,7 +93,7 @@ class Initiator:
     def _receive_answer(self, share: bytes, now: float) -> None:
         if self.secrets is not None:
             raise DatagramError(DropReason.REPLAYED)
-        self.secrets = sender_secrets(self._spake, self._attempt, (self._share, share))
+        self.secrets = sender_secrets(self._spake, self.attempt, (self._share, share))
         self.expires = now + CONFIRM_TIMEOUT_S
         self._send_at_once(now)
 

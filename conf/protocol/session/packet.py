@@ -16,8 +16,8 @@ from enum import IntEnum
 from struct import Struct
 from typing import Any
 
-from conf.protocol.sequence import unwrap
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
+from conf.protocol.session.sequence import unwrap
 
 VERSION = 3
 MAX_DATAGRAM = 1200

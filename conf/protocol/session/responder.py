@@ -26,35 +26,49 @@ ANSWERS_PER_SECOND = 5.0
 ANSWER_BURST = 10.0
 BUSY_WAIT_S = 2
 
-# (secrets, address, now) -> the new session's number, or None if there is no room
-Accept = Callable[[SessionSecrets, Address, float], int | None]
+# (address, now) -> why no session would be accepted, and the refusal's number; None if one would
+Refuse = Callable[[Address, float], tuple[Refusal, float] | None]
 
 
 @dataclass
 class Attempt:
-    """A handshake in progress or, once it has an outcome (DONE or REFUSED), remembered for repetitions."""
+    """A handshake in progress or, once it has an outcome (DONE or REFUSED), remembered for repetitions.
 
+    name : the initiator's random bytes; begun : when its hello was answered
+    """
+
+    name: bytes
+    begun: float
     address: Address
     share: bytes
     secrets: SessionSecrets
     answer: bytes
-    expires: float
     outcome: bytes | None = None
+
+    @property
+    def expires(self) -> float:
+        """When to forget it."""
+        return self.begun + ATTEMPT_LIFE_S
+
+
+# (attempt, address, now) -> the new session's number, or None if there is no room.
+# Raises DatagramError if the attempt must not become a session now; its confirm then counts as not received.
+Accept = Callable[[Attempt, Address, float], int | None]
 
 
 class Responder:
     """Answer hellos and confirms.
 
-    has_room : whether a session would be accepted from an address
-    accept : called with the secrets of a handshake whose proof was right
+    refuse : why a session would not be accepted from an address
+    accept : called with an attempt whose proof was right
     """
 
-    def __init__(self, code: str, random: RandomBytes, *, has_room: Callable[[Address], bool], accept: Accept) -> None:
+    def __init__(self, code: str, random: RandomBytes, *, refuse: Refuse, accept: Accept) -> None:
         self.limit = AttemptLimit()
         self.attempts: dict[bytes, Attempt] = {}
         self._code = code
         self._random = random
-        self._has_room = has_room
+        self.refuse = refuse
         self._accept = accept
         self._cookies = CookieFactory(random)
         self._retries = TokenBucket(RETRIES_PER_SECOND, RETRIES_PER_SECOND)
@@ -92,7 +106,7 @@ class Responder:
         if wait := self.limit.wait(now):  # locked: the proof is not even checked
             return _refused(name, Refusal.LOCKED, wait), None
         if hmac.compare_digest(mac, proof(attempt.secrets.sender_proof, 0)):
-            attempt.outcome = self._finish(name, attempt.secrets, address, now)
+            attempt.outcome = self._finish(attempt, address, now)
             return attempt.outcome, None
         self.limit.record(now)
         tries_left = self.limit.tries_left(now)
@@ -102,8 +116,8 @@ class Responder:
     def _refusal(self, name: bytes, address: Address, now: float) -> bytes | None:
         if wait := self.limit.wait(now):
             return _refused(name, Refusal.LOCKED, wait)
-        if not self._has_room(address):
-            return _refused(name, Refusal.FULL, 0)
+        if refusal := self.refuse(address, now):
+            return _refused(name, *refusal)
         self.expire(now)
         hosts = [attempt.address[0] for attempt in self.attempts.values() if attempt.outcome is None]
         is_full = len(self.attempts) >= MAX_ATTEMPTS or hosts.count(address[0]) >= MAX_ATTEMPTS_PER_HOST
@@ -114,14 +128,14 @@ class Responder:
     def _begin(self, name: bytes, share: bytes, address: Address, now: float) -> bytes:
         secrets, own_share = receiver_secrets(self._code, name, share, self._random)
         answer = handshake_datagram(Kind.ANSWER, name, own_share)
-        self.attempts[name] = Attempt(address, share, secrets, answer, now + ATTEMPT_LIFE_S)
+        self.attempts[name] = Attempt(name, now, address, share, secrets, answer)
         return answer
 
-    def _finish(self, name: bytes, secrets: SessionSecrets, address: Address, now: float) -> bytes:
-        session = self._accept(secrets, address, now)
+    def _finish(self, attempt: Attempt, address: Address, now: float) -> bytes:
+        session = self._accept(attempt, address, now)
         if session is None:
-            return _refused(name, Refusal.FULL, 0)
-        return handshake_datagram(Kind.DONE, name, session, proof(secrets.receiver_proof, session))
+            return _refused(attempt.name, *(self.refuse(address, now) or (Refusal.FULL, 0.0)))
+        return handshake_datagram(Kind.DONE, attempt.name, session, proof(attempt.secrets.receiver_proof, session))
 
 
 def _refused(name: bytes, refusal: Refusal, number: float) -> bytes:

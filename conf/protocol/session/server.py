@@ -1,13 +1,14 @@
 """The receiver's side: many sessions over one socket, told apart by the number in each datagram. No I/O, no clock."""
 
 from collections import Counter, deque
+from collections.abc import Callable
 
 from conf.protocol.address import Address
 from conf.protocol.rate_control.rate_limit import TokenBucket
 from conf.protocol.session import events
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.events import Event, LossReason
-from conf.protocol.session.handshake import RandomBytes, SessionSecrets
+from conf.protocol.session.handshake import RandomBytes, Refusal
 from conf.protocol.session.packet import (
     MAX_SESSION,
     DataPacket,
@@ -16,7 +17,7 @@ from conf.protocol.session.packet import (
     handshake_datagram,
     parse_datagram,
 )
-from conf.protocol.session.responder import Responder
+from conf.protocol.session.responder import Attempt, Refuse, Responder
 from conf.protocol.session.seal import EPOCH_LENGTH, ActiveSession, CounterExhausted, SealedDatagram
 
 MAX_SESSIONS = 9
@@ -34,15 +35,27 @@ class SessionServer:
     """
 
     def __init__(
-        self, code: str, random: RandomBytes, *, max_sessions: int = MAX_SESSIONS, epoch_length: int = EPOCH_LENGTH
+        self,
+        code: str,
+        random: RandomBytes,
+        *,
+        max_sessions: int = MAX_SESSIONS,
+        epoch_length: int = EPOCH_LENGTH,
+        refuse: Refuse | None = None,
+        admit: Callable[[Attempt], None] | None = None,
     ) -> None:
+        """refuse : why a caller at an address is refused, None for FULL if all sessions are in use
+
+        admit : called with an attempt whose proof was right; raises DatagramError to disregard it
+        """
         if not 1 <= max_sessions <= MAX_SESSION:
             raise ValueError(f"max_sessions must be from 1 to {MAX_SESSION}")
         self.dropped: Counter[DropReason] = Counter()
         self.sessions: dict[int, ActiveSession] = {}
         self._max_sessions = max_sessions
         self._epoch_length = epoch_length
-        self._responder = Responder(code, random, has_room=self._has_room, accept=self._accept)
+        self._responder = Responder(code, random, refuse=refuse or self._refuse, accept=self._accept)
+        self._admit = admit
         self._unknown_replies = TokenBucket(UNKNOWN_REPLIES_PER_SECOND, UNKNOWN_REPLIES_PER_SECOND)
         self._next_session = random(1)[0] % (MAX_SESSION + 1)
         self._events: deque[Event] = deque()
@@ -80,11 +93,11 @@ class SessionServer:
         if session in self.sessions:
             self.sessions[session].sealing_key.acknowledge(counter)
 
-    def close(self, session: int) -> None:
+    def close(self, session: int, reason: LossReason = LossReason.CLOSED) -> None:
         """End a session if it has not ended yet."""
         if session in self.sessions:
             self._closed[session] = self.sessions[session]
-            self._drop(session, LossReason.CLOSED)
+            self._drop(session, reason)
 
     def datagrams_to_send(self, now: float) -> list[tuple[bytes, Address]]:
         """Return the datagrams of the handshakes, and end the sessions that have been silent too long."""
@@ -127,20 +140,23 @@ class SessionServer:
         else:
             raise DatagramError(DropReason.DIRECTION)
 
-    def _has_room(self, address: Address) -> bool:
+    def _refuse(self, address: Address, now: float) -> tuple[Refusal, float] | None:
         others = sum(peer.address != address for peer in self.sessions.values())
-        return others < self._max_sessions
+        return None if others < self._max_sessions else (Refusal.FULL, 0.0)
 
-    def _accept(self, secrets: SessionSecrets, address: Address, now: float) -> int | None:
-        if not self._has_room(address):
+    def _accept(self, attempt: Attempt, address: Address, now: float) -> int | None:
+        if self._responder.refuse(address, now):
             return None
-        for session in [s for s, peer in self.sessions.items() if peer.address == address]:
+        if self._admit:
+            self._admit(attempt)
+        replaced = [s for s, peer in self.sessions.items() if peer.address == address or self._max_sessions == 1]
+        for session in replaced:
             self._drop(session, LossReason.REPLACED)
         while self._next_session in self.sessions:
             self._next_session = (self._next_session + 1) % (MAX_SESSION + 1)
         session = self._next_session
         self._next_session = (session + 1) % (MAX_SESSION + 1)
-        both = secrets.from_receiver, secrets.from_sender
+        both = attempt.secrets.from_receiver, attempt.secrets.from_sender
         self._closed.pop(session, None)
         self.sessions[session] = ActiveSession(session, both, address, now, epoch_length=self._epoch_length)
         self._events.append(events.Connected(session, address))

@@ -5,13 +5,14 @@ import pytest
 from conf.protocol.address import Address
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.flood_protection import MAX_WRONG_CODES
-from conf.protocol.session.handshake import Refusal, SessionSecrets, proof, sender_secrets, sender_share
+from conf.protocol.session.handshake import Refusal, proof, sender_secrets, sender_share
 from conf.protocol.session.packet import FIELDS, HandshakePacket, Kind, parse_datagram
 from conf.protocol.session.responder import (
     ANSWER_BURST,
     ATTEMPT_LIFE_S,
     MAX_ATTEMPTS_PER_HOST,
     RETRIES_PER_SECOND,
+    Attempt,
     Responder,
     _refused,
 )
@@ -48,7 +49,9 @@ def read(data: bytes) -> HandshakePacket:
 
 
 def responder(*, room: bool = True) -> Responder:
-    return Responder(CODE, seeded("responder"), has_room=lambda _: room, accept=lambda *_: 5)
+    return Responder(
+        CODE, seeded("responder"), refuse=lambda *_: None if room else (Refusal.FULL, 0), accept=lambda *_: 5
+    )
 
 
 def test_no_answer_is_larger_than_its_request() -> None:
@@ -81,15 +84,14 @@ def test_the_server_is_asked_with_the_secrets_and_the_address_of_the_confirm() -
     asked: list[tuple[object, ...]] = []
     rooms: list[Address] = []
 
-    def has_room(address: Address) -> bool:
+    def refuse(address: Address, _now: float) -> None:
         rooms.append(address)
-        return True
 
-    def accept(secrets: SessionSecrets, address: Address, now: float) -> int:
-        asked.append((secrets, address, now))
+    def accept(attempt: Attempt, address: Address, now: float) -> int:
+        asked.append((attempt.secrets, address, now))
         return 5
 
-    caller = Caller(Responder(CODE, seeded("responder"), has_room=has_room, accept=accept), 1)
+    caller = Caller(Responder(CODE, seeded("responder"), refuse=refuse, accept=accept), 1)
     answer = caller.hello_twice(0.5)
     expected = sender_secrets(caller.spake, caller.name, (caller.share, answer.fields[1]))
     caller.address = ELSEWHERE
@@ -186,7 +188,7 @@ def test_cookies_are_rate_limited() -> None:
 
 @pytest.mark.slow
 def test_an_attempt_expires_after_its_life_and_no_room_at_the_end_is_a_refusal() -> None:
-    side = Responder(CODE, seeded("responder"), has_room=lambda _: True, accept=lambda *_: None)
+    side = Responder(CODE, seeded("responder"), refuse=lambda *_: None, accept=lambda *_: None)
     caller = Caller(side, 1)
     answer = caller.hello_twice(0.0)
     side.expire(ATTEMPT_LIFE_S - 0.1)

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.protocol.sequence import unwrap
+from conf.protocol.session.sequence import unwrap
 
 
 @pytest.mark.slow
