@@ -2,7 +2,7 @@
 # make test    the same, then the tests
 # make quick   the tests without the slow ones: half a minute on two cores
 # make check   the tests with their coverage, and everything else that CI runs
-# make mutate  mutation testing of modules, each with its own test: make mutate ARGS="protocol/sequence face/deformation"
+# make mutate  mutation testing of modules, each with its own test: make mutate ARGS="protocol/session/sequence face/deformation"
 # make api     pages from the docstrings, in build/api
 # make doctor  what works on this machine and what does not
 

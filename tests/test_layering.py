@@ -82,7 +82,7 @@ PURE_STANDARD_LIBRARY = {
         "typing",
         "warnings",
     ),
-    *("urllib", "zipfile", "zlib"),
+    *("unicodedata", "urllib", "zipfile", "zlib"),
 }
 PURE_IMPORTS = {
     "face": PURE_STANDARD_LIBRARY | {"pathlib", "numpy", "scipy"},

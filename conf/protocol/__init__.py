@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from conf.lazy import lazy_attributes
 
 _SOURCES = {
+    "CallEndpoint": "call_endpoint",
     "CallLeg": "call_leg",
     "Decoder": "codec.decoder",
     "Encoder": "codec.encoder",
@@ -36,6 +37,7 @@ _SOURCES = {
 }
 
 if TYPE_CHECKING:
+    from conf.protocol.call_endpoint import CallEndpoint as CallEndpoint
     from conf.protocol.call_leg import CallLeg as CallLeg
     from conf.protocol.codec.decoder import Decoder as Decoder
     from conf.protocol.codec.encoder import Encoder as Encoder

@@ -10,8 +10,9 @@ from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.rate_control.send_budget import RateOptions
 from conf.protocol.receive_leg import ReceiveLeg
 from conf.protocol.send_leg import LinkStatus, SendLeg
+from conf.protocol.session.call_session import CallSession
 from conf.protocol.session.client import SenderSession
-from conf.protocol.session.events import BodyReceived, Connected, Event, SessionEnded
+from conf.protocol.session.events import BodyReceived, Connected, Event, LossReason, SessionEnded
 from conf.protocol.statistics import HEADER_BYTES, RateWindow
 from conf.protocol.voice.formats import VoiceFormat, VoicePacket, VoiceState
 
@@ -25,7 +26,7 @@ class SenderConnection:
 
     def __init__(
         self,
-        session: SenderSession,
+        session: SenderSession | CallSession,
         parameters: StreamParameters,
         now: float,
         *,
@@ -40,6 +41,7 @@ class SenderConnection:
         self._send = SendLeg(parameters, now, rate=rate, portrait=portrait)
         self._leg = CallLeg(send=self._send, sealed_bytes=session.sealed_bytes)
         self._two_way = two_way
+        self._calls = 0
         self.outbound = self._send.motion
         self._events: deque[Event] = deque()
 
@@ -95,18 +97,27 @@ class SenderConnection:
     def _process_events(self, wire_bytes: int, now: float) -> None:
         """Apply the session's events. wire_bytes : of the datagram in which a body arrived"""
         while event := self._session.next_event():
-            match event:
-                case BodyReceived(body=body, counter=counter):
-                    if (acknowledged := self._leg.receive_body(body, counter, wire_bytes, now)) is not None:
-                        self._session.acknowledge(acknowledged)
-                    continue
-                case Connected():
-                    self.stream = ReceiveLeg() if self._two_way else None
-                    self._leg = CallLeg(send=self._send, receive=self.stream, sealed_bytes=self._session.sealed_bytes)
-                    self._send.start(now)
-                case SessionEnded():
-                    self._send.stop()
+            if isinstance(event, BodyReceived):
+                self._receive_body(event, wire_bytes, now)
+                continue
+            self._apply(event, now)
             self._events.append(event)
+
+    def _receive_body(self, event: BodyReceived, wire_bytes: int, now: float) -> None:
+        if (acknowledged := self._leg.receive_body(event.body, event.counter, wire_bytes, now)) is not None:
+            self._session.acknowledge(acknowledged)
+        if self._leg.ended:
+            self._session.close(LossReason.HUNG_UP)
+
+    def _apply(self, event: Event, now: float) -> None:
+        match event:
+            case Connected():
+                self._calls += 1
+                self.stream = ReceiveLeg(receiver_id=self._calls) if self._two_way else None
+                self._leg = CallLeg(send=self._send, receive=self.stream, sealed_bytes=self._session.sealed_bytes)
+                self._send.start(now)
+            case SessionEnded():
+                self._send.stop()
 
     def _seal(self, bodies: list[OutgoingBody], now: float) -> list[tuple[bytes, Address]]:
         datagrams = []

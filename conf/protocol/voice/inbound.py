@@ -9,7 +9,7 @@ it, which fill a gap if they come in time.
 from conf.errors import ProtocolError
 from conf.protocol.messages import VoiceFormatMessage, VoicePayload, VoiceStateMessage
 from conf.protocol.playout_clock import Medium, PlayoutClock
-from conf.protocol.sequence import unwrap
+from conf.protocol.session.sequence import unwrap
 from conf.protocol.stream_clock import PeerStreamClock
 from conf.protocol.voice.formats import GRID_MS, MAX_NOISE_LEVEL, VoiceFormat, VoiceFrame, VoiceState
 from conf.protocol.voice.packing import unpack_frames

@@ -1,0 +1,103 @@
+"""One end of a call of two: it calls or is called, sends and receives. No I/O, no clock."""
+
+from dataclasses import replace
+
+from conf.protocol.address import Address
+from conf.protocol.call_report import CallLog, CallReport
+from conf.protocol.messages import Presence, StreamParameters
+from conf.protocol.participant.state import CameraState, RemoteState
+from conf.protocol.portrait.object_sender import ObjectSender
+from conf.protocol.rate_control.send_budget import RateOptions
+from conf.protocol.receive_leg import ReceiveLeg
+from conf.protocol.sender_connection import SenderConnection
+from conf.protocol.session.call_session import CallSession
+from conf.protocol.session.events import AddressChanged, Connected, Event, LossReason, SessionEnded
+from conf.protocol.session.handshake import RandomBytes
+from conf.protocol.statistics import TrafficSnapshot, merge_snapshots
+from conf.protocol.voice.formats import VoiceState
+
+
+class CallEndpoint(SenderConnection):
+    """A sender connection that also receives and can be called.
+
+    streams : the receiving half of the call by session number, empty while there is no call
+    """
+
+    def __init__(
+        self,
+        *,
+        code: str,
+        parameters: StreamParameters,
+        now: float,
+        random: RandomBytes,
+        remote: Address | None = None,
+        rate: RateOptions | None = None,
+        portrait: ObjectSender | None = None,
+        name: str = "",
+    ) -> None:
+        """remote : whom to call, None to wait to be called
+
+        code : as normalise_code returns it; random : n -> n random bytes; name : of this participant
+        """
+        self._call = CallSession(code, random, now, remote=remote)
+        super().__init__(self._call, parameters, now, rate=rate, portrait=portrait, two_way=True)
+        self.streams: dict[int, ReceiveLeg] = {}
+        self._log = CallLog()
+        self._ended_rejected = 0
+
+    @property
+    def rejected(self) -> int:
+        """Number of datagrams dropped, for whatever reason."""
+        running = sum(leg.rejected for leg in self.streams.values())
+        return self._call.dropped.total() + self._ended_rejected + running
+
+    @property
+    def callers(self) -> set[Address]:
+        """The address of the peer, if there is a call."""
+        return {self._call.peer} if self._call.peer else set()
+
+    @property
+    def remote_state(self) -> RemoteState:
+        """The state of the other participant, as far as known."""
+        if not self.streams:
+            return RemoteState("", CameraState.OFF, VoiceState.OFF, None)
+        (stream,) = self.streams.values()
+        camera = CameraState.NO_FACE if stream.motion.presence is Presence.NO_FACE else CameraState.ON
+        return RemoteState("", camera, stream.voice.state, None)
+
+    def send_camera_off(self, now: float) -> None:
+        """Announce that the camera is off. Nothing of the face is sent until the next frame."""
+
+    def snapshot(self, now: float) -> TrafficSnapshot:
+        """Return the traffic figures of the call; of a silent peer without rates, jitter and delay."""
+        figures = [leg.snapshot(now) for leg in self.streams.values()]
+        if any(leg.is_silent(now) for leg in self.streams.values()):
+            figures = [replace(f, raw_kbps=0.0, jitter_ms=0.0, playout_delay_ms=0.0) for f in figures]
+        return replace(merge_snapshots(figures), rejected=self.rejected)
+
+    def report(self, now: float) -> CallReport:
+        """Return the figures of all calls so far, ended ones included."""
+        running = {session: leg.snapshot(now) for session, leg in self.streams.items()}
+        return replace(self._log.report(running, now), rejected=self.rejected)
+
+    def close(self, now: float) -> list[tuple[bytes, Address]]:
+        """Return the datagrams that end the call, which is over then."""
+        datagrams = super().close(now)
+        self._call.close()
+        self._process_events(0, now)
+        return datagrams
+
+    def _apply(self, event: Event, now: float) -> None:
+        super()._apply(event, now)
+        match event:
+            case Connected(session=session, address=address):
+                assert self.stream
+                self.streams[session] = self.stream
+                self._log.on_connected(session, address, now)
+            case AddressChanged(session=session, address=address):
+                self._log.on_address_changed(session, address)
+            case SessionEnded(session=session, reason=reason):
+                leg = self.streams.pop(session)
+                was_there = leg.last_received if reason is LossReason.IDLE else now
+                self._log.on_ended(session, leg.snapshot(now), now if was_there is None else was_there)
+                self._ended_rejected += leg.rejected

@@ -1,0 +1,1 @@
+"""What the ends of a call say about their persons: name and camera."""
