@@ -94,6 +94,7 @@ def test_who_hangs_up_ends_the_call_at_both_ends(who: int) -> None:
     (first, last) = link.events_of(left)
     assert isinstance(first, Connected) and last == SessionEnded(first.session, LossReason.HUNG_UP)
     assert not leaving.streams and not left.streams
+    assert left.rejected == 0, "the second bye is no fault"
     assert not left.status(link.now).connected
     report = left.report(link.now)
     assert report.frames_received > 20 and [row.connected for row in report.callers] == [False]

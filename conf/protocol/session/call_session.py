@@ -122,7 +122,7 @@ class CallSession:
         first, third = data[:1], data[2:3]
         if first == bytes((HANDSHAKE_PREFIX,)):
             return bool(third) and third[0] in _ANSWERS
-        return first == bytes((DATA_PREFIX,)) and bool(third) and third[0] == self._caller.session
+        return first == bytes((DATA_PREFIX,)) and bool(third) and self._caller.has_session(third[0])
 
     def _is_called(self, now: float) -> bool:
         """Return whether the peer has called and is heard."""

@@ -43,6 +43,7 @@ class SenderSession:
         self._random = random
         self._epoch_length = epoch_length
         self._active: ActiveSession | None = None
+        self._closed: ActiveSession | None = None  # whose last datagrams may still arrive
         self._initiator: Initiator | None = Initiator(code, random, now)
         self._trying_since = now
         self._no_answer_reported = False
@@ -102,7 +103,12 @@ class SenderSession:
     def close(self, reason: LossReason = LossReason.CLOSED) -> None:
         """End the session and try no more."""
         self.stopped = True
+        self._closed = self._active
         self.withdraw(reason)
+
+    def has_session(self, number: int) -> bool:
+        """Return whether the session has this number, or had it before it was closed."""
+        return any(a is not None and a.sealing_key.session == number for a in (self._active, self._closed))
 
     def drop_unanswered_handshake(self) -> None:
         """Stop the handshake in progress unless the receiver has answered it."""
@@ -134,6 +140,9 @@ class SenderSession:
 
     def _receive_data(self, packet: DataPacket, address: Address, now: float) -> None:
         active = self._active
+        if active is None and self._closed and self.has_session(packet.session):
+            self._closed.opening_key.open(packet)
+            return
         if active is None or packet.session != self.session:
             raise DatagramError(DropReason.UNKNOWN_SESSION)
         counter, body = active.opening_key.open(packet)
