@@ -46,6 +46,11 @@ class PlayoutClock:
         self._transits: dict[Medium, deque[tuple[float, float]]] = {}  # (arrival, arrival - timestamp)
         self._offset: float | None = None
 
+    @property
+    def has_started(self) -> bool:
+        """Whether anything has arrived."""
+        return self._offset is not None
+
     def on_arrival(self, timestamp: float, now: float, *, medium: Medium = Medium.MOTION) -> None:
         """Adapt the delay to content that arrives at `now`. timestamp : capture time of the oldest of it"""
         if self._offset is not None and abs(now - timestamp - self._offset) > CLOCK_RESET_S:

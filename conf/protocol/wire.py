@@ -203,7 +203,7 @@ def _decode_voice_state(data: bytes) -> VoiceStateMessage:
     return VoiceStateMessage(VoiceState(data[0]), data[1])
 
 
-_VOICE_STATES = {VoiceState.OFF.value, VoiceState.SILENT.value}  # that somebody talks, the packets tell
+_VOICE_STATES = {state.value for state in VoiceState if state is not VoiceState.TALKING}  # the packets tell that
 _PRESENCES = {presence.value for presence in Presence}
 _ENCODERS: dict[type, tuple[int, Callable[[Any], bytes]]] = {
     StreamParameters: (PARAMETERS, _encode_parameters),

@@ -72,7 +72,7 @@ class CallStatsCollector:
             round_trip_ms=max((call.round_trip_ms for call in calls if call.round_trip_ms is not None), default=None),
             history=tuple(self._history),
             history_seconds=len(self._history) * HISTORY_INTERVAL_S,
-            voice=voice_status(self._endpoint.streams, self._sound),
+            voice=voice_status(self._endpoint.streams, self._sound, now),
         )
 
 

@@ -47,6 +47,8 @@ FIXED: dict[bytes, SingleBody] = {
     bytes((8, *msgpack.packb([0, "x" * 16, 1, 1000, 1, 1]))): VoiceFormatMessage(0, SLOWEST),
     b"\x09\0\x7f": VoiceStateMessage(VoiceState.OFF, 127),
     b"\x09\1\0": VoiceStateMessage(VoiceState.SILENT, 0),
+    b"\x09\3\x7f": VoiceStateMessage(VoiceState.MUTED, 127),
+    b"\x09\4\x7f": VoiceStateMessage(VoiceState.NO_ROOM, 127),
 }
 VARIABLE: dict[bytes, Body] = {
     b"\xcd\1\2\3": MotionPayload(77, b"\1\2\3"),

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.protocol.statistics import MediaBytes, TrafficSnapshot
+from conf.protocol.voice.formats import VoiceState
 from conf.receiver.call_stats import CallStats
 from conf.receiver.stats_overlay import (
     MARGIN,
@@ -22,7 +23,7 @@ from conf.receiver.stats_overlay import (
     stats_size,
     voice_lines,
 )
-from conf.receiver.voice.voice_status import CONCEALED, MICROPHONE_OFF, VoiceStatus
+from conf.receiver.voice.voice_status import CONCEALED, REASONS, VoiceStatus
 from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.image_measures import Pixels, box
@@ -138,7 +139,7 @@ def test_the_panel_tells_volume_mute_and_the_state_of_the_voice() -> None:
     assert voice_lines(STATS) == []
     assert voice_lines(replace(STATS, voice=VoiceStatus(volume_db=-3.0))) == [("voice", ""), ("sound", "volume -3 dB")]
     assert voice_lines(replace(STATS, voice=VoiceStatus(notes={1: CONCEALED})))[0] == ("voice", "concealed")
-    off = VoiceStatus(muted=True, notes={1: MICROPHONE_OFF})
+    off = VoiceStatus(muted=True, notes={1: REASONS[VoiceState.OFF]})
     assert voice_lines(replace(STATS, voice=off)) == [("voice", "microphone off"), ("sound", "off")]
 
 

@@ -61,6 +61,7 @@ BODIES: dict[str, Body] = {
     "voice_fixed": VoicePayload(300, True, 2, _frames("voice_fixed")),
     "voice_variable": VoicePayload(303, False, 0, _frames("voice_variable")),
     "voice_state": VoiceStateMessage(VoiceState.SILENT, 62),
+    "voice_state_muted": VoiceStateMessage(VoiceState.MUTED, 127),
     "composite": Composite((REPORT, MotionPayload(77, b"\x01\x02\x03"), VoicePayload(303, False, 0, b"\x0a"))),
     "composite_long": Composite((MotionPayload(77, bytes(range(1, 50))), Bye())),
 }
@@ -110,6 +111,7 @@ def invalid() -> dict[str, bytes]:
         "voice_format_flags_4": good["voice_format_fixed"][:-1] + b"\x04",
         "voice_format_without_name": b"\x08\x96\x02\xa0" + good["voice_format_fixed"][10:],
         "voice_state_2": b"\x09\x02" + good["voice_state"][2:],
+        "voice_state_5": b"\x09\x05" + good["voice_state"][2:],
         "voice_state_noise_128": good["voice_state"][:2] + b"\x80",
     }
 

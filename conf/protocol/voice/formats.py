@@ -100,6 +100,8 @@ class VoiceFrame:
 class VoiceState(Enum):
     """What a microphone does."""
 
-    OFF = 0  # none, or muted
+    OFF = 0  # there is none, or it has failed
     SILENT = 1  # open, and nobody talks: the receiver plays comfort noise
     TALKING = 2
+    MUTED = 3  # by its user
+    NO_ROOM = 4  # open, but the limit of the rate leaves no room for voice

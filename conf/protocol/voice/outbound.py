@@ -49,7 +49,7 @@ class OutboundVoice:
         self._in_flight: OrderedDict[int, OutgoingBody] = OrderedDict()  # by datagram counter
         self._acknowledged_formats: set[VoiceFormatMessage] = set()
         self._announcement: VoiceStateMessage | None = None  # a state that the receiver may not know
-        if self.state is VoiceState.SILENT:
+        if self.state not in (VoiceState.OFF, VoiceState.TALKING):  # the receiver assumes one, packets tell the other
             self._announcement = VoiceStateMessage(self.state, self._noise_level)
         self._announcement_due = float("-inf")
 

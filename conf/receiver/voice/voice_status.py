@@ -9,13 +9,18 @@ from conf.receiver.voice.call_sound import CallSound
 from conf.receiver.voice.voice_mixer import VoiceStream
 
 CONCEALED = "voice concealed"
-MICROPHONE_OFF = "microphone off"
+REASONS = {  # why there is no voice
+    VoiceState.OFF: "microphone off",
+    VoiceState.MUTED: "microphone muted",
+    VoiceState.NO_ROOM: "no room for voice",
+}
+START_S = 2.0  # of a stream, for which its first voice or state may be on its way
 QUIETEST_DBFS, LOUDEST_DBFS = -60.0, 0.0  # the ends of a level meter
 
 
 @dataclass(frozen=True)
 class VoiceStatus:
-    """The sound of the callers who have sent voice.
+    """The sound of the callers.
 
     level_dbfs : of the loudest voice now, as it arrives; muted, volume_db : what the viewer has chosen
     loudest : session of who speaks, None if nobody does
@@ -38,22 +43,30 @@ class VoiceStatus:
     def note(self) -> str:
         """The most serious of the notes, empty without any."""
         texts = set(self.notes.values())
-        return next((text for text in (CONCEALED, MICROPHONE_OFF) if text in texts), "")
+        return next((text for text in (CONCEALED, *REASONS.values()) if text in texts), "")
 
 
-def voice_status(streams: Mapping[int, VoiceStream], sound: CallSound | None) -> VoiceStatus | None:
-    """Return what to show, None if no sound is played or nobody has sent voice."""
+def voice_status(streams: Mapping[int, VoiceStream], sound: CallSound | None, now: float) -> VoiceStatus | None:
+    """Return what to show, None if no sound is played or there is nothing to say about a voice."""
     if sound is None:
         return None
     mixer = sound.mixer
     with sound.lock:
         voices, concealing, loudest = dict(mixer.participants), mixer.concealing, mixer.loudest
-    if not voices:
+    known = {s: stream.voice.state for s, stream in streams.items() if s in voices or _is_known(stream, now)}
+    notes = {session: REASONS[state] for session, state in known.items() if state in REASONS}
+    notes |= dict.fromkeys(concealing, CONCEALED)
+    if not voices and not notes:
         return None
-    off = [s for s in voices if s in streams and streams[s].voice.state is VoiceState.OFF]
-    notes = dict.fromkeys(off, MICROPHONE_OFF) | dict.fromkeys(concealing, CONCEALED)
-    level = max(voice.level_dbfs for voice in voices.values())
+    level = max((voice.level_dbfs for voice in voices.values()), default=SILENCE_DBFS)
     return VoiceStatus(level, mixer.muted, mixer.volume_db, loudest, notes)
+
+
+def _is_known(stream: VoiceStream, now: float) -> bool:
+    """Return whether a stream's voice state is known: without a message for a while, there is no microphone."""
+    return stream.voice.state is not VoiceState.OFF or (
+        stream.clock.has_started and stream.clock.playhead(now) > START_S
+    )
 
 
 class UnknownCodecs:

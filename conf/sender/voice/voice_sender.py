@@ -41,7 +41,7 @@ class VoiceOutlet(Protocol):
 class VoiceSender:
     """The voice of one caller.
 
-    muted : the microphone is read but nothing of it is sent
+    muted : the microphone is read but nothing of it is sent, nor what it captured before the change
     level_dbfs : of the newest 10 ms, after cleaning
     """
 
@@ -67,11 +67,12 @@ class VoiceSender:
         for captured in self._source.read(until):
             for block in self._processor.process(captured):
                 self._append(block)
+        if self.muted or outlet.voice_format is None:
+            self._blocks.clear()
+            outlet.set_voice_state(VoiceState.MUTED if self.muted else VoiceState.NO_ROOM, now)
+            return
         while (voice_format := outlet.voice_format) and self._send_packet(voice_format, outlet, now):
             pass
-        if voice_format is None:
-            self._blocks.clear()
-            outlet.set_voice_state(VoiceState.OFF, now)
         while len(self._blocks) * BLOCK_S > MAX_BUFFERED_S:
             self._blocks.popleft()
 
@@ -103,9 +104,7 @@ class VoiceSender:
         if len(self._blocks) < count:
             return False
         packet = [self._blocks.popleft() for _ in range(count)]
-        if self.muted:
-            outlet.set_voice_state(VoiceState.OFF, now)
-        elif not any(block.active for block in packet):
+        if not any(block.active for block in packet):
             outlet.set_voice_state(VoiceState.SILENT, now, noise_level=self._noise_level())
         else:
             outlet.set_voice_state(VoiceState.TALKING, now, noise_level=self._noise_level())

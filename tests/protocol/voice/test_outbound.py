@@ -186,6 +186,14 @@ def test_the_acknowledgement_of_an_earlier_state_like_it_is_not_enough() -> None
     assert len(states(voice, 0.0)) == 1
 
 
+@pytest.mark.parametrize("state", [VoiceState.SILENT, VoiceState.MUTED, VoiceState.NO_ROOM])
+def test_a_new_session_is_told_why_no_voice_comes(state: VoiceState) -> None:
+    voice = OutboundVoice()
+    voice.set_state(state, 127, 0.0)
+    voice.restart()
+    assert [o.voice_state for o in states(voice, 0.0)] == [VoiceStateMessage(state, 127)]
+
+
 def test_voice_after_silence_begins_a_spurt_even_without_a_gap() -> None:
     voice = OutboundVoice()
     sent(voice, [0.0])

@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 
 from conf.protocol.voice.formats import VoiceFormat, VoiceFrame, VoiceState
+from conf.protocol.voice.inbound import InboundVoice
 from conf.receiver.voice.call_sound import ClipSound
 from conf.receiver.voice.voice_mixer import VoiceMixer
-from conf.receiver.voice.voice_status import CONCEALED, MICROPHONE_OFF, UnknownCodecs, VoiceStatus, voice_status
+from conf.receiver.voice.voice_status import CONCEALED, REASONS, UnknownCodecs, VoiceStatus, voice_status
 from tests.receiver.voice.test_voice_mixer import SilentVoice, Stream
+
+NOW = 1.0
 
 
 def rendered(streams: dict[int, Stream], seconds: float = 0.5) -> ClipSound:
@@ -18,27 +21,47 @@ def rendered(streams: dict[int, Stream], seconds: float = 0.5) -> ClipSound:
 
 
 def test_without_sound_or_without_a_voice_nothing_is_shown() -> None:
-    assert voice_status({1: Stream()}, None) is None
-    assert voice_status({}, rendered({})) is None
+    assert voice_status({1: Stream()}, None, NOW) is None
+    assert voice_status({}, rendered({}), NOW) is None
 
 
 def test_a_voice_that_is_concealed_for_more_than_a_tenth_of_a_second_is_noted_for_its_caller() -> None:
     streams = {1: Stream(), 2: Stream(SilentVoice(lost=True))}
     sound = rendered(streams)
     assert sound.mixer.concealing == [2]
-    status = voice_status(streams, sound)
+    status = voice_status(streams, sound, NOW)
     assert status is not None and status.notes == {2: CONCEALED} and status.note == CONCEALED
 
 
-def test_a_microphone_that_is_switched_off_is_noted_until_it_is_on_again() -> None:
+@pytest.mark.parametrize(
+    ("state", "text"),
+    [
+        (VoiceState.OFF, "microphone off"),
+        (VoiceState.MUTED, "microphone muted"),
+        (VoiceState.NO_ROOM, "no room for voice"),
+    ],
+)
+def test_why_no_voice_comes_is_noted_until_it_does(state: VoiceState, text: str) -> None:
     streams = {1: Stream(), 2: Stream()}
-    streams[2].voice.state = VoiceState.OFF
+    streams[2].voice.state = state
     sound = rendered(streams)
-    status = voice_status(streams, sound)
-    assert status is not None and status.notes == {2: MICROPHONE_OFF} and status.note == MICROPHONE_OFF
+    status = voice_status(streams, sound, NOW)
+    assert status is not None and status.notes == {2: text} and status.note == text
     streams[2].voice.state = VoiceState.SILENT
-    status = voice_status(streams, sound)
+    status = voice_status(streams, sound, NOW)
     assert status is not None and status.notes == {} and status.note == ""
+
+
+def test_a_caller_who_has_sent_neither_voice_nor_state_for_two_seconds_has_no_microphone() -> None:
+    streams = {1: Stream(InboundVoice())}
+    sound = rendered(streams)
+    assert voice_status(streams, sound, 50.0) is None  # nothing has arrived
+    streams[1].clock.on_arrival(0.0, 50.0)
+    assert voice_status(streams, sound, 51.9) is None
+    status = voice_status(streams, sound, 52.1)
+    assert status is not None and status.notes == {1: REASONS[VoiceState.OFF]} and status.level == 0.0
+    streams[1].voice.state = VoiceState.SILENT
+    assert voice_status(streams, sound, 52.1) is None
 
 
 def test_mute_and_volume_are_those_of_the_mixer() -> None:
@@ -46,7 +69,7 @@ def test_mute_and_volume_are_those_of_the_mixer() -> None:
     sound = rendered(streams)
     sound.mixer.muted = True
     sound.mixer.change_volume(-2)
-    status = voice_status(streams, sound)
+    status = voice_status(streams, sound, NOW)
     assert status is not None and (status.muted, status.volume_db, status.loudest) == (True, -6.0, None)
 
 

@@ -123,12 +123,12 @@ def test_a_change_of_format_applies_to_the_next_packet() -> None:
     assert [(p.timestamp, p.format) for p in outlet.packets] == [(0.0, OPUS), (pytest.approx(0.06), CODEC2)]
 
 
-def test_without_room_for_voice_it_is_off_and_later_voice_is_fresh() -> None:
+def test_without_room_for_voice_it_says_so_and_later_voice_is_fresh() -> None:
     sound, sender, outlet = make()
     outlet.voice_format = None
     sound.add(0.0, 0.5)
     sender.poll(0.5, outlet, 0.0)
-    assert outlet.packets == [] and outlet.states[-1][0] is VoiceState.OFF
+    assert outlet.packets == [] and outlet.states[-1][0] is VoiceState.NO_ROOM
     outlet.voice_format = OPUS
     sound.add(0.5, 0.06)
     sender.poll(0.56, outlet, 0.0)
@@ -140,8 +140,21 @@ def test_a_muted_microphone_sends_nothing() -> None:
     sender.muted = True
     sound.add(0.0, 0.3)
     sender.poll(0.3, outlet, 0.0)
-    assert outlet.packets == [] and {state for state, _ in outlet.states} == {VoiceState.OFF}
+    assert outlet.packets == [] and {state for state, _ in outlet.states} == {VoiceState.MUTED}
     assert sender.level_dbfs == pytest.approx(-12.2, abs=0.1)  # the meter still moves
+
+
+def test_nothing_captured_while_muted_is_sent_afterwards() -> None:
+    sound, sender, outlet = make()
+    outlet.voice_format = CODEC2  # packets of 200 ms
+    sender.muted = True
+    sound.add(0.0, 0.15, value=9000)
+    sender.poll(0.15, outlet, 0.0)
+    sender.muted = False
+    sound.add(0.15, 0.2)
+    sender.poll(0.35, outlet, 0.0)
+    (packet,) = outlet.packets
+    assert packet.timestamp == pytest.approx(0.15) and {int.from_bytes(frame) for frame in packet.frames} == {8000}
 
 
 @pytest.mark.parametrize(("gap", "starts"), [(0.1, [0.0, 0.12, 0.18]), (3.0, [0.0, 3.06, 3.12])])
