@@ -4,6 +4,8 @@ For each frame the neck is bent and the vertex normals are computed, both are up
 drawn with its material's shaders into a render target, and the target is resolved into the framebuffer.
 """
 
+from itertools import groupby
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +21,7 @@ from conf.render.control_point_markers import ControlPointMarkers
 from conf.render.drawn_area import covered_bands, longest_edges
 from conf.render.gpu_object import GpuObject
 from conf.render.lighting import STUDIO, Lighting
-from conf.render.materials import EYE, MOUTH, SKIN, group_triangles, material_of
+from conf.render.materials import EYE, MOUTH, SKIN, Material, group_triangles, material_of
 from conf.render.render_target import RenderTarget
 from conf.render.shader_programs import DrawCall, to_column_major
 from conf.render.shadow_map import ShadowMap, light_matrix
@@ -54,14 +56,12 @@ class FaceRenderer(GpuObject):
         count = len(mesh.render_vertices)
         uvs = ctx.buffer((mesh.uvs if len(mesh.uvs) == count else np.zeros((count, 2))).astype("f4").tobytes())
         colours = ctx.buffer(vertex_colours(mesh).tobytes())
-        numbers = mesh.materials_of_triangles()
         self._parts = [
             MeshPart(
-                ctx, group, mesh.render_triangles[triangles[numbers[triangles] == number]],
+                ctx, group, mesh.render_triangles[triangles],
                 (self._vertices, uvs, colours), lighting, images.tint(number), number,
             )
-            for group, triangles in ordered_groups(mesh)
-            for number in np.unique(numbers[triangles]).tolist()
+            for group, number, triangles in ordered_parts(mesh)
         ]  # fmt: skip
         for part in self._parts:
             part.set_anatomy(face)
@@ -206,11 +206,29 @@ class MeshPart(DrawCall):
         super().draw(**matrices)
 
 
-def ordered_groups(mesh: Mesh) -> list[tuple[str, NDArray[np.int64]]]:
-    """Return the groups with their triangles in drawing order: skin first, as it hides most, blended groups last."""
-    return sorted(
-        group_triangles(mesh), key=lambda group: (material_of(group[0]).blended, material_of(group[0]) is not SKIN)
-    )
+def ordered_parts(mesh: Mesh) -> list[tuple[str, int, NDArray[np.int64]]]:
+    """Return what is drawn at once, in drawing order: a group, the index of its material, and its triangles.
+
+    Skin comes first, as it hides most, blended groups last and in the order of the mesh. Groups that are drawn in
+    the same way, one after the other, are one part with the name of the first.
+    """
+    numbers = mesh.materials_of_triangles()
+    found = [
+        (material_of(group), number, group, triangles[numbers[triangles] == number])
+        for group, triangles in group_triangles(mesh)
+        for number in np.unique(numbers[triangles]).tolist()
+    ]
+    order = list(dict.fromkeys(material for material, *_ in found))
+
+    def rank(part: tuple[Material, int, str, NDArray[np.int64]]) -> tuple[int, ...]:
+        material, number, *_ = part
+        return (1,) if material.blended else (0, material is not SKIN, order.index(material), number)
+
+    parts = []
+    for _, alike in groupby(sorted(found, key=rank), key=lambda part: (*part[:2], part[2] if part[0] is EYE else "")):
+        _, numbers_of, names, triangles = zip(*alike, strict=True)
+        parts.append((names[0], numbers_of[0], np.concatenate(triangles)))
+    return parts
 
 
 def vertex_colours(mesh: Mesh) -> NDArray[np.float32]:

@@ -6,7 +6,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.render.drawn_area import Rectangle, complement
+from conf.render.drawn_area import BANDS, Rectangle, complement
 from conf.render.gpu_object import GpuObject
 from conf.render.shader_programs import load_program
 
@@ -23,6 +23,8 @@ VIGNETTE = 0.38  # how much darker the corners are
 # renderer pays nothing for a pixel that fails the depth test, but always pays for both sides of a branch.
 PASSES = {"edges": "1", "antialias": ">"}  # shader -> depth test: always; where a smaller depth was written
 PAINTED = 4  # backgrounds kept: painting one takes as long as several frames
+CORNERS = np.array([(0, 0), (1, 0), (1, 1), (0, 0), (1, 1), (0, 1)], np.float32)  # of the two triangles of a rectangle
+MAX_RECTANGLES = 3 * BANDS + 1  # those beside all bands and the one above them
 DEPTH_BIAS = 0.0035  # of the depth range, 4 mm: a point at most this far below the surface counts as visible
 
 
@@ -79,16 +81,21 @@ class RenderTarget(GpuObject):
         self._backdrop = ctx.framebuffer(backdrop)
         self._framebuffer = ctx.framebuffer(self._image, self.depth)
         self._depth_only = ctx.framebuffer(depth_attachment=self.depth)
-        programs = [load_program(ctx, "fullscreen", name) for name in ("copy", *PASSES)]
+        programs = [load_program(ctx, "rectangles", name) for name in ("copy", *PASSES)]
         for program in programs:
             program["image"] = 0
             if "pixel" in program:
                 program["pixel"] = 1 / size[0], 1 / size[1]
-        self._copy, *self._passes = [ctx.vertex_array(program, []) for program in programs]
+        self._corners = ctx.buffer(reserve=MAX_RECTANGLES * CORNERS.nbytes)
+        content = [(self._corners, "2f4", "in_position")]
+        copy, *passes = [ctx.vertex_array(program, content) for program in programs]
+        self._copying = copy, "<"
+        self._smoothing = list(zip(passes, PASSES.values(), strict=True))
         self._backdrop_image = backdrop
         self._resolved: moderngl.Texture | None = None
         framebuffers = (self._framebuffer, self._depth_only, self._backdrop)
-        self._owned = (self._copy, *self._passes, *programs, *framebuffers, self.depth, backdrop, self._image)
+        self._owned = (copy, *passes, *programs, self._corners, *framebuffers)
+        self._owned += (self.depth, backdrop, self._image)
         if full_size not in (None, size):
             self._resolved, depth = _texture(ctx, size, moderngl.LINEAR), ctx.depth_renderbuffer(size)
             self._enlarged = ctx.framebuffer(self._resolved, depth)
@@ -119,16 +126,16 @@ class RenderTarget(GpuObject):
         framebuffer.use()
         self._ctx.enable_only(moderngl.NOTHING)
         self._resolved.use(0)
-        self._render(self._copy, framebuffer, enlarged)
+        self._render(enlarged, full_size, self._copying)
         self._backdrop_image.use(0)
-        self._render(self._copy, framebuffer, complement(enlarged, full_size))
+        self._render(complement(enlarged, full_size), full_size, self._copying)
 
     def _compose(self, framebuffer: moderngl.Framebuffer, bands: list[Rectangle]) -> None:
         """Draw the background beside the bands and the anti-aliased image inside."""
         framebuffer.use()
         self._ctx.enable_only(moderngl.NOTHING)
         self._backdrop_image.use(0)
-        self._render(self._copy, framebuffer, complement(bands, self.size))
+        self._render(complement(bands, self.size), self.size, self._copying)
         self._smooth(framebuffer, bands)
 
     def _smooth(self, framebuffer: moderngl.Framebuffer, bands: list[Rectangle]) -> None:
@@ -136,20 +143,18 @@ class RenderTarget(GpuObject):
         framebuffer.use()
         self._image.use(0)
         self._ctx.enable_only(moderngl.DEPTH_TEST)
-        for triangle, depth_func in zip(self._passes, PASSES.values(), strict=True):
-            self._ctx.depth_func = depth_func
-            self._render(triangle, framebuffer, bands)
+        self._render(bands, self.size, *self._smoothing)
         self._ctx.depth_func = "<"
 
-    def _render(
-        self, triangle: moderngl.VertexArray, framebuffer: moderngl.Framebuffer, parts: list[Rectangle]
-    ) -> None:
-        """Draw a pass into parts of the viewport."""
-        left, bottom, _, _ = framebuffer.viewport
-        for x, y, width, height in parts:
-            self._ctx.scissor = left + x, bottom + y, width, height
-            triangle.render(moderngl.TRIANGLES, vertices=3)
-        self._ctx.scissor = None
+    def _render(self, parts: list[Rectangle], size: tuple[int, int], *passes: tuple[moderngl.VertexArray, str]) -> None:
+        """Draw passes, each with its depth test, into parts of the viewport. size : of the viewport in pixels"""
+        rectangles = np.array(parts, np.float32).reshape(-1, 1, 4)
+        positions = (rectangles[..., :2] + CORNERS * rectangles[..., 2:]) / np.array(size, np.float32)
+        self._corners.orphan()
+        self._corners.write(positions)
+        for triangles, depth_func in passes if parts else ():
+            self._ctx.depth_func = depth_func
+            triangles.render(moderngl.TRIANGLES, vertices=len(CORNERS) * len(parts))
 
     def visible(self, points: NDArray[np.floating], clip: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return (k,) bool: which of (k, 3) points are inside the image and not hidden by what was drawn.

@@ -72,6 +72,8 @@ class DrawCall(GpuObject):
         constants : name -> GLSL, replaces constants of the shaders
         """
         self.program = load_program(ctx, *shaders, constants)
+        members = ((name, self.program[name]) for name in self.program)
+        self._uniforms = {name: member for name, member in members if isinstance(member, moderngl.Uniform)}
         indices = ctx.buffer(np.ascontiguousarray(triangles, np.int32).tobytes())
         self._array = ctx.vertex_array(self.program, attributes, indices, skip_errors=True)
         self._owned = (self._array, indices, self.program)
@@ -79,5 +81,6 @@ class DrawCall(GpuObject):
     def draw(self, **matrices: bytes) -> None:
         """Set the matrices, by name and as `to_column_major` returns them, and draw all triangles."""
         for name, matrix in matrices.items():
-            set_matrix(self.program, name, matrix)
+            if name in self._uniforms:
+                self._uniforms[name].write(matrix)
         self._array.render(moderngl.TRIANGLES)

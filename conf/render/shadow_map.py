@@ -4,6 +4,8 @@ The face's depth is rendered from the direction of the key light; the vertex sha
 Source: Williams, "Casting curved shadows on curved surfaces", 1978.
 """
 
+from functools import cache
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
@@ -28,13 +30,18 @@ def light_matrix(rotation: NDArray[np.float64], key: Vector = STUDIO.key) -> NDA
     rotation : (3, 3) from face axes to image axes
     key : direction towards the light, image axes
     """
+    matrix = np.eye(4)
+    matrix[:3, :3] = _light_axes(key) @ rotation / EXTENT_CM
+    return matrix
+
+
+@cache
+def _light_axes(key: Vector) -> NDArray[np.float64]:
+    """Return (3, 3), as rows, the axes of the light's view: to its right, up, and away from the light."""
     towards = np.array(key) / np.linalg.norm(key)
     right = np.cross([0.0, 1.0, 0.0], towards)
     right /= np.linalg.norm(right)
-    axes = np.stack([right, np.cross(towards, right), -towards])
-    matrix = np.eye(4)
-    matrix[:3, :3] = axes @ rotation / EXTENT_CM
-    return matrix
+    return np.stack([right, np.cross(towards, right), -towards])
 
 
 class ShadowMap(GpuObject):

@@ -9,9 +9,10 @@ from scipy.spatial.transform import Rotation
 from conf.errors import FileFormatError
 from conf.face.deformation.face_model import FaceModel
 from conf.face.deformation.lip_opening import LipOpening
+from conf.face.formats.mtl import MeshMaterial
 from conf.face.head_pose import HeadPose
 from conf.render.camera import ViewState, clip_matrix, project
-from conf.render.face_renderer import FaceRenderer, ordered_groups
+from conf.render.face_renderer import FaceRenderer, ordered_parts
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.image_measures import Pixels, box, drawn
 from tests.support.stand_in_head import SIZE
@@ -138,13 +139,27 @@ def test_a_mesh_with_reversed_triangles_looks_the_same(window: OffscreenWindow, 
     )
 
 
-def test_the_groups_partition_the_triangles_with_skin_first_and_hair_last(face: FaceModel) -> None:
+def test_the_parts_partition_the_triangles_with_skin_first_and_hair_last(face: FaceModel) -> None:
     groups = {name: triangles for name, triangles in face.mesh.groups.items() if name != "eye_l"}
-    parts = ordered_groups(replace(face.mesh, groups=groups))
+    parts = ordered_parts(replace(face.mesh, groups=groups))
     assert parts[0][0] == "skin" and parts[-1][0] == "hair"
-    assert "rest" in dict(parts)
-    every = np.sort(np.concatenate([triangles for _, triangles in parts]))
+    every = np.sort(np.concatenate([triangles for *_, triangles in parts]))
     np.testing.assert_array_equal(every, np.arange(len(face.mesh.triangles)))
+
+
+def test_groups_that_are_drawn_alike_are_one_part_but_each_eye_and_each_material_is_its_own(face: FaceModel) -> None:
+    count = len(face.mesh.triangles)
+    names = ("brows", "eye_l", "teeth_upper", "ear", "eye_r", "hair", "lashes", "tongue", "nose")
+    groups = {name: np.arange(i, count, len(names)) for i, name in enumerate(names)}
+    mesh = replace(face.mesh, groups=groups)
+    assert [name for name, *_ in ordered_parts(mesh)] == ["ear", "eye_l", "eye_r", "teeth_upper", "brows", "lashes"]
+    sizes = {name: len(triangles) for name, _, triangles in ordered_parts(mesh)}
+    assert sizes["ear"] == len(groups["ear"]) + len(groups["nose"])
+    assert sizes["brows"] == len(groups["brows"]) + len(groups["hair"])
+    halves = replace(
+        mesh, materials=(MeshMaterial(), MeshMaterial()), triangle_materials=np.arange(count, dtype=np.int32) % 2
+    )
+    assert [part[:2] for part in ordered_parts(halves)][:3] == [("ear", 0), ("ear", 1), ("eye_l", 0)]
 
 
 def test_a_rotated_head_shows_its_other_side(window: OffscreenWindow, face: FaceModel) -> None:

@@ -9,7 +9,7 @@ from tests.support.image_measures import box
 PAIRS = [
     ("face_shadowed", "skin"), ("face_shadowed", "cloth"),
     ("face", "eye"), ("face", "mouth"), ("face", "hair"), ("face", "wireframe"),
-    ("fullscreen", "copy"), ("fullscreen", "edges"), ("fullscreen", "antialias"),
+    ("rectangles", "copy"), ("rectangles", "edges"), ("rectangles", "antialias"),
     ("markers", "markers"), ("depth_only", "depth_only"),
     ("imgui", "imgui"), ("vertex_colour", "vertex_colour"), ("portrait", "portrait"), ("portrait", "portrait_mouth"),
 ]  # fmt: skip

@@ -9,6 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.face.deformation.rig import cross_matrix
 from conf.face.head_pose import HeadPose
 from conf.face.interpolation import smoothstep
 from conf.face.mesh.mesh import Mesh
@@ -55,6 +56,7 @@ class NeckBend:
         angles = -np.float32(angle) * self._fraction
         along = arms @ axis[:, None] * axis
         # Rodrigues' rotation formula.
-        rotated = PIVOT + along + (arms - along) * np.cos(angles) + np.cross(axis, arms) * np.sin(angles)
+        across = arms @ cross_matrix(axis).T.astype(np.float32)
+        rotated = PIVOT + along + (arms - along) * np.cos(angles) + across * np.sin(angles)
         self._bent[self._below] = rotated
         return self._bent
