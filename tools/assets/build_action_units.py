@@ -20,8 +20,8 @@ from conf.face.animation.action_units import (
 )
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.formats.epc import ExpressionSet, write_epc
-from conf.face.retargeting.arkit_csv import load_arkit_shapes
 from conf.face.symmetry import mirror_motion
+from tools.assets.arkit_shapes import load_arkit_shapes
 
 # Weights of the sculpted blendshapes of each action unit at full strength; a name without a side means both sides.
 RECIPES: dict[int, dict[str, float]] = {

@@ -90,6 +90,15 @@ class TrackReader:
         eye_distance = np.linalg.norm(corners.astype(np.float64), axis=1) / size[1]
         return Track(path.stem, frames, eye_distance, extractor.fapu.lengths())
 
+    def motion_and_shapes(self, path: Path, /, *, fps: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the (N, n, 3) displacements, FAPU units, of the frames of `read`, and their (N, 52) blendshapes."""
+        landmarks, size = _load(path, fps)
+        extractor = MotionExtractor(self._canonical, size)
+        shapes = np.stack([self._blendshapes.predict(points) for points in landmarks])
+        faces = (TrackedFace(points, shape, presence=1.0) for points, shape in zip(landmarks, shapes, strict=True))
+        motion = [extractor.update(face, number / fps).displacements for number, face in enumerate(faces)]
+        return np.stack(motion).astype(np.float64), shapes.astype(np.float64)
+
     def still_faces(self, path: Path, /, *, fps: float) -> Iterator[StillFace]:
         """Yield the frames of `read` as photos."""
         landmarks, size = _load(path, fps)

@@ -1,4 +1,5 @@
-"""Predict 52 blendshape weights, such as how far the jaw is open or an eye shut. Used for calibration only.
+"""Predict 52 blendshape weights, such as how far the jaw is open or an eye shut. Used for calibration, and for ARKit
+weights where the tracker runs.
 
 Source: MediaPipe's face_blendshapes_graph.cc; the names are ARKit's. Left and right are the subject's.
 """
@@ -8,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.face.retargeting.arkit_csv import SHAPES
 from conf.sender.tracking.inference import Backend, load_network
 from conf.sender.tracking.model_files import BLENDSHAPES
 
@@ -36,6 +38,12 @@ _INPUTS = np.fromstring(
     dtype=np.intp,
     sep=" ",
 )
+
+
+def to_arkit_order(shapes: NDArray[np.floating], /) -> NDArray[np.float32]:
+    """Return (N, 52) weights in the order of ARKit's SHAPES, of (N, 52) in the network's. Unknown ones are 0."""
+    known = [INDEX.get(name) for name in SHAPES]
+    return np.stack([np.zeros(len(shapes)) if i is None else shapes[:, i] for i in known], axis=1).astype(np.float32)
 
 
 class BlendshapeNetwork:

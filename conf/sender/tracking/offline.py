@@ -13,6 +13,7 @@ from conf.face.formats.dpc import MotionClip
 from conf.sender.capture.clip import Clip
 from conf.sender.capture.frame import Frame
 from conf.sender.motion.extractor import MotionExtractor
+from conf.sender.tracking.blendshape_network import BLENDSHAPE_NAMES
 from conf.sender.tracking.canonical_face import load_canonical_face
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.orientation import open_upright_clip
@@ -21,15 +22,20 @@ from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 EVEN_S = 0.002  # steps between frames that differ by less than this are even: containers round to milliseconds
 MAX_FPS = 60.0  # of motion that is resampled because its steps are uneven, or more frequent than a DPC file may say
 MAX_FILE_FPS = 1000.0
+POSE_VALUES = 6  # of HeadPose.to_vector
 
 Progress = Callable[[int, int], None]  # called with the number of frames done, and of those with a face
 
 
 @dataclass(frozen=True)
 class ExtractedMotion:
-    """The motion of a clip, its number of frames, and how many of them show a face."""
+    """The motion of a clip, its number of frames, and how many of them show a face.
+
+    shapes : (N, 52) the tracker's blendshapes in the frames of the motion, in the order of BLENDSHAPE_NAMES
+    """
 
     motion: MotionClip
+    shapes: NDArray[np.float64]
     frames: int
     frames_tracked: int
 
@@ -71,40 +77,31 @@ def extract_motion(
         if face is not None:
             extractor.update(face, timestamp)
     extractor.restart()
-    displacements = np.zeros((len(tracked), CONTROL_POINT_COUNT, 3), np.float32)
-    poses = np.zeros((len(tracked), 6))
+    rows = np.zeros((len(tracked), 3 * CONTROL_POINT_COUNT + POSE_VALUES + len(BLENDSHAPE_NAMES)))
     for i, (timestamp, face) in enumerate(tracked):
         if face is not None:
             motion = extractor.update(face, timestamp)
-            displacements[i], poses[i] = motion.displacements, motion.pose
+            rows[i] = np.concatenate([motion.displacements.ravel(), motion.pose, face.blendshapes])
         elif i:
-            displacements[i], poses[i] = displacements[i - 1], poses[i - 1]
-    times = np.array([timestamp for timestamp, _ in tracked])
-    return ExtractedMotion(
-        to_even_rate(times, displacements, poses), len(tracked), sum(f is not None for _, f in tracked)
-    )
+            rows[i] = rows[i - 1]
+    fps, even = to_even_rate(np.array([timestamp for timestamp, _ in tracked]), rows)
+    displacements, poses, shapes = np.split(even, np.cumsum([3 * CONTROL_POINT_COUNT, POSE_VALUES]), axis=1)
+    extracted = MotionClip(fps, "fapu", displacements.reshape(len(even), -1, 3).astype(np.float32), poses)
+    return ExtractedMotion(extracted, shapes, len(tracked), sum(face is not None for _, face in tracked))
 
 
-def to_even_rate(
-    times: NDArray[np.float64], displacements: NDArray[np.float32], poses: NDArray[np.float64], /
-) -> MotionClip:
-    """Return motion at an even frame rate; motion whose frames are uneven in time is interpolated linearly.
+def to_even_rate(times: NDArray[np.float64], rows: NDArray[np.float64], /) -> tuple[float, NDArray[np.float64]]:
+    """Return frames a second, and rows at that rate; rows that are uneven in time are interpolated linearly.
 
-    times : (N,) seconds, rising; displacements : (N, n, 3) FAPU units; poses : (N, 6)
+    times : (N,) seconds, rising; rows : (N, k), what belongs to each time
     """
     steps = np.diff(times)
     if not len(steps):
-        return MotionClip(25.0, "fapu", displacements, poses)
+        return 25.0, rows
     if np.ptp(steps) <= EVEN_S and steps.mean() * MAX_FILE_FPS >= 1:
-        return MotionClip(1 / float(steps.mean()), "fapu", displacements, poses)
+        return 1 / float(steps.mean()), rows
     fps = min(MAX_FPS, 1 / float(np.median(steps)))
     even = times[0] + np.arange(round((times[-1] - times[0]) * fps) + 1) / fps
     after = np.clip(np.searchsorted(times, even, side="right"), 1, len(times) - 1)
     alpha = ((even - times[after - 1]) / steps[after - 1]).clip(0.0, 1.0)[:, None]
-
-    def interpolated(values: NDArray[np.floating]) -> NDArray[np.float64]:
-        rows = values.reshape(len(values), -1)
-        return np.asarray(rows[after - 1] + alpha * (rows[after] - rows[after - 1]), np.float64)
-
-    moved = interpolated(displacements).reshape(-1, *displacements.shape[1:])
-    return MotionClip(fps, "fapu", moved.astype(np.float32), interpolated(poses))
+    return fps, np.asarray(rows[after - 1] + alpha * (rows[after] - rows[after - 1]))

@@ -1,8 +1,8 @@
 import numpy as np
 
 from conf.face.animation.action_units import ACTION_UNIT_NAMES, load_action_units
-from conf.face.retargeting.arkit_csv import load_arkit_shapes
 from conf.face.symmetry import mirror_motion
+from tools.assets.arkit_shapes import load_arkit_shapes
 from tools.assets.build_action_units import RECIPES, blend
 
 # FAPU units, about 0.67 mm at a brow: small changes of the head's blendshapes need no new files, another head does.
