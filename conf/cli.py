@@ -15,7 +15,21 @@ from dataclasses import asdict
 from typing import Any, NoReturn
 
 from conf import __version__
-from conf.commands import animate, demo, devices, doctor, export, extract, fit, measure, models, receive, send, settings
+from conf.commands import (
+    animate,
+    call,
+    demo,
+    devices,
+    doctor,
+    export,
+    extract,
+    fit,
+    measure,
+    models,
+    receive,
+    send,
+    settings,
+)
 from conf.commands.support.arguments import join_axis_options
 from conf.commands.support.interruption import InterruptHandler, check_interrupt
 from conf.commands.support.option_defaults import apply_settings, mark_defaults
@@ -24,7 +38,7 @@ from conf.errors import ConfError, FileFormatError, explain
 from conf.settings import Settings, load_settings, settings_path
 
 COMMANDS = {
-    "demo": demo, "receive": receive, "send": send, "extract": extract, "animate": animate,
+    "demo": demo, "call": call, "receive": receive, "send": send, "extract": extract, "animate": animate,
     "export": export, "fit": fit, "measure": measure, "models": models, "devices": devices,
     "doctor": doctor, "settings": settings,
 }  # fmt: skip

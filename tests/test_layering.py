@@ -29,8 +29,9 @@ MAY_IMPORT = {
     "sender": {"transport", "audio", "face", "protocol"},
     "receiver": {"output", "render", "transport", "audio", "face", "protocol"},
     "animator": {"output", "render", "face"},
+    "call": {"receiver", "sender", "render", "transport", "protocol"},
     "commands": {
-        *("animator", "receiver", "sender", "mesh_fitting", "output", "render", "transport"),
+        *("animator", "call", "receiver", "sender", "mesh_fitting", "output", "render", "transport"),
         *("audio", "face", "protocol", "settings"),
     },
 }

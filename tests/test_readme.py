@@ -20,7 +20,8 @@ REPOSITORY = Path(__file__).parents[1]
 README = (REPOSITORY / "README.md").read_text()
 COMMANDS = [line.split("  #")[0].strip() for line in README.splitlines() if line.startswith(("    conf ", "    make "))]
 CALLS = [line for line in COMMANDS if line.startswith("conf send ")]
-OTHERS = [line for line in COMMANDS if line.startswith("conf ") and line not in CALLS]
+TWO_WAY = [line for line in COMMANDS if line.startswith("conf call ")]
+OTHERS = [line for line in COMMANDS if line.startswith("conf ") and line not in CALLS + TWO_WAY]
 INLINE = re.findall(r"`((?:conf|make) [a-z]+[^`]*)`", README)
 
 pytestmark = pytest.mark.slow
@@ -64,6 +65,20 @@ def arguments(line: str) -> list[str]:
 def run(command: list[str], folder: Path) -> None:
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment(), timeout=180)
     assert done.returncode == 0, done.stderr
+
+
+def test_both_ends_of_a_call_of_readme_are_held(folder: Path) -> None:
+    """As they stand, but on a free port, with a clip as the camera, and without windows."""
+    listen, called = (arguments(line) for line in TWO_WAY)
+    more = ["--file", "clip.avi", "--loop", "--no-sound", "--headless"]
+    listen = [*(word.replace("5005", "127.0.0.1:0") for word in listen), *more, "listening.avi", "--seconds", "120"]
+    with subprocess.Popen(listen, cwd=folder, stdout=subprocess.PIPE, text=True, env=environment()) as process:
+        assert process.stdout
+        found = re.search(r"listening on (\S+) +code +(\S+)", process.stdout.readline())
+        assert found
+        words = [{"HOST": found[1], "CODE": found[2]}.get(word, word) for word in called]
+        run([*words, *more, "calling.avi", "--seconds", "3"], folder)
+        process.terminate()
 
 
 def test_readme_shows_commands() -> None:

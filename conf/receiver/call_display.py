@@ -32,10 +32,17 @@ class LoopOptions:
 
 
 class Composer(Protocol):
-    """What draws a frame of a call. note : a lasting message, such as that of a network error; "" for none"""
+    """What draws a frame of a call.
+
+    note : a lasting message, such as that of a network error; "" for none
+    shows_somebody : whether the last frame shows a participant's motion
+    """
 
     controls: ViewerControls
     note: str
+
+    @property
+    def shows_somebody(self) -> bool: ...
 
     def draw(self, now: float, /) -> None: ...
     def present(self, now: float, /) -> None: ...
@@ -61,6 +68,11 @@ class CallDisplay:
     def reports(self) -> list[str]:
         """Lines for the terminal about the files that the viewer has written."""
         return self._composer.controls.reports
+
+    @property
+    def shows_somebody(self) -> bool:
+        """Whether the last frame shows a participant's motion."""
+        return self._composer.shows_somebody
 
     def step(self, now: float, *, is_flood: bool = False) -> float:
         """Draw a frame if one is due. Returns the time of the next step.

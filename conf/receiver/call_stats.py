@@ -2,10 +2,10 @@
 
 from collections import deque
 from dataclasses import dataclass
+from typing import Protocol
 
 from conf.protocol.messages import Presence
 from conf.protocol.receive_leg import ReceiveLeg
-from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.statistics import MediaBytes, TrafficSnapshot
 from conf.receiver.voice.call_sound import CallSound
 from conf.receiver.voice.voice_status import VoiceStatus, voice_status
@@ -38,16 +38,25 @@ class CallStats:
     voice: VoiceStatus | None = None
 
 
+class ReceivingEnd(Protocol):
+    """The end of one or more calls. streams : the receiving half of each present call, by session"""
+
+    streams: dict[int, ReceiveLeg]
+
+    def snapshot(self, now: float, /) -> TrafficSnapshot: ...
+
+
 class CallStatsCollector:
     """Collects statistics; keeps the bit rate of the last minute and the times at which frames were drawn."""
 
-    def __init__(self, endpoint: ReceiverEndpoint, sound: CallSound | None = None) -> None:
+    def __init__(self, endpoint: ReceivingEnd, sound: CallSound | None = None) -> None:
         """sound : of the call, None if it is silent"""
         self._endpoint = endpoint
         self._sound = sound
         self._drawn: deque[float] = deque(maxlen=FPS_FRAMES)
         self._history: deque[MediaBytes] = deque(maxlen=HISTORY_LENGTH)
         self._history_due = 0.0
+        self._had_calls = False
 
     def on_frame_drawn(self, now: float) -> None:
         """Count a frame for the frame rate, and sample the bit rate when that is due."""
@@ -60,10 +69,11 @@ class CallStatsCollector:
         """Return the current statistics."""
         traffic = self._endpoint.snapshot(now)
         calls = list(self._endpoint.streams.values())
+        self._had_calls |= bool(calls)
         parameters = next((call.motion.parameters for call in calls if call.motion.parameters), None)
         span = self._drawn[-1] - self._drawn[0] if len(self._drawn) > 1 else 0.0
         return CallStats(
-            state="paused" if paused else state_of(calls, now, had_calls=self._endpoint.ended_calls > 0),
+            state="paused" if paused else state_of(calls, now, had_calls=self._had_calls),
             fps=(len(self._drawn) - 1) / span if span else 0.0,
             traffic=traffic,
             points=parameters.points if parameters else 0,

@@ -4,9 +4,8 @@ from collections.abc import Callable
 
 from conf.face.deformation.face_model import FaceModel
 from conf.protocol.messages import MotionFrame
-from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.receiver.call_panels import CallPanels, NamePlate
-from conf.receiver.call_stats import CallStatsCollector
+from conf.receiver.call_stats import CallStatsCollector, ReceivingEnd
 from conf.receiver.cell_cache import Viewport
 from conf.receiver.panel_layout import Rect
 from conf.receiver.participant_grid import ParticipantGrid
@@ -30,7 +29,7 @@ class FrameComposer(GpuObject):
         self,
         window: Window,
         face: FaceModel,
-        endpoint: ReceiverEndpoint,
+        endpoint: ReceivingEnd,
         *,
         idle_text: str = "",
         draw_clock: Callable[[], float] | None = None,
@@ -56,6 +55,11 @@ class FrameComposer(GpuObject):
         self._stats = CallStatsCollector(endpoint, sound)
         self._frames: dict[int, MotionFrame | None] = {}
         self._owned = (self._overlay, self._grid)
+
+    @property
+    def shows_somebody(self) -> bool:
+        """Whether the last frame shows a participant's motion."""
+        return any(frame is not None for frame in self._frames.values())
 
     def draw(self, now: float) -> None:
         """Process input and draw the frame at `now`; the window still has to present it."""

@@ -85,6 +85,10 @@ class FaceCapture:
         """Capture so many frames a second from now on."""
         self._pacer.fps = fps
 
+    def set_portrait(self, *, is_allowed: bool) -> None:
+        """Make images of the person, or none, from the next frame on."""
+        self._source.makes_portrait = is_allowed
+
     def source_time(self, now: float) -> float | None:
         """Return the time on the source's clock at `now`, None before the first frame."""
         return self._pacer.source_time(now)
@@ -97,6 +101,11 @@ class FaceCapture:
         """
         self._now = now
         return next(self._running, None)
+
+    def restart(self) -> None:
+        """Go on after an error, as if the camera had never worked."""
+        self._camera = FaultTolerance(CAMERA_LIMIT_S)
+        self._running = self._steps()
 
     def pop(self) -> CapturedMotion | None:
         """Return what the last step has captured, once."""

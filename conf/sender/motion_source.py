@@ -35,6 +35,7 @@ class TrackedMotionSource:
 
     fps : frames per second, as far as known; size : width and height of the frames, px
     is_live : whether it is a camera, whose frames cannot wait, rather than a clip
+    makes_portrait : whether images of the person are made, if there is a portrait scheduler
     """
 
     def __init__(
@@ -55,6 +56,7 @@ class TrackedMotionSource:
         """
         self.fps, self.size = source.fps, source.size
         self.is_live = not isinstance(source, Clip)
+        self.makes_portrait = True
         self._source = source
         self._tracker = tracker
         self._extractor = extractor
@@ -112,7 +114,7 @@ class TrackedMotionSource:
     def after_send(self, now: float) -> None:
         """Pass the frame to the portrait scheduler, which may need almost a frame's interval."""
         sent, self._sent = self._sent, None
-        if self._portrait_scheduler is None or self._frame is None or sent is None:
+        if not self.makes_portrait or self._portrait_scheduler is None or self._frame is None or sent is None:
             return
         tracked, motion = sent
         face = CapturedFace(self._frame.pixels, tracked.landmarks, self._extractor.neutral_points, self._extractor.fapu)
@@ -124,6 +126,7 @@ class RecordedMotionSource:
 
     size = REFERENCE_SIZE
     is_live = False
+    makes_portrait = False
     calibrated = True
     tracker_ms = 0.0
 

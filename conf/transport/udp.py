@@ -100,6 +100,7 @@ class UdpSocket:
         for family in {_family(address) for address in candidates}:
             try:
                 handles[family] = socket.socket(family, socket.SOCK_DGRAM)
+                _stamp_arrivals(handles[family])
             except OSError as error:  # a name may have IPv6 addresses on a machine without IPv6
                 failure = error
         if not handles:
@@ -190,6 +191,9 @@ if sys.platform == "linux":
     def _timestamp_clock() -> float:
         return time.clock_gettime(time.CLOCK_REALTIME)
 
+    def _stamp_arrivals(handle: socket.socket) -> None:
+        handle.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
+
     def _receive_one(handle: socket.socket, now: float) -> ReceivedDatagram:
         data, control, _, address = handle.recvmsg(MAX_DATAGRAM, _CONTROL_BYTES)
         for level, kind, value in control:
@@ -204,6 +208,9 @@ else:
     def _timestamp_clock() -> float:
         return 0.0
 
+    def _stamp_arrivals(handle: socket.socket) -> None:
+        """Do nothing: only Linux tells the time of arrival."""
+
     def _receive_one(handle: socket.socket, now: float) -> ReceivedDatagram:
         return ReceivedDatagram(*handle.recvfrom(MAX_DATAGRAM), 0.0)
 
@@ -216,8 +223,7 @@ def _bound(family: int, kind: int, protocol: int, address: Any) -> socket.socket
             handle.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)  # IPv4 has a socket of its own
         with contextlib.suppress(OSError):  # Linux gives what it allows, others refuse more than they allow
             handle.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
-        if sys.platform == "linux":
-            handle.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
+        _stamp_arrivals(handle)
         handle.bind(address)
     except OSError:
         handle.close()

@@ -32,6 +32,12 @@ WIDTH = "1000"  # columns at which argparse breaks the lines of a usage: never, 
 SECTIONS = {
     "examples": r"""
 .TP
+conf call \-\-listen 5005
+Wait to be called, and print a code such as acorn\-tulip\-river\-42.
+.TP
+conf call HOST \-\-code acorn\-tulip\-river\-42
+Call: face and voice go both ways.
+.TP
 conf receive \-\-listen 5005
 On the machine that shows the face. It prints a code such as acorn\-tulip\-river\-42.
 .TP
@@ -47,7 +53,7 @@ What works on this machine, and what to do about the rest.
     "environment": r"""
 .TP
 CONF_CODE
-The code for conf send, instead of \-\-code, which other users of the machine can read.
+The code for conf send and conf call, instead of \-\-code, which other users of the machine can read.
 .TP
 CONF_MODELS
 The folder of the tracker's files; by default one in the user's cache.

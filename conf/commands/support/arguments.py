@@ -27,13 +27,15 @@ def add_headless(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--headless", type=Path, metavar="OUT.mp4", help="no window: record this clip, MP4 or AVI")
 
 
-def add_listen(parser: argparse.ArgumentParser) -> None:
+def add_listen(parser: argparse.ArgumentParser, *, is_required: bool = False) -> None:
+    """is_required : there is no default address"""
+    default = "wait to be called here" if is_required else f"default {DEFAULT_HOST}:{DEFAULT_PORT}"
     parser.add_argument(
         "--listen",
         type=listen_address,
-        default=(DEFAULT_HOST, DEFAULT_PORT),
+        default=None if is_required else (DEFAULT_HOST, DEFAULT_PORT),
         metavar="[HOST:]PORT",
-        help=f"default {DEFAULT_HOST}:{DEFAULT_PORT}; a port alone accepts calls from the network, IPv4 and IPv6",
+        help=f"{default}; a port alone accepts calls from the network, IPv4 and IPv6",
     )
 
 

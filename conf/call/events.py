@@ -1,0 +1,59 @@
+"""What the events of a call's session mean for the person at this end."""
+
+from conf.errors import NetworkError
+from conf.protocol.session.events import (
+    AddressChanged,
+    Connected,
+    Event,
+    LossReason,
+    NoAnswer,
+    Refused,
+    SessionEnded,
+    WrongCode,
+)
+from conf.protocol.session.handshake import Refusal
+
+WRONG_CODE = "the code is wrong: type it as the other end shows it (conf call HOST --code CODE)"
+REFUSALS = {
+    Refusal.LOCKED: "too many wrong codes: the other end listens again in {wait:.0f} s",
+    Refusal.FULL: "the other end is in a call: try later",
+    Refusal.BUSY: "the other end is busy: trying again in {wait:.0f} s",
+    Refusal.IN_CALL: "the other end is in a call: trying again in {wait:.0f} s",
+}
+NO_ANSWER = (
+    "nobody has answered for {seconds:.0f} s: is `conf call --listen` running there, of the same version? trying on"
+)
+ENDED = {
+    LossReason.HUNG_UP: "{name} has hung up",
+    LossReason.IDLE: "{name} has not been heard for 30 s: the call is over",
+    LossReason.REPLACED: "{name} has called again",
+    LossReason.CLOSED: "",
+    LossReason.EXHAUSTED: "",
+}
+
+
+def describe_event(event: Event, *, name: str, is_calling: bool) -> str:
+    """Return what an event means, "" for nothing. Raises NetworkError when the call cannot go on.
+
+    name : of the other participant, "" if unknown
+    is_calling : whether this end has called
+    """
+    match event:
+        case WrongCode() if is_calling:
+            raise NetworkError(WRONG_CODE)
+        case WrongCode(tries_left=left, address=address):
+            return f"a wrong code from {address[0]}: {left} more tries this minute"
+        case Refused(refusal=refusal, wait_s=None):
+            raise NetworkError(REFUSALS[refusal])
+        case Refused(refusal=refusal, wait_s=float(wait)):
+            return REFUSALS[refusal].format(wait=wait)
+        case Connected(address=address):
+            return f"connected with {name or address[0]}"
+        case AddressChanged(address=address):
+            return f"{name or 'the other end'} has moved to {address[0]}"
+        case NoAnswer(seconds=seconds):
+            return NO_ANSWER.format(seconds=seconds)
+        case SessionEnded(reason=reason):
+            return ENDED[reason].format(name=name or "the other end")
+        case _:
+            return ""

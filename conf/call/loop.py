@@ -1,0 +1,146 @@
+"""The loop of a call: capture, send, receive, draw and play, in one thread but for capture and loudspeaker."""
+
+import contextlib
+import time
+from collections.abc import Callable
+
+from conf.call.capture_thread import CaptureThread
+from conf.call.events import describe_event
+from conf.call.local_state import LocalState
+from conf.call.shared_objects import SharedObjectSender
+from conf.errors import NetworkError
+from conf.protocol.call_endpoint import CallEndpoint
+from conf.protocol.session.events import LossReason, SessionEnded
+from conf.receiver.call_display import CallDisplay
+from conf.receiver.voice.call_sound import CallSound
+from conf.sender.face_capture import CaptureMode, send_motion
+from conf.sender.voice.voice_poller import VoicePoller
+from conf.sender.voice.voice_sender import VoiceSender
+from conf.transport.exchange import DatagramExchange
+from conf.transport.udp import UdpSocket
+
+POLL_S = 0.01  # the voice must be polled so often, and what was captured must not wait for long
+
+
+class CallLoop:
+    """One end of a call of two. A program calls `run`, or `step` from a loop of its own, then `close`.
+
+    connected_at, drawn_at : times of the first connection and of the first image of the other participant, on the
+        clock of the loop, None before
+    """
+
+    def __init__(
+        self,
+        endpoint: CallEndpoint,
+        socket: UdpSocket,
+        capture: CaptureThread,
+        state: LocalState,
+        objects: SharedObjectSender,
+        *,
+        display: CallDisplay | None = None,
+        sound: CallSound | None = None,
+        voice: VoiceSender | None = None,
+    ) -> None:
+        """Compose a loop.
+
+        state : what is switched on; keys and buttons of the display may change it
+        objects : of the portrait; the loop allows and forbids their sending
+        display : None to draw nothing; sound : what the other's voice is heard through, None for silence
+        voice : one's own, None to send none
+        """
+        self.connected_at: float | None = None
+        self.drawn_at: float | None = None
+        self._endpoint = endpoint
+        self._socket = socket
+        self._capture = capture
+        self._state = state
+        self._objects = objects
+        self._display = display
+        self._voice = VoicePoller(voice)
+        self._voice_sender = voice
+        self._is_calling = socket.remote is not None
+        peers = None if self._is_calling else lambda: endpoint.callers
+        self._exchange = DatagramExchange(socket, endpoint, peers=peers, lock=sound.lock if sound else None)
+        self._name = ""  # of the other participant, also after it has left
+        self._is_hung_up = False
+
+    @property
+    def is_over(self) -> bool:
+        """Whether somebody has hung up or the source has ended; who waits for calls goes on waiting."""
+        return self._capture.ended or self._is_hung_up or (self._display is not None and self._display.is_over)
+
+    def run(
+        self,
+        *,
+        seconds: float | None = None,
+        should_continue: Callable[[], bool] = lambda: True,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """Step until the person hangs up, a clip ends, `seconds` have passed or `should_continue` returns False.
+
+        Raises NetworkError when the network fails for good, the code is wrong or the other end refuses.
+        """
+        end = float("inf") if seconds is None else clock() + seconds
+        while not self.is_over and should_continue() and (now := clock()) < end:
+            due = self.step(now)
+            self._socket.wait(due - clock())
+
+    def step(self, now: float) -> float:
+        """Do what is due at `now`, seconds on a monotonic clock. Returns the time at which to call it again.
+
+        Raises as `run`.
+        """
+        is_flood = self._exchange.receive(now)
+        self._apply_state(now)
+        for captured in self._capture.drain():
+            if self._state.camera:
+                send_motion(self._endpoint, captured, now)
+        self._voice.poll(self._capture.source_time(now), self._endpoint, now)
+        self._exchange.send(now)
+        self._handle_events(now)
+        if self._display is None:
+            return now + POLL_S
+        note = self._exchange.note or self._capture.note or self._voice.note
+        self._display.show_faults(note, now, in_call=bool(self._endpoint.callers))
+        due = self._display.step(now, is_flood=is_flood)
+        if self.drawn_at is None and self._display.shows_somebody:
+            self.drawn_at = now
+        return min(due, now + POLL_S)
+
+    def close(self, now: float) -> None:
+        """End the call and notify the other end, if that is possible."""
+        with contextlib.suppress(NetworkError):
+            self._socket.send(self._endpoint.close(now))
+
+    def _apply_state(self, now: float) -> None:
+        """Carry out the switches."""
+        if fault := self._capture.pop_fault():
+            self._state.camera = False
+            self._report(fault, now)
+        connected = self._endpoint.status(now).connected
+        if not self._state.camera:
+            self._capture.set_mode(CaptureMode.OFF)
+            self._endpoint.send_camera_off(now)
+        else:
+            self._capture.set_mode(CaptureMode.ON if connected else CaptureMode.PREVIEW)
+        self._objects.is_allowed = self._state.portrait
+        self._capture.set_portrait(is_allowed=self._state.portrait)
+        self._capture.set_fps(self._endpoint.outbound.profile.fps)
+        if self._voice_sender:
+            self._voice_sender.muted = not self._state.microphone
+
+    def _handle_events(self, now: float) -> None:
+        self._name = self._endpoint.remote_state.name or self._name
+        while event := self._endpoint.next_event():
+            if text := describe_event(event, name=self._name, is_calling=self._is_calling):
+                self._report(text, now)
+            if isinstance(event, SessionEnded) and event.reason is LossReason.HUNG_UP:
+                self._is_hung_up = self._is_calling
+        if self.connected_at is None and self._endpoint.status(now).connected:
+            self.connected_at = now
+        if refused := self._exchange.pop_refused():
+            self._report(refused, now)
+
+    def _report(self, text: str, now: float) -> None:
+        if self._display:
+            self._display.report(text, now)

@@ -1,0 +1,244 @@
+"""`conf call`: a call of two, face and voice both ways in one window."""
+
+from __future__ import annotations
+
+import argparse
+import getpass
+import os
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, nullcontext
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from conf.commands import Terminal
+from conf.commands.support.arguments import add_face, add_headless, add_json, add_listen, add_seconds, address
+from conf.commands.support.call_table import media_text
+from conf.commands.support.capture import (
+    FPS,
+    CaptureOptions,
+    add_capture,
+    apply_switches,
+    open_source,
+    rate_options,
+    read_code,
+    stream_parameters,
+)
+from conf.commands.support.display import DisplayOptions, check_before_call, open_display
+from conf.commands.support.interruption import until_interrupted
+from conf.commands.support.sound import add_no_sound, add_sound_output
+from conf.errors import ConfError
+
+if TYPE_CHECKING:
+    from conf.call.early_exchange import EarlyExchange
+    from conf.call.figures import CallFigures
+    from conf.protocol.call_endpoint import CallEndpoint
+    from conf.transport.udp import UdpSocket
+
+HELP = "call somebody, or wait to be called: face and voice both ways"
+CODE_HELP = "calling: the code that the other end shows (default: CONF_CODE, or asked for); listening: the code to use"
+BOTH = "give the HOST to call, or --listen HOST:PORT to be called, not both"
+NEITHER = "give the HOST to call, or --listen HOST:PORT to be called"
+NO_CALL = "there was no call"
+# What a call is announced with before the camera is open.
+CAMERA_SIZE = (640, 480)
+FAPU = (6.4, 4.5, 3.0, 5.0, 1.1)  # cm
+
+
+@dataclass(frozen=True)
+class CallOptions:
+    """One end of a call.
+
+    capture : what is sent; display : where the other participant is drawn and heard
+    remote : whom to call, None to wait for a call
+    code : as normalise_code returns it; name : shown at the other end
+    portrait : whether images of the person may be sent from the start
+    face : mesh on which the other participant is drawn, None for the default head
+    on_ready : called with the address and the code, once a call can come
+    """
+
+    capture: CaptureOptions
+    display: DisplayOptions
+    remote: tuple[str, int] | None
+    listen: tuple[str, int]
+    code: str
+    name: str = ""
+    portrait: bool = False
+    face: Path | None = None
+    seconds: float | None = None
+    on_ready: Callable[[str], None] = lambda text: None
+    on_note: Callable[[str], None] = lambda text: None
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "remote", nargs="?", type=address, metavar="HOST[:PORT]", help="where `conf call --listen` runs"
+    )
+    add_listen(parser, is_required=True)
+    parser.add_argument("--name", default=None, help="your name, shown at the other end (default: the login name)")
+    add_capture(parser, code_help=CODE_HELP)
+    add_face(parser)
+    add_headless(parser)
+    add_sound_output(parser)
+    add_no_sound(parser, "neither send nor play voice")
+    add_seconds(parser)
+    add_json(parser)
+
+
+def run(options: argparse.Namespace, terminal: Terminal) -> None:
+    began = time.monotonic()
+    if options.remote and options.listen:
+        raise ConfError(BOTH)
+    if not options.remote and not options.listen:
+        raise ConfError(NEITHER)
+    check_before_call(options.face, options.headless)
+    portrait_kbps = options.portrait_kbps  # images may be allowed later, with a key
+    apply_switches(options, terminal)
+    options.portrait_kbps = portrait_kbps
+    call_options = CallOptions(
+        capture=CaptureOptions(**{field.name: getattr(options, field.name) for field in fields(CaptureOptions)}),
+        display=DisplayOptions(
+            options.headless,
+            on_event=terminal.write,
+            on_report=terminal.write,
+            sound=not options.no_sound,
+            speaker=options.speaker,
+        ),
+        remote=options.remote,
+        listen=options.listen or ("", 0),
+        code=options.code or (read_code(terminal, "the other end") if options.remote else _new_code()),
+        name=login_name() if options.name is None else options.name,
+        portrait=options.portrait,
+        face=options.face,
+        seconds=options.seconds,
+        on_ready=terminal.write,
+        on_note=terminal.write,
+    )
+    figures = call(call_options, began=began)
+    terminal.print_figures("the call", figures, figures_text(figures))
+
+
+def login_name() -> str:
+    """Return the name of the user's account, "" if it has none."""
+    try:
+        return getpass.getuser()
+    except (OSError, KeyError):
+        return ""
+
+
+def _new_code() -> str:
+    from conf.protocol.session.pairing_code import generate_code
+
+    return generate_code(os.urandom)
+
+
+def call(options: CallOptions, *, began: float) -> CallFigures:
+    """Hold one call until somebody hangs up, a clip ends, the time is over or the user interrupts.
+
+    began : when the command was started, on the monotonic clock
+    Raises NetworkError, CameraError, ModelError, FileFormatError, AudioError, GraphicsError, RecordingError.
+    """
+    from conf.call.capture_thread import CaptureThread
+    from conf.call.figures import CallTimes, call_figures
+    from conf.call.local_state import LocalState
+    from conf.call.loop import CallLoop
+    from conf.call.self_view import SelfView
+    from conf.call.shared_objects import SharedObjectSender
+    from conf.face.control_points import CONTROL_POINT_COUNT
+    from conf.face.loading import load_face
+    from conf.protocol.address import format_address
+    from conf.protocol.call_endpoint import CallEndpoint
+    from conf.protocol.messages import StreamParameters
+    from conf.receiver.call_display import CallDisplay
+    from conf.receiver.frame_composer import FrameComposer
+    from conf.sender.face_capture import CaptureMode, FaceCapture
+    from conf.transport.udp import UdpSocket
+
+    with ExitStack() as stack:
+        if options.remote is None:
+            socket = stack.enter_context(UdpSocket.bind(*options.listen))
+        else:
+            socket = stack.enter_context(UdpSocket.open_to(*options.remote))
+        objects = SharedObjectSender()
+        parameters = StreamParameters(*CAMERA_SIZE, FPS, CONTROL_POINT_COUNT, FAPU)
+        endpoint = CallEndpoint(
+            code=options.code,
+            parameters=parameters,
+            now=time.monotonic(),
+            random=os.urandom,
+            remote=socket.remote,
+            rate=rate_options(options.capture, voice=options.capture.voice != "off"),
+            portrait=objects,
+            name=options.name,
+        )
+        self_view = SelfView()
+        with _connecting(socket, endpoint) as early:
+            source, voice = stack.enter_context(
+                open_source(options.capture, objects, options.on_note, viewer=lambda *_: nullcontext(self_view.show))
+            )
+            endpoint.outbound.parameters = stream_parameters(source)
+            model = load_face(options.face)
+            if model.mesh.notes:
+                options.on_note(f"{options.face}: {'; '.join(model.mesh.notes)}")
+        if options.remote is None:
+            idle_text = f"listening on {format_address(socket.address)}   code  {options.code}"
+        else:
+            idle_text = f"calling {format_address(options.remote)}"
+        window, loop_options = stack.enter_context(open_display(options.display, endpoint.streams, idle_text=idle_text))
+        composer = FrameComposer(
+            window,
+            model,
+            endpoint,
+            idle_text=loop_options.idle_text,
+            draw_clock=loop_options.draw_clock,
+            sound=loop_options.sound,
+        )
+        display = CallDisplay(window, composer, loop_options)
+        state = LocalState(portrait=options.portrait, has_microphone=voice is not None)
+        capture = FaceCapture(source, endpoint.outbound.profile.fps, mode=CaptureMode.PREVIEW)
+        with CaptureThread(capture) as thread:
+            loop = CallLoop(
+                endpoint, socket, thread, state, objects, display=display, sound=loop_options.sound, voice=voice
+            )
+            if options.remote is None:
+                options.on_ready(idle_text)
+            try:
+                with until_interrupted() as should_continue:
+                    loop.run(seconds=options.seconds, should_continue=should_continue)
+            finally:
+                loop.close(time.monotonic())
+                for text in display.reports:
+                    options.display.on_report(text)
+        early_at = early.connected_at if early else None
+        times = CallTimes(began, loop.connected_at if early_at is None else early_at, loop.drawn_at)
+        return call_figures(endpoint, capture, times, time.monotonic())
+
+
+@contextmanager
+def _connecting(socket: UdpSocket, endpoint: CallEndpoint) -> Iterator[EarlyExchange | None]:
+    """Exchange datagrams while the block runs, if this end calls."""
+    from conf.call.early_exchange import EarlyExchange
+    from conf.transport.exchange import DatagramExchange
+
+    if socket.remote is None:
+        yield None
+        return
+    with EarlyExchange(socket, DatagramExchange(socket, endpoint), lambda now: endpoint.status(now).connected) as early:
+        yield early
+
+
+def figures_text(figures: CallFigures, /) -> str:
+    """Return the figures of a call as lines for the user."""
+    sent, received = figures.sent, figures.received
+    if not figures.connected_s:
+        return NO_CALL
+    lines = [
+        f"connected for {figures.connected_s:,.1f} s",
+        f"sent      {sent.frames_sent:,} frames, {sent.wire_bytes:,} B, {sent.wire_kbps:,.1f} kbit/s",
+        f"received  {received.frames_received:,} frames, {received.wire_bytes:,} B, {received.wire_kbps:,.1f} kbit/s",
+        f"          of these {media_text(received.media_bytes)}",
+    ]
+    if sent.round_trip_ms is not None:
+        lines.append(f"round trip {sent.round_trip_ms:.0f} ms, loss {sent.loss_percent or 0:.1f} % of what was sent")
+    return "\n".join(lines)
