@@ -175,7 +175,7 @@ def _decode_voice(data: bytes) -> VoicePayload:
 
 def _encode_voice_format(body: VoiceFormatMessage) -> bytes:
     voice = body.format
-    flags = voice.fixed_size + 2 * voice.redundant
+    flags = voice.fixed_size + 2 * voice.repeated
     fields = [body.format_number, voice.codec, voice.bit_rate, voice.frame_ms, voice.frames, flags]
     return bytes(msgpack.packb(fields))
 
@@ -190,9 +190,9 @@ def _decode_voice_format(data: bytes) -> VoiceFormatMessage:
     if type(fields) is not list or [type(field) for field in fields] != types:
         raise ProtocolError("a voice format with fields of other types")
     number, codec, bit_rate, frame_ms, frames, flags = fields
-    if not 0 <= number < MAX_FORMATS or not 0 <= flags < 4:
+    if not 0 <= number < MAX_FORMATS or flags < 0:
         raise ProtocolError("a voice format out of range")
-    voice_format = VoiceFormat(codec, bit_rate, frame_ms, frames, bool(flags & 1), bool(flags & 2))
+    voice_format = VoiceFormat(codec, bit_rate, frame_ms, frames, bool(flags & 1), flags >> 1)
     voice_format.check()
     return VoiceFormatMessage(number, voice_format)
 

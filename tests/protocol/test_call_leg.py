@@ -322,7 +322,7 @@ def test_redundancy_fills_losses_within_the_limit(kbps: float, burst: int) -> No
         assert talker.max_kbps() <= kbps
         assert other.receive.rejected == 0
         if kbps > 2.4:
-            assert talker.send.voice_format and talker.send.voice_format.redundant
+            assert talker.send.voice_format and talker.send.voice_format.repeated
         recent = other.played[len(other.played) // 2 :]
         lost = sum(frame.data is None for frame in recent) / len(recent)
         assert lost < (0.09 if burst == 1 and kbps > 2.4 else 0.3)

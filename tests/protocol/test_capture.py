@@ -204,12 +204,12 @@ def read_talker(talker: Talker) -> set[int]:
                 case 0x40:
                     low_bits, begins, format_number, data = read_voice(part)
                     voice_number += (low_bits - voice_number) & 511
-                    codec, bit_rate, frame_ms, frames, flags = formats[format_number]
+                    codec, bit_rate, frame_ms, frames, coding = formats[format_number]
                     assert codec in ("opus", "codec2") and begins == ((voice_number, format_number) not in ends)
-                    count = frames * (2 if flags & 2 and not begins else 1)
-                    fixed_bits = bit_rate * frame_ms // 1000 if flags & 1 else None
-                    for position, frame in enumerate(read_voice_frames(data, count, fixed_bits=fixed_bits)):
-                        at = position if position < frames else position - 2 * frames
+                    repeated = 0 if begins else coding >> 1
+                    fixed_bits = bit_rate * frame_ms // 1000 if coding & 1 else None
+                    for position, frame in enumerate(read_voice_frames(data, frames + repeated, fixed_bits=fixed_bits)):
+                        at = position if position < frames else position - frames - repeated
                         stamp = round(voice_number * 0.02 + at * frame_ms / 1000, 3)
                         assert talker.sent[stamp] == frame
                         heard.add(stamp)

@@ -32,7 +32,7 @@ from conf.protocol.wire import MAX_BODY, decode_body, encode_body, join_bodies
 PARAMETERS = StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1), clock=12.345)
 REPORT = Report(highest=100, missing=5, lost=7, jitter_ms=12, ack_delay_ms=30)
 OPUS = VoiceFormat("opus", 9000, 60, 1, fixed_size=False)
-CODEC2 = VoiceFormat("codec2", 1600, 40, 5, fixed_size=True, redundant=True)
+CODEC2 = VoiceFormat("codec2", 1600, 40, 5, fixed_size=True, repeated=2)
 SLOWEST = VoiceFormat("x" * 16, 1, 1000, 1, fixed_size=True)
 FIXED: dict[bytes, SingleBody] = {
     bytes((0, *msgpack.packb([12345, 320, 240, 1500, 50, 6400, 4200, 2000, 5100, 1100]))): PARAMETERS,
@@ -43,7 +43,7 @@ FIXED: dict[bytes, SingleBody] = {
     bytes((3, *msgpack.packb([80]))): RoundTripMessage(80),
     b"\4": Bye(),
     bytes((8, *msgpack.packb([3, "opus", 9000, 60, 1, 0]))): VoiceFormatMessage(3, OPUS),
-    bytes((8, *msgpack.packb([15, "codec2", 1600, 40, 5, 3]))): VoiceFormatMessage(15, CODEC2),
+    bytes((8, *msgpack.packb([15, "codec2", 1600, 40, 5, 5]))): VoiceFormatMessage(15, CODEC2),
     bytes((8, *msgpack.packb([0, "x" * 16, 1, 1000, 1, 1]))): VoiceFormatMessage(0, SLOWEST),
     b"\x09\0\x7f": VoiceStateMessage(VoiceState.OFF, 127),
     b"\x09\1\0": VoiceStateMessage(VoiceState.SILENT, 0),
@@ -189,7 +189,8 @@ def voice_format(**changes: object) -> bytes:
         *((voice_format(codec=name), "1 to 16 ASCII") for name in ("", "é", "a\n")),
         (voice_format(number=16), "out of range"),
         (voice_format(number=-1), "out of range"),
-        (voice_format(flags=4), "out of range"),
+        (voice_format(flags=-1), "out of range"),
+        (voice_format(flags=12), "repeats more than the one before"),
         *((voice_format(**{name: 0}), "out of range") for name in ("rate", "ms", "frames")),
         (voice_format(rate=510_001), "out of range"),
         (voice_format(rate=16), "out of range"),

@@ -37,7 +37,8 @@ FOLDER = Path(__file__).resolve().parents[2] / "tests" / "data"
 
 REPORT = Feedback(Report(highest=300, missing=5, lost=2, jitter_ms=12, ack_delay_ms=30), refresh=False)
 CODEC2_700 = VoiceFormat("codec2", 700, 40, 3, fixed_size=True)
-OPUS = VoiceFormat("opus", 5500, 60, 1, fixed_size=False, redundant=True)
+CODEC2_1200 = VoiceFormat("codec2", 1200, 40, 5, fixed_size=True, repeated=2)
+OPUS = VoiceFormat("opus", 5500, 60, 1, fixed_size=False, repeated=1)
 VOICE_FRAMES = {
     "voice_fixed": VoicePacket(0.0, CODEC2_700, (b"\x12\x34\x56\x70", b"\x89\xab\xcd\xe0", b"\xff\xff\xff\xf0")),
     "voice_variable": VoicePacket(0.0, OPUS, (b"\x0a\x0b\x0c", b"\x0d\x0e")),  # the second repeats the one before
@@ -58,6 +59,7 @@ BODIES: dict[str, Body] = {
     "motion": MotionPayload(77, b"\x01\x02\x03"),
     "voice_format_fixed": VoiceFormatMessage(2, CODEC2_700),
     "voice_format_variable": VoiceFormatMessage(0, OPUS),
+    "voice_format_repeated": VoiceFormatMessage(1, CODEC2_1200),
     "voice_fixed": VoicePayload(300, True, 2, _frames("voice_fixed")),
     "voice_variable": VoicePayload(303, False, 0, _frames("voice_variable")),
     "voice_state": VoiceStateMessage(VoiceState.SILENT, 62),
@@ -108,7 +110,7 @@ def invalid() -> dict[str, bytes]:
         "composite_of_length_0": b"\x07\x00\x04",
         "voice_without_data": good["voice_fixed"][:2],
         "voice_format_17": good["voice_format_fixed"][:2] + b"\x10" + good["voice_format_fixed"][3:],
-        "voice_format_flags_4": good["voice_format_fixed"][:-1] + b"\x04",
+        "voice_format_repeats_4_of_3": good["voice_format_fixed"][:-1] + b"\x09",
         "voice_format_without_name": b"\x08\x96\x02\xa0" + good["voice_format_fixed"][10:],
         "voice_state_2": b"\x09\x02" + good["voice_state"][2:],
         "voice_state_5": b"\x09\x05" + good["voice_state"][2:],

@@ -15,7 +15,7 @@ EVERYWHERE = (
 # By module. Plain texts: part of the line, part of the changed line, the reason.
 BY_MODULE: dict[str, tuple[tuple[str, str, str], ...]] = {
     "protocol/rate_control/rate_levels": (
-        ("redundant: bool = False", "", "a constant of the table of levels, which is made when the module is imported"),
+        ("repeated: int = 0", "", "a constant of the table of levels, which is made when the module is imported"),
         ('VoiceFormat("opus", bit_rate', "", "the same"),
         ('VoiceFormat("codec2", bit_rate', "", "the same"),
     )

@@ -38,12 +38,12 @@ class RateLevel:
     lossy_from: float = 1.0
 
 
-def _opus(bit_rate: int, frames: int, *, redundant: bool = False) -> VoiceFormat:
-    return VoiceFormat("opus", bit_rate, 60, frames, fixed_size=False, redundant=redundant)
+def _opus(bit_rate: int, frame_ms: int, frames: int, *, repeated: int = 0) -> VoiceFormat:
+    return VoiceFormat("opus", bit_rate, frame_ms, frames, fixed_size=False, repeated=repeated)
 
 
-def _codec2(bit_rate: int, frame_ms: int, frames: int, *, redundant: bool = False) -> VoiceFormat:
-    return VoiceFormat("codec2", bit_rate, frame_ms, frames, fixed_size=True, redundant=redundant)
+def _codec2(bit_rate: int, frame_ms: int, frames: int, *, repeated: int = 0) -> VoiceFormat:
+    return VoiceFormat("codec2", bit_rate, frame_ms, frames, fixed_size=True, repeated=repeated)
 
 
 RATE_LEVELS = (RateLevel("rich", 11.0), RateLevel("live", 5.8), RateLevel("live", 4.0, 2), RateLevel("narrow", 2.4))
@@ -53,10 +53,10 @@ RATE_LEVELS = (RateLevel("rich", 11.0), RateLevel("live", 5.8), RateLevel("live"
 # one of them is worth more than two of Codec2 700C. A loss of 10 % must be found from a few dozen datagrams: the
 # thresholds are low.
 VOICE_LEVELS = (
-    RateLevel("voice", 16.0, 1, _opus(9000, 1), _opus(6000, 2, redundant=True), 0.04),
-    RateLevel("voice", 9.6, 2, _opus(6000, 2), _codec2(3200, 20, 12, redundant=True), 0.05),
-    RateLevel("narrow", 6.0, 1, _codec2(3200, 20, 10), _codec2(1600, 40, 5, redundant=True), 0.03),
-    RateLevel("slow", 4.8, 1, _codec2(2400, 20, 12), _codec2(1200, 40, 6, redundant=True), 0.03),
+    RateLevel("voice", 16.0, 1, _opus(9000, 60, 1), _opus(6000, 60, 2, repeated=2), 0.04),
+    RateLevel("voice", 9.6, 2, _opus(6000, 60, 2), _codec2(3200, 20, 12, repeated=12), 0.05),
+    RateLevel("narrow", 6.0, 1, _codec2(3200, 20, 10), _codec2(1600, 40, 5, repeated=5), 0.03),
+    RateLevel("slow", 4.8, 1, _codec2(2400, 20, 12), _codec2(1200, 40, 6, repeated=6), 0.03),
     RateLevel("slow", 2.4, 2, _codec2(1200, 40, 12)),
 )
 

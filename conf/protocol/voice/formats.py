@@ -23,7 +23,8 @@ class VoiceFormat:
     frame_ms : duration of a frame
     frames : in a packet
     fixed_size : every frame has frame_bits bits; otherwise each frame is a whole number of bytes
-    redundant : each packet repeats the frames of the one before it
+    repeated : each packet repeats so many frames of the one before it, the newest: who waits for them hears each frame
+        so much later
     """
 
     codec: str
@@ -31,7 +32,7 @@ class VoiceFormat:
     frame_ms: int
     frames: int
     fixed_size: bool
-    redundant: bool = False
+    repeated: int = 0
 
     @property
     def packet_ms(self) -> int:
@@ -51,15 +52,15 @@ class VoiceFormat:
     @property
     def coverage_s(self) -> float:
         """Duration of the voice in a packet, the repeated frames included."""
-        return self.packet_s * (2 if self.redundant else 1)
+        return self.packet_s + self.repeated * self.frame_ms / 1000
 
     @property
     def nominal_bytes(self) -> int:
         """Bytes of a packet's data whose frames have the bit rate exactly, with lengths and repeated frames."""
-        copies = self.frames * (2 if self.redundant else 1)
+        count = self.frames + self.repeated
         if self.fixed_size:
-            return -(-copies * self.frame_bits // 8)
-        return copies * -(-self.frame_bits // 8) + copies - 1
+            return -(-count * self.frame_bits // 8)
+        return count * -(-self.frame_bits // 8) + count - 1
 
     def check(self) -> None:
         """Raise ProtocolError if a receiver must not accept the format."""
@@ -67,6 +68,8 @@ class VoiceFormat:
             raise ProtocolError("the name of a voice codec is not 1 to 16 ASCII characters")
         if not (0 < self.bit_rate <= MAX_BIT_RATE and self.frame_ms > 0 and self.frames > 0 and self.frame_bits > 0):
             raise ProtocolError("a voice format out of range")
+        if not 0 <= self.repeated <= self.frames:
+            raise ProtocolError("a voice packet that repeats more than the one before it")
         if self.packet_ms > MAX_PACKET_MS or self.packet_ms % GRID_MS:
             raise ProtocolError("voice packets of this duration are not allowed")
 

@@ -2,8 +2,8 @@
 
 Strategy. Frames are stored by their time on the stream clock until the playhead takes them. What is missing between two
 frames is lost, unless the later one begins a talk spurt: then nobody talked. After the newest frame the voice goes on,
-lost, until the sender says that nobody talks or too much is missing. A packet may repeat the frames of the one before
-it, which fill a gap if they come in time.
+lost, until the sender says that nobody talks or too much is missing. A packet may repeat the last frames of the one
+before it, which fill a gap if they come in time.
 """
 
 from conf.errors import ProtocolError
@@ -68,13 +68,13 @@ class InboundVoice:
         voice_format = self._formats.get(payload.format_number)
         if voice_format is None:
             raise ProtocolError("voice in a format that was not described")
-        has_repeated = voice_format.redundant and not payload.begins
-        count = voice_format.frames * (2 if has_repeated else 1)
-        frames = unpack_frames(payload.data, voice_format, count)
+        repeated = 0 if payload.begins else voice_format.repeated
+        frames = unpack_frames(payload.data, voice_format, voice_format.frames + repeated)
         start_ms = self._number(payload.number, now) * GRID_MS
         start_s, end_s = start_ms / 1000, start_ms / 1000 + voice_format.packet_s
         self.clock.packet_s = voice_format.coverage_s
-        self.clock.on_arrival(start_s - has_repeated * voice_format.packet_s, now, medium=Medium.VOICE)
+        repeated_ms = repeated * voice_format.frame_ms
+        self.clock.on_arrival(start_s - repeated_ms / 1000, now, medium=Medium.VOICE)
         self._peer_clock.advance(end_s, now)
         self._forget_an_old_clock()
         if counter > self._newest_counter:
@@ -84,7 +84,7 @@ class InboundVoice:
             self._begins.add(start_ms)
         self.late += start_ms < self._played_until
         self._store(start_ms, voice_format, frames[: voice_format.frames])
-        self._store(start_ms - voice_format.packet_ms, voice_format, frames[voice_format.frames :])
+        self._store(start_ms - repeated_ms, voice_format, frames[voice_format.frames :])
         return end_s
 
     def frames_until(self, stream_time: float) -> list[VoiceFrame]:

@@ -94,7 +94,8 @@ class OutboundVoice:
             return 0
         self.state, self._announcement = VoiceState.TALKING, None
         continues = is_next and self._previous is not None and self._previous.format == packet.format
-        repeated = self._previous.frames if continues and self._previous and packet.format.redundant else ()
+        previous = self._previous.frames if continues and self._previous else ()
+        repeated = previous[len(previous) - packet.format.repeated :] if previous else ()
         data = pack_frames((*packet.frames, *repeated), packet.format)
         payload = VoicePayload(number, not continues, self._number_of(packet.format), data)
         self._queue = [*self._queue, (packet.format, encode_body(payload))][-MAX_QUEUED:]

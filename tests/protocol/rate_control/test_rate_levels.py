@@ -28,7 +28,7 @@ def test_a_level_fits_its_rate_and_repeating_costs_no_more(level: RateLevel) -> 
     assert level.voice is not None
     assert 0.9 * level.kbps < cost(level, level.voice) <= level.kbps
     if level.lossy_voice:
-        assert level.lossy_voice.redundant and not level.voice.redundant
+        assert level.lossy_voice.repeated and not level.voice.repeated
         assert level.lossy_voice.packet_ms % level.voice.packet_ms == 0
         assert cost(level, level.lossy_voice) <= level.kbps
         assert 0 < level.lossy_from < 1

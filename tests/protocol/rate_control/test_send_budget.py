@@ -179,12 +179,12 @@ def test_packets_are_repeated_from_a_loss_on_until_it_is_clearly_over(
     """none : too little loss; some : enough; much : so little that repetition ends"""
     budget = SendBudget(RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC), 0.0)
     first = budget.voice_format
-    assert first and not first.redundant
+    assert first and not first.repeated
     now = losses(budget, none, 0.0)
     assert budget.voice_format == first
     now = losses(budget, some, now + 0.5)
     repeated = budget.voice_format
-    assert repeated and repeated.redundant and repeated.packet_ms % first.packet_ms == 0
+    assert repeated and repeated.repeated and repeated.packet_ms % first.packet_ms == 0
     now = losses(budget, none, now + 0.5)
     assert budget.voice_format == repeated, "not yet"
     losses(budget, much, now + 0.5)

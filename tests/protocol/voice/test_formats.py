@@ -12,9 +12,10 @@ CODEC2 = VoiceFormat("codec2", 700, 40, 3, fixed_size=True)
     [
         (OPUS, 120, 540, 68 + 1 + 68),
         (VoiceFormat("opus", 9000, 60, 1, fixed_size=False), 60, 540, 68),
-        (VoiceFormat("opus", 5000, 60, 1, fixed_size=False, redundant=True), 60, 300, 38 + 1 + 38),
+        (VoiceFormat("opus", 5000, 60, 1, fixed_size=False, repeated=1), 60, 300, 38 + 1 + 38),
         (CODEC2, 120, 28, 11),  # 84 bits
-        (VoiceFormat("codec2", 1200, 40, 5, fixed_size=True, redundant=True), 200, 48, 60),
+        (VoiceFormat("codec2", 1200, 40, 5, fixed_size=True, repeated=5), 200, 48, 60),
+        (VoiceFormat("codec2", 1200, 40, 4, fixed_size=True, repeated=2), 160, 48, 36),
         (VoiceFormat("codec2", 3200, 20, 10, fixed_size=True), 200, 64, 80),
     ],
 )
@@ -22,7 +23,7 @@ def test_durations_and_sizes(voice_format: VoiceFormat, packet_ms: int, frame_bi
     voice_format.check()
     assert (voice_format.packet_ms, voice_format.packet_s) == (packet_ms, packet_ms / 1000)
     assert (voice_format.frame_bits, voice_format.nominal_bytes) == (frame_bits, nominal_bytes)
-    assert voice_format.coverage_s == pytest.approx(packet_ms / 1000 * (2 if voice_format.redundant else 1))
+    assert voice_format.coverage_s == pytest.approx((packet_ms + voice_format.repeated * voice_format.frame_ms) / 1000)
 
 
 @pytest.mark.parametrize(
@@ -38,6 +39,8 @@ def test_durations_and_sizes(voice_format: VoiceFormat, packet_ms: int, frame_bi
         (VoiceFormat("opus", MAX_BIT_RATE + 1, 20, 1, fixed_size=False), "a voice format out of range"),
         (VoiceFormat("codec2", 40, 20, 1, fixed_size=True), "a voice format out of range"),  # less than a bit a frame
         (VoiceFormat("opus", 9000, 60, 17, fixed_size=False), "voice packets of this duration are not allowed"),
+        (VoiceFormat("opus", 9000, 60, 2, fixed_size=False, repeated=3), "repeats more than the one before"),
+        (VoiceFormat("opus", 9000, 60, 2, fixed_size=False, repeated=-1), "repeats more than the one before"),
         (VoiceFormat("opus", 9000, 10, 3, fixed_size=False), "voice packets of this duration are not allowed"),
     ],
 )

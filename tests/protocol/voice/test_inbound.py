@@ -13,8 +13,8 @@ from conf.protocol.voice.outbound import OutboundVoice
 from conf.protocol.wire import decode_body
 
 OPUS = VoiceFormat("opus", 9000, 60, 1, fixed_size=False)
-TWICE = VoiceFormat("opus", 5000, 60, 1, fixed_size=False, redundant=True)
-CODEC2 = VoiceFormat("codec2", 1200, 40, 5, fixed_size=True, redundant=True)
+TWICE = VoiceFormat("opus", 5000, 60, 1, fixed_size=False, repeated=1)
+CODEC2 = VoiceFormat("codec2", 1200, 40, 5, fixed_size=True, repeated=5)
 WAY_S = 0.04
 
 
@@ -119,6 +119,17 @@ def test_a_repeated_packet_fills_a_gap(voice_format: VoiceFormat) -> None:
     ]
 
 
+def test_the_frames_that_are_repeated_fill_a_gap_in_part() -> None:
+    partly = VoiceFormat("codec2", 1200, 40, 5, fixed_size=True, repeated=2)
+    link = Link(partly)
+    link.talk(0, 30, lost={4, 9, 15, 20, 21})
+    link.play(30 * partly.packet_s + WAY_S)
+    gaps = {packet: range(3) for packet in (4, 9, 15, 21)} | {20: range(5)}
+    lost = {index for index, data in enumerate(link.heard) if data is None}
+    assert lost == {5 * packet + frame for packet, frames in gaps.items() for frame in frames}
+    assert link.inbound.late == 0
+
+
 def test_a_pause_is_not_a_loss() -> None:
     link = Link()
     link.talk(0, 5)
@@ -178,7 +189,8 @@ def test_a_late_packet_is_counted_and_not_played() -> None:
 
 
 def test_the_delay_covers_the_packet_and_what_it_repeats() -> None:
-    for voice_format, packets in ((OPUS, 1), (TWICE, 2), (CODEC2, 2)):
+    partly = VoiceFormat("codec2", 1200, 40, 5, fixed_size=True, repeated=2)
+    for voice_format, packets in ((OPUS, 1), (TWICE, 2), (CODEC2, 2), (partly, 1.4)):
         link = Link(voice_format)
         link.inbound.clock.on_arrival(0.0, WAY_S)  # motion that arrives at once
         link.talk(0, 20)

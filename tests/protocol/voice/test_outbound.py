@@ -19,7 +19,7 @@ from conf.protocol.voice.packing import unpack_frames
 from conf.protocol.wire import decode_body
 
 OPUS = VoiceFormat("opus", 9000, 60, 1, fixed_size=False)
-TWICE = VoiceFormat("opus", 5000, 60, 1, fixed_size=False, redundant=True)
+TWICE = VoiceFormat("opus", 5000, 60, 1, fixed_size=False, repeated=1)
 
 
 def packet(timestamp: float, voice_format: VoiceFormat = OPUS, data: bytes = b"voice") -> VoicePacket:
@@ -112,6 +112,15 @@ def test_a_redundant_packet_repeats_the_one_before_it_in_the_same_spurt_and_form
         else:
             assert not payload.begins
             assert unpack_frames(payload.data, TWICE, 2) == [data, bytes((data[0] - 1,))]
+
+
+@pytest.mark.parametrize("repeated", [1, 2, 3])
+def test_of_a_long_packet_the_newest_frames_are_repeated(repeated: int) -> None:
+    voice, three = OutboundVoice(), VoiceFormat("opus", 5000, 20, 3, fixed_size=False, repeated=repeated)
+    for stamp, frames in ((0.0, (b"a", b"b", b"c")), (0.06, (b"d", b"e", b"f"))):
+        voice.send(VoicePacket(stamp, three, frames))
+    _, payload = payloads(voice)
+    assert unpack_frames(payload.data, three, 3 + repeated) == [b"d", b"e", b"f", *(b"a", b"b", b"c")[3 - repeated :]]
 
 
 def test_packets_that_are_not_as_their_format_says_are_refused() -> None:
