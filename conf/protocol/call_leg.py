@@ -26,6 +26,7 @@ from conf.protocol.wire import (
     REFRESH_REPORT,
     REPORT,
     VOICE_BIT,
+    VOICE_STATE,
     decode_body,
     encode_body,
 )
@@ -175,7 +176,7 @@ class CallLeg:
         """Return a datagram's body with as many of its parts as the limit allows, and count it."""
         if not self.send:
             return join_outgoing(bodies)
-        has_voice = any(body.kind == VOICE_BIT for body in bodies)
+        has_voice = any(body.kind in (VOICE_BIT, VOICE_STATE) for body in bodies)  # a state stands in for a packet
         consume = self.send.budget.consume_voice if has_voice else self.send.budget.consume
         for dropped in _DROPPED:
             kept = [body for body in bodies if body.kind not in dropped]

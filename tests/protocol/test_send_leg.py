@@ -350,13 +350,14 @@ def test_the_room_beside_voice_shrinks_with_what_waits() -> None:
     assert leg.room(0.0) == float("inf")
 
 
-def test_a_voice_state_rides_or_waits_a_tenth_of_a_second() -> None:
+def test_the_end_of_talk_is_sent_at_once_and_another_state_rides_or_waits_a_tenth_of_a_second() -> None:
     leg = talking()
     sent(leg, 0.0)
     leg.set_voice_state(VoiceState.SILENT, 1.0, noise_level=60)
-    assert sent(leg, 1.09) == []
-    assert sent(leg, 1.1) == [VoiceStateMessage(VoiceState.SILENT, 60)]
-    assert sent(leg, 2.09) == [] and sent(leg, 2.1) == [VoiceStateMessage(VoiceState.SILENT, 60)]
+    assert sent(leg, 1.0) == [VoiceStateMessage(VoiceState.SILENT, 60)]
+    assert sent(leg, 1.99) == [] and sent(leg, 2.0) == [VoiceStateMessage(VoiceState.SILENT, 60)]
+    leg.set_voice_state(VoiceState.SILENT, 2.1, noise_level=40)
+    assert sent(leg, 2.19) == [] and sent(leg, 2.2) == [VoiceStateMessage(VoiceState.SILENT, 40)]
     leg.set_voice_state(VoiceState.OFF, 3.0)
     leg.send_frame(frame(3.0), 3.0)
     assert VoiceStateMessage(VoiceState.OFF, 127) in sent(leg, 3.0)

@@ -20,7 +20,9 @@ GRID_S = GRID_MS / 1000
 MAX_JITTER_S = 0.03  # of capture times: packets closer than this to the end of the last one follow it without a gap
 NOISE_TOLERANCE = 3  # dB: a smaller change of the background noise is not announced
 STATE_REPEAT_S = 1.0  # a state that is not acknowledged is sent in a datagram of its own, if there is no other
-STATE_WAIT_S = 0.1  # a new state waits so long for another datagram
+STATE_WAIT_S = (
+    0.1  # a new state waits so long for another datagram, but not the end of talk: the receiver expects voice
+)
 MAX_IN_FLIGHT = 256  # datagrams remembered until they are acknowledged
 MAX_QUEUED = 4  # packets; older ones are dropped
 
@@ -66,7 +68,7 @@ class OutboundVoice:
     def set_state(self, state: VoiceState, noise_level: int, now: float) -> None:
         """Announce what the microphone does. noise_level : of the background noise, -dBFS, 0 to 127"""
         noise_level = min(max(noise_level, 0), MAX_NOISE_LEVEL)
-        changed = state is not self.state
+        changed, talk_ends = state is not self.state, self.state is VoiceState.TALKING
         louder_or_softer = abs(noise_level - self._noise_level) >= NOISE_TOLERANCE
         self.state = state
         if state is VoiceState.TALKING:
@@ -75,7 +77,7 @@ class OutboundVoice:
             self._end = self._previous = None
             self._noise_level = noise_level
             self._announcement = VoiceStateMessage(state, noise_level)
-            self._announcement_due = now + STATE_WAIT_S
+            self._announcement_due = now if talk_ends else now + STATE_WAIT_S
 
     def send(self, packet: VoicePacket) -> int:
         """Send a packet, which means that somebody talks; one captured before the stream's clock starts is dropped.

@@ -150,7 +150,7 @@ def test_the_end_of_talk_is_announced_until_it_is_acknowledged() -> None:
     voice.send(packet(0.0))
     assert voice.state is VoiceState.TALKING and states(voice, 0.0) == []
     voice.set_state(VoiceState.SILENT, 60, 1.0)
-    (first,) = states(voice, 1.0)
+    (first,) = states(voice, 1.0, alone=True)
     assert first.voice_state == decode_body(first.body) == VoiceStateMessage(VoiceState.SILENT, 60)
     voice.on_sent(7, first)
     assert states(voice, 1.01) == [first]
