@@ -33,14 +33,16 @@ def test_a_long_loss_leaves_the_decoder_alone() -> None:
     assert level_dbfs(after[0][-640:]) == pytest.approx(level_dbfs(after[1][-640:]), abs=0.2)
 
 
-def test_the_fourth_lost_frame_is_silent_and_the_first_good_one_fades_in() -> None:
-    encoder, decoder = Codec2Encoder(2400, 20), Codec2Decoder(2400, 20)
+@pytest.mark.parametrize(("bit_rate", "held", "faded"), [(3200, 2, 8), (2400, 0, 3)])
+def test_lost_frames_fade_to_silence_and_the_first_good_one_fades_in(bit_rate: int, held: int, faded: int) -> None:
+    encoder, decoder = Codec2Encoder(bit_rate, 20), Codec2Decoder(bit_rate, 20)
     frames = [encoder.encode(frame) for frame in vowel(0, 0.6).reshape(-1, 320)]
     before = [decoder.decode(frame) for frame in frames[:20]]
-    lost = [decoder.conceal() for _ in range(5)]
+    lost = [decoder.conceal() for _ in range(faded + 2)]
     levels = [level_dbfs(frame) for frame in (before[-1], *lost)]
-    assert levels == sorted(levels, reverse=True)
-    assert level_dbfs(lost[3][64:]) < -90  # the resampler's tail of 4 ms holds a rest of the third
+    assert levels[1 : 1 + held] == pytest.approx(levels[:1] * held, abs=1.0)
+    assert levels[held:] == sorted(levels[held:], reverse=True)
+    assert level_dbfs(lost[faded][64:]) < -90  # the resampler's tail of 4 ms holds a rest of the one before
     good = decoder.decode(frames[25])
     assert level_dbfs(good[:80]) < level_dbfs(good[-80:]) - 6
     assert max_jump(good) < 1.5 * max_jump(before[-1])
