@@ -313,6 +313,10 @@ def test_two_talkers_keep_the_limit_and_no_voice_is_lost(kbps: float, fill: floa
         assert fps > (7 if fill == 1 else 9)
 
 
+# Of 20 % of the datagrams, frames: 9.6 kbit/s repeat half of each packet, 2.4 nothing, the others all.
+ALLOWED_LOSS = {16.0: 0.09, 9.6: 0.17, 6.0: 0.09, 4.8: 0.09, 2.4: 0.3}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("kbps", "burst"), [*((kbps, 1) for kbps in RATES), (16.0, 3), (4.8, 3)])
 def test_redundancy_fills_losses_within_the_limit(kbps: float, burst: int) -> None:
@@ -325,7 +329,7 @@ def test_redundancy_fills_losses_within_the_limit(kbps: float, burst: int) -> No
             assert talker.send.voice_format and talker.send.voice_format.repeated
         recent = other.played[len(other.played) // 2 :]
         lost = sum(frame.data is None for frame in recent) / len(recent)
-        assert lost < (0.09 if burst == 1 and kbps > 2.4 else 0.3)
+        assert lost < (ALLOWED_LOSS[kbps] if burst == 1 else 0.3)
         assert all(f.data is None or f.data == talker.sent[round(f.timestamp, 3)] for f in other.played)
         assert talker.send.status(call.now).profile == other.send.status(call.now).profile
 
@@ -339,7 +343,7 @@ def test_ten_per_cent_of_loss_does_not_lower_the_level(kbps: float) -> None:
         assert talker.send.voice_format
         assert talker.send.voice_format.codec == ("opus" if kbps > 9 else "codec2")
         settled = talker.played[len(talker.played) // 2 :]  # repetition begins when the loss is certain
-        assert sum(frame.data is None for frame in settled) / len(settled) < (0.16 if kbps > 9 else 0.06)
+        assert sum(frame.data is None for frame in settled) / len(settled) < (0.16 if kbps > 9 else 0.12)
         assert talker.max_kbps() <= kbps
 
 

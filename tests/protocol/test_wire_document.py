@@ -99,7 +99,8 @@ def test_example_datagrams_are_the_golden_files(path: Path) -> None:
 
 def _frames(voice_format: VoiceFormat) -> str:
     one = f"{voice_format.codec} {voice_format.bit_rate}, {voice_format.frame_ms} ms"
-    return one if voice_format.frames == 1 else f"{one} x {voice_format.frames}"
+    packet = one if voice_format.frames == 1 else f"{one} x {voice_format.frames}"
+    return f"{packet}, {voice_format.repeated} repeated" if voice_format.repeated else packet
 
 
 def test_tables_and_limits_equal_those_of_the_code() -> None:
@@ -112,9 +113,8 @@ def test_tables_and_limits_equal_those_of_the_code() -> None:
     for level in VOICE_LEVELS:
         assert level.voice is not None
         assert f"| {level.kbps:g} | {_frames(level.voice)} | {level.voice.packet_ms} ms | {level.profile} x " in TEXT
-        if level.lossy_voice:
-            many = f"{level.lossy_voice.codec} {level.lossy_voice.bit_rate}, {level.lossy_voice.frame_ms} ms"
-            assert f"| {level.lossy_from:.0%} | {many} x {level.lossy_voice.frames} |".replace("%", " %") in TEXT
+        for lossy in level.lossy:
+            assert f"| {level.kbps:g} | {lossy.loss * 100:.0f} % | {_frames(lossy.voice)} | " in TEXT
     assert f"1 to {wire.MAX_BODY:,} B" in TEXT
     assert f"at most {playout_clock.MAX_DELAY_S * 1000:.0f} ms" in TEXT
     for reason in DropReason:

@@ -30,7 +30,8 @@ BACKOFF_WINDOW_S = 20.0
 class LossEstimator:
     """The fraction of datagrams lost over the last seconds, from the totals in the reports."""
 
-    def __init__(self) -> None:
+    def __init__(self, window_s: float = LOSS_WINDOW_S) -> None:
+        self._window_s = window_s
         self._totals: deque[tuple[float, int, int]] = deque()  # time, highest counter, lost
 
     def on_report(self, report: Report, now: float) -> None:
@@ -40,7 +41,7 @@ class LossEstimator:
         self._totals.append((now, report.highest, report.lost))
         while len(self._totals) > 2:
             time, highest, _ = self._totals[1]
-            if time > now - LOSS_WINDOW_S or report.highest - highest < MIN_EXPECTED:
+            if time > now - self._window_s or report.highest - highest < MIN_EXPECTED:
                 break
             self._totals.popleft()
 
@@ -58,11 +59,6 @@ class LossEstimator:
         """Return whether the loss exceeds a fraction by two standard deviations of what such a loss would show."""
         allowed = fraction * self.expected
         return self.is_significant and self.fraction * self.expected > allowed + 2 * math.sqrt(allowed)
-
-    def is_above(self, fraction: float, *, was_above: bool) -> bool:
-        """Return whether the loss is above a fraction: a change of that takes one standard deviation more or less."""
-        margin = math.sqrt(fraction * (1 - fraction) / max(self.expected, 1))
-        return self.fraction > fraction + (-margin if was_above else margin)
 
     @property
     def is_significant(self) -> bool:

@@ -1,8 +1,8 @@
 """The rate levels: what to send at which rate, the highest first. Tables only.
 
 Without voice a level is a motion profile. With voice it is a voice format too, and the cadence of both: a datagram
-carries a voice packet and the motion of its time. On a lossy link a level with little voice in long datagrams repeats
-each packet in the next one, at a lower bit rate, so that it costs the same.
+carries a voice packet and the motion of its time. On a lossy link the newest frames of each packet, or all, come again
+in the next one, at a lower bit rate, so that it costs the same.
 """
 
 from collections.abc import Callable
@@ -22,20 +22,29 @@ class VoiceMode(StrEnum):
 
 
 @dataclass(frozen=True)
+class LossyVoice:
+    """The voice format of a level from a loss on. loss : of datagrams, 0 to 1"""
+
+    loss: float
+    voice: VoiceFormat
+
+
+@dataclass(frozen=True)
 class RateLevel:
     """A motion profile and how many times its usual number of frames share a datagram, and the voice beside it.
 
     kbps : rate that the level needs, headers and reports included
     voice : None for motion alone
-    lossy_voice : used instead from a loss of `lossy_from` on, 0 to 1; None for no other
+    lossy : used instead when packets are lost, by rising loss
+    lossy_first : whether a call begins with the first of these, until reports tell that nothing is lost
     """
 
     profile: str
     kbps: float
     bundling: int = 1
     voice: VoiceFormat | None = None
-    lossy_voice: VoiceFormat | None = None
-    lossy_from: float = 1.0
+    lossy: tuple[LossyVoice, ...] = ()
+    lossy_first: bool = False
 
 
 def _opus(bit_rate: int, frame_ms: int, frames: int, *, repeated: int = 0) -> VoiceFormat:
@@ -48,15 +57,35 @@ def _codec2(bit_rate: int, frame_ms: int, frames: int, *, repeated: int = 0) -> 
 
 RATE_LEVELS = (RateLevel("rich", 11.0), RateLevel("live", 5.8), RateLevel("live", 4.0, 2), RateLevel("narrow", 2.4))
 
-# Measured as STOI at random loss (tools/bench/voice.py). At 16 kbit/s repetition pays for itself in longer packets,
-# which save half of the headers; 9.6 has no room for Opus twice. Two packets of Codec2 1200 do not fit 2.4 kbit/s, and
-# one of them is worth more than two of Codec2 700C. A loss of 10 % must be found from a few dozen datagrams: the
-# thresholds are low.
+# Measured as STOI at random loss (tools/bench/voice.py). First only so much is repeated that voice waits 40 to 80 ms
+# for it; at a heavy loss all frames come twice, although the voice waits for a packet more. 9.6 kbit/s have no room for
+# Opus twice, and up to 10 % of loss Opus alone is as good as Codec2 with repetition. Codec2 1600 and 3200 predict
+# nothing from frames that may be lost; 1200 and 2400 do, and lose twice as much. Two packets of Codec2 1200 do not fit
+# 2.4 kbit/s.
 VOICE_LEVELS = (
-    RateLevel("voice", 16.0, 1, _opus(9000, 60, 1), _opus(6000, 60, 2, repeated=2), 0.04),
-    RateLevel("voice", 9.6, 2, _opus(6000, 60, 2), _codec2(3200, 20, 12, repeated=12), 0.05),
-    RateLevel("narrow", 6.0, 1, _codec2(3200, 20, 10), _codec2(1600, 40, 5, repeated=5), 0.03),
-    RateLevel("slow", 4.8, 1, _codec2(2400, 20, 12), _codec2(1200, 40, 6, repeated=6), 0.03),
+    RateLevel(
+        "voice",
+        16.0,
+        1,
+        _opus(9000, 60, 1),
+        (LossyVoice(0.05, _opus(7000, 40, 2, repeated=1)), LossyVoice(0.16, _opus(6000, 60, 2, repeated=2))),
+    ),
+    RateLevel("voice", 9.6, 2, _opus(6000, 60, 2), (LossyVoice(0.12, _codec2(3200, 20, 6, repeated=3)),)),
+    RateLevel(
+        "narrow",
+        6.0,
+        1,
+        _codec2(3200, 20, 10),
+        (LossyVoice(0.03, _codec2(1600, 40, 4, repeated=2)), LossyVoice(0.16, _codec2(1600, 40, 5, repeated=5))),
+    ),
+    RateLevel(
+        "slow",
+        4.8,
+        1,
+        _codec2(2400, 20, 12),
+        (LossyVoice(0.03, _codec2(1600, 40, 5, repeated=2)), LossyVoice(0.16, _codec2(1200, 40, 6, repeated=6))),
+        lossy_first=True,
+    ),
     RateLevel("slow", 2.4, 2, _codec2(1200, 40, 12)),
 )
 
@@ -71,8 +100,11 @@ def levels_for(mode: VoiceMode, /) -> tuple[RateLevel, ...]:
 def _restricted(mode: VoiceMode) -> Callable[[RateLevel], RateLevel]:
     """Return a function that removes the formats of other codecs from a level."""
 
-    def allowed(voice_format: VoiceFormat | None) -> VoiceFormat | None:
-        is_allowed = voice_format and mode in (VoiceMode.AUTOMATIC, voice_format.codec)
-        return voice_format if is_allowed else None
+    def is_allowed(voice_format: VoiceFormat | None) -> bool:
+        return voice_format is not None and mode in (VoiceMode.AUTOMATIC, voice_format.codec)
 
-    return lambda level: replace(level, voice=allowed(level.voice), lossy_voice=allowed(level.lossy_voice))
+    def restricted(level: RateLevel) -> RateLevel:
+        lossy = tuple(lossy for lossy in level.lossy if is_allowed(lossy.voice))
+        return replace(level, voice=level.voice if is_allowed(level.voice) else None, lossy=lossy)
+
+    return restricted

@@ -17,6 +17,7 @@ from conf.protocol.rate_control.circuit_breaker import CircuitBreaker
 from conf.protocol.rate_control.congestion import MAX_LOSS, MAX_VOICE_LOSS, CongestionControl, LossEstimator
 from conf.protocol.rate_control.rate_levels import RateLevel, VoiceMode, levels_for
 from conf.protocol.rate_control.rate_limit import RateLimiter
+from conf.protocol.rate_control.repetition import Repetition
 from conf.protocol.statistics import HEADER_BYTES
 from conf.protocol.voice.formats import VoiceFormat
 
@@ -74,7 +75,7 @@ class SendBudget:
         self.jitter_ms: float | None = None
         self._fixed_level = None if rate.profile == AUTOMATIC else RateLevel(rate.profile, 0.0)
         self._congestion = CongestionControl(now, top=top, start=top, levels=levels_for(voice), max_loss=max_loss)
-        self._repeats = False  # whether voice packets are repeated
+        self._repetition = Repetition(int(self._congestion.level.lossy_first))
         self._limiter = RateLimiter(rate.kbps) if rate.kbps else None
         self._breaker = CircuitBreaker(now)
         self._packet_bytes: dict[VoiceFormat, float] = {}  # mean of the data, of the newest format
@@ -89,7 +90,8 @@ class SendBudget:
     def voice_format(self) -> VoiceFormat | None:
         """The format for voice, None if it is off or the limit has no room for it."""
         level = self._congestion.level
-        return level.lossy_voice if self._repeats and level.lossy_voice else level.voice
+        stage = min(self._repetition.stage, len(level.lossy))
+        return level.lossy[stage - 1].voice if stage else level.voice
 
     @property
     def loss(self) -> LossEstimator:
@@ -107,8 +109,7 @@ class SendBudget:
         self.round_trip.on_report(report, now)
         self._congestion.on_report(report, self.round_trip, now)
         self.jitter_ms = float(report.jitter_ms)
-        if self.loss.is_significant:
-            self._repeats = self.loss.is_above(self._congestion.level.lossy_from, was_above=self._repeats)
+        self._repetition.on_report(report, [lossy.loss for lossy in self._congestion.level.lossy], now)
 
     def is_stopped(self, now: float) -> bool:
         """Return whether nothing but probes may be sent, as no reports arrive."""

@@ -269,15 +269,3 @@ def test_loss_is_heavy_if_it_exceeds_5_percent_by_two_standard_deviations(
     expected: int, lost: int, is_heavy: bool
 ) -> None:
     assert loss((0.0, 50, 0), (1.0, 50 + expected, lost)).exceeds(MAX_LOSS) == is_heavy
-
-
-@pytest.mark.parametrize(
-    ("lost", "was_above", "is_above"),
-    [(19, False, True), (18, False, False), (18, True, True), (12, True, True), (11, True, False), (0, True, False)],
-)
-def test_a_change_to_above_or_below_takes_a_standard_deviation(lost: int, was_above: bool, is_above: bool) -> None:
-    """Of 15 % in 100 datagrams: 3.57 %."""
-    estimator = LossEstimator()
-    estimator.on_report(Report(0, 0, 0, 0, 0), 0.0)
-    estimator.on_report(Report(100, 0, lost, 0, 0), 1.0)
-    assert estimator.is_above(0.15, was_above=was_above) is is_above

@@ -1,0 +1,48 @@
+"""How voice packets are repeated, from the losses that reports tell. Time is an argument.
+
+Strategy. A loss of a few per cent takes half a minute to be certain, and a call cannot wait for that. So what reports
+tell is joined with a prior, some datagrams of which hardly any were lost: the first packet that a call loses begins the
+repetition, later two within the window. It ends when the window shows clearly less loss than begins it. The next stage
+makes the voice wait for longer, and each change of that stretches speech: it needs more and older evidence.
+"""
+
+from collections.abc import Sequence
+
+from conf.protocol.feedback import Report
+from conf.protocol.rate_control.congestion import MIN_EXPECTED, LossEstimator
+
+PRIOR_LOST, PRIOR_EXPECTED = 0.2, 10.0  # datagrams
+END_FRACTION = 0.6  # of the loss that begins a stage
+LONG_WINDOW_S, MIN_LONG = 20.0, 40  # seconds and datagrams on which all stages but the first are decided
+
+
+class Repetition:
+    """The decision for one sender.
+
+    stage : how many of the thresholds the loss has passed: 0 for no repetition
+    """
+
+    def __init__(self, stage: int = 0) -> None:
+        """stage : until reports tell more"""
+        self.stage = stage
+        self._recent, self._long = LossEstimator(), LossEstimator(LONG_WINDOW_S)
+
+    def on_report(self, report: Report, thresholds: Sequence[float], now: float) -> None:
+        """Apply a report. thresholds : losses from which each stage is better than the one before, 0 to 1, rising"""
+        self._recent.on_report(report, now)
+        self._long.on_report(report, now)
+        stage = 0
+        for number, threshold in enumerate(thresholds, 1):
+            if not self._is_reached(number, threshold):
+                break
+            stage = number
+        self.stage = stage
+
+    def _is_reached(self, stage: int, threshold: float) -> bool:
+        is_first = stage == 1
+        loss = self._recent if is_first else self._long
+        is_certain = loss.expected >= (MIN_EXPECTED if is_first else MIN_LONG)
+        estimate = (loss.fraction * loss.expected + PRIOR_LOST) / (loss.expected + PRIOR_EXPECTED)
+        if self.stage >= stage:
+            return not is_certain or estimate > END_FRACTION * threshold
+        return (is_certain or is_first) and estimate > threshold
