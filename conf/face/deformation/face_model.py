@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.face.deformation.eyelids import stop_at_contact
 from conf.face.deformation.rig import Rig, jaw_offsets
 from conf.face.fapu import Fapu
 from conf.face.mesh.mesh import Mesh
@@ -75,6 +76,8 @@ class FaceModel:
         """
         offsets = np.asarray(displacements, dtype=np.float32) * self._fapu_lengths
         jaw, points = None if self.rig is None else self.rig.jaw, self.control_points
+        if self.rig is not None:
+            offsets = stop_at_contact(points, offsets)
         remaining = offsets
         if jaw is not None:
             motion = jaw.estimate_motion(points, offsets)

@@ -14,6 +14,7 @@ from conf.face.control_points import PUPILS
 from conf.face.deformation.blendshapes import Blendshapes
 from conf.face.deformation.eyelid_helpers import append_helpers, fold_helpers, helpers_on_parabola
 from conf.face.deformation.face_model import DeformerOptions, FaceModel
+from conf.face.deformation.lid_sealing import seal_lids
 from conf.face.deformation.rbf import KERNELS, Operator, build_operator
 from conf.face.deformation.regions import Regions, split_regions
 from conf.face.deformation.ridge_refinement import refine_with_blendshapes, subtract_jaw_motion
@@ -70,6 +71,8 @@ class OperatorBuilder:
             matrix = refine_with_blendshapes(matrix, *self._blendshape_motion, regions=regions)
         if self._rig is not None:
             matrix[self._rig.rigid] = 0.0
+        if measured is not None:
+            matrix = seal_lids(self.face(Operator(matrix, operator.smoothing))).operator
         return Operator(matrix, operator.smoothing)
 
     def build_face(self, options: DeformerOptions, /) -> FaceModel:

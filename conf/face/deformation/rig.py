@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.eyelid_helpers import EyelidHelpers
+from conf.face.deformation.eyelids import Lashes
 
 MAX_GAZE = np.radians(40.0)
 JAW_RANGE = (np.radians(-1.0), np.radians(35.0))  # the teeth meet; the jaw is open as far as it goes
@@ -28,6 +29,7 @@ class Eye:
     vertices : of the eyeball
     lids : vertices of skin that rest on it
     clearance : (lids,) float32, minimum distance of each of them from the centre
+    lashes : that stand on the lids, if there are any
     """
 
     centre: NDArray[np.float64]
@@ -35,11 +37,12 @@ class Eye:
     vertices: NDArray[np.int64]
     lids: NDArray[np.int64]
     clearance: NDArray[np.float32]
+    lashes: Lashes | None = None
 
     def apply(
         self, neutral: NDArray[np.float32], vertices: NDArray[np.float32], pupil: NDArray[np.floating], /
     ) -> None:
-        """Rotate the eyeball to its pupil and push the lids out of it.
+        """Rotate the eyeball to its pupil, push the lids out of it, and turn the lashes with them.
 
         neutral, vertices : (V, 3) neutral, and deformed: changed in place
         pupil : (2, 3) neutral position and offset of the pupil
@@ -54,6 +57,8 @@ class Eye:
         if len(inside):
             stretch = self.clearance[inside] / np.maximum(distance[inside], np.float32(1e-6))
             vertices[self.lids[inside]] = centre + from_centre[inside] * stretch[:, None]
+        if self.lashes is not None:
+            self.lashes.apply(neutral, vertices, centre)
 
 
 def gaze_rotation(pupil: NDArray[np.floating], offset: NDArray[np.floating], /) -> NDArray[np.float64]:

@@ -1,0 +1,168 @@
+"""What eyelids do beyond interpolation: they stop where they meet, and their lashes turn with them.
+
+Strategy. Lashes are surfaces of their own that stand on the edge of a lid. Interpolated like skin they would keep their
+direction in a blink and stand upright on the closed lid. So each lash vertex has a root on a smooth curve through the
+vertices at the edge; it moves with its root, and its offset from there turns as the middle of the lid does around the
+eye.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from conf.face.control_points import CONTROL_POINT_INDEX
+from conf.face.mesh.mesh import Mesh
+from conf.face.mesh.surface_graph import component_labels, triangle_edges
+
+_UPPER, _LOWER = ([CONTROL_POINT_INDEX[f"eyelid_{lid}_{side}"] for side in "lr"] for lid in ("upper", "lower"))
+# Of the neutral gap, by which a closed upper lid covers the lower one: without it a slit stays open between vertices,
+# and a sculpted blink of 1.35 gaps makes the lids of most heads sag.
+_OVERLAP = 0.1
+_LID_RADIUS = 1.2  # cm, of a human eye: on the larger eyeballs of most meshes a lid turns less than it should
+_MAX_TURN = 1.6  # times the rotation of the lid around the eye
+# In cm, 6.4 between the pupils.
+_BOX = (0.6, 1.5)  # beyond the corners of an eye, and above and below its lids, within which lashes lie
+_ROOT_DISTANCE = 0.25  # from the line of a lid's edge, within which lashes are attached
+_MIN_LENGTH = 0.15  # from the line of the edge: tear film and waterline do not reach farther
+_DEGREE = 3  # of the curve through the roots
+_LINE_SAMPLES = 33
+
+
+def stop_at_contact(points: NDArray[np.float64], offsets: NDArray[np.float32], /) -> NDArray[np.float32]:
+    """Return the offsets of the control points, those of upper lids reduced so that they cover the lower lids barely.
+
+    points, offsets : (n, 3) neutral control points and their offsets, model units
+    """
+    gaps = points[_UPPER, 1] - points[_LOWER, 1]
+    least = np.minimum(gaps, -_OVERLAP * np.abs(gaps))  # what overlaps in the neutral pose may stay so
+    excess = least - (gaps + offsets[_UPPER, 1] - offsets[_LOWER, 1])
+    if (excess <= 0).all():
+        return offsets
+    stopped = offsets.copy()
+    stopped[_UPPER, 1] += np.maximum(excess, 0.0).astype(np.float32)
+    return stopped
+
+
+@dataclass(frozen=True)
+class Lashes:
+    """The lashes of one eye.
+
+    vertices : (k,) of the lashes
+    attached : (a,) vertices at the edges of the lids
+    weights : (k, a) float32, of the attached vertices in the root of each, adding up to 1
+    middles : (k, a) float32, the same for the middle of the lid
+    lower : (k,) whether they stand on the lower lid
+    opening : (a,) float32, weights of the attached vertices in the opening between the lids; zeros without both lashes
+    turn : times the rotation of the middle around the eye
+    """
+
+    vertices: NDArray[np.int64]
+    attached: NDArray[np.int64]
+    weights: NDArray[np.float32]
+    middles: NDArray[np.float32]
+    lower: NDArray[np.bool_]
+    opening: NDArray[np.float32]
+    turn: float
+
+    def apply(
+        self, neutral: NDArray[np.float32], vertices: NDArray[np.float32], centre: NDArray[np.float32], /
+    ) -> None:
+        """Move the lashes with their lids.
+
+        neutral, vertices : (V, 3) neutral, and deformed: changed in place
+        centre : (3,) of the eye
+        """
+        rest, moved = neutral[self.attached], vertices[self.attached]
+        offsets = neutral[self.vertices] - self.weights @ rest
+        turned = turn_with(self.middles @ rest - centre, self.middles @ moved - centre, offsets, self.turn)
+        vertices[self.vertices] = turned + self.weights @ moved
+        # An upper lid that comes to lie on the lower one pushes the lashes of this one down.
+        overlap = float(self.opening @ moved[:, 1]) - min(float(self.opening @ rest[:, 1]), 0.0)
+        if overlap < 0:
+            vertices[self.vertices[self.lower], 1] += np.float32(overlap)
+
+
+def turn_with(
+    before: NDArray[np.float32], after: NDArray[np.float32], vectors: NDArray[np.float32], factor: float, /
+) -> NDArray[np.float32]:
+    """Return vectors (k, 3) rotated in the planes of before and after, (k, 3), by the angle between these times factor.
+
+    Source: Rodrigues' rotation formula.
+    """
+    axis = np.cross(before, after)
+    length = np.linalg.norm(axis, axis=1, keepdims=True)
+    axis = axis / np.maximum(length, np.float32(1e-12))
+    angle = factor * np.arctan2(length, (before * after).sum(axis=1, keepdims=True))
+    along = (axis * vectors).sum(axis=1, keepdims=True) * axis
+    turned = vectors * np.cos(angle) + np.cross(axis, vectors) * np.sin(angle) + along * (1 - np.cos(angle))
+    return np.asarray(turned, dtype=np.float32)
+
+
+def find_lashes(
+    mesh: Mesh, points: NDArray[np.float64], centre: NDArray[np.float64], skin: NDArray[np.int64], /, *, side: str
+) -> Lashes | None:
+    """Return the lashes of one eye, None if there are none: small parts that stand on the edge of a lid.
+
+    mesh, points : upright, in model centimetres; points (n, 3)
+    centre : (3,) of the eyeball; skin : vertices that are not of eyeballs, teeth or tongue; side : "l" or "r"
+    """
+    names = ("eye_outer_corner", "eyelid_upper", "eyelid_lower", "eye_inner_corner")
+    corners = points[[CONTROL_POINT_INDEX[f"{name}_{side}"] for name in names]]
+    low, high = corners[:, :2].min(axis=0) - _BOX, corners[:, :2].max(axis=0) + _BOX
+    in_box = (mesh.vertices[:, :2] > low) & (mesh.vertices[:, :2] < high)
+    inside = in_box.all(axis=1) & (mesh.vertices[:, 2] > centre[2])
+    movable = np.zeros(len(mesh.vertices), np.bool_)
+    movable[skin] = True
+    near = mesh.triangles[inside[mesh.triangles].any(axis=1) & movable[mesh.triangles].all(axis=1)]
+    used, triangles = np.unique(near, return_inverse=True)
+    if not len(used):
+        return None
+    labels = component_labels(triangle_edges(triangles.reshape(-1, 3).astype(np.int32)), len(used))
+    is_skin = np.isin(labels, labels[~inside[used]])  # it runs on beyond the eye
+    positions = mesh.vertices[used]
+    lines = [_edge_line(*corners[[0, middle, 3]]) for middle in (1, 2)]
+    to_lids = np.stack([KDTree(line).query(positions)[0] for line in lines])  # (2, k)
+    distance = to_lids.min(axis=0)
+    reach = np.zeros(labels.max() + 1)
+    np.maximum.at(reach, labels, distance)
+    is_lash = ~is_skin & (reach[labels] > _MIN_LENGTH)
+    attached = is_lash & (distance < _ROOT_DISTANCE)
+    is_lash &= np.isin(labels, labels[attached])
+    if not is_skin.any() or not is_lash.any():
+        return None
+    lash, seeds = np.flatnonzero(is_lash), np.flatnonzero(attached)
+    weights, middles = np.zeros((2, len(lash), len(seeds)))
+    lower = np.zeros(len(lash), np.bool_)
+    along = (positions[:, 0] - corners[[0, 3], 0].mean()) / np.ptp(corners[[0, 3], 0]) * 2
+    for label in np.unique(labels[lash]):
+        rows, columns = labels[lash] == label, labels[seeds] == label
+        weights[np.ix_(rows, columns)] = curve_weights(along[lash[rows]], along[seeds[columns]])
+        middles[np.ix_(rows, columns)] = curve_weights(np.zeros(1), along[seeds[columns]])
+        lower[rows] = to_lids[1, seeds[columns]].mean() < to_lids[0, seeds[columns]].mean()
+    turn = float(np.linalg.norm(corners[1] - centre)) / _LID_RADIUS
+    opening = np.zeros(len(seeds))
+    if lower.any() and not lower.all():
+        opening = middles[~lower].mean(axis=0) - middles[lower].mean(axis=0)
+    return Lashes(
+        used[lash], used[seeds], weights.astype(np.float32), middles.astype(np.float32), lower,
+        opening.astype(np.float32), float(np.clip(turn, 1.0, _MAX_TURN)),
+    )  # fmt: skip
+
+
+def curve_weights(positions: NDArray[np.float64], samples: NDArray[np.float64], /) -> NDArray[np.float64]:
+    """Return the (k, a) weights of values at samples (a,) in their least-squares polynomial at positions (k,).
+
+    Positions beyond the samples get the value at the nearest end.
+    """
+    degree = min(_DEGREE, len(samples) - 1)
+    clipped = np.clip(positions, samples.min(), samples.max())
+    at, on = (np.vander(x, degree + 1) for x in (clipped, samples))
+    return np.asarray(at @ np.linalg.pinv(on))
+
+
+def _edge_line(outer: NDArray[np.float64], lid: NDArray[np.float64], inner: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (s, 3) samples of the parabola from corner to corner through a lid's point, (3,) each."""
+    s = np.linspace(-1, 1, _LINE_SAMPLES)[:, None]
+    return np.asarray((1 - s * s) * lid + s * (s - 1) / 2 * outer + s * (s + 1) / 2 * inner)
