@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from conf.protocol.address import Address
 from conf.protocol.call_report import CallLog, CallReport
-from conf.protocol.messages import Presence, StreamParameters
+from conf.protocol.messages import StreamParameters
 from conf.protocol.participant.state import CameraState, RemoteState
 from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.rate_control.send_budget import RateOptions
@@ -40,7 +40,7 @@ class CallEndpoint(SenderConnection):
         code : as normalise_code returns it; random : n -> n random bytes; name : of this participant
         """
         self._call = CallSession(code, random, now, remote=remote)
-        super().__init__(self._call, parameters, now, rate=rate, portrait=portrait, two_way=True)
+        super().__init__(self._call, parameters, now, rate=rate, portrait=portrait, name=name, two_way=True)
         self.streams: dict[int, ReceiveLeg] = {}
         self._log = CallLog()
         self._ended_rejected = 0
@@ -62,11 +62,7 @@ class CallEndpoint(SenderConnection):
         if not self.streams:
             return RemoteState("", CameraState.OFF, VoiceState.OFF, None)
         (stream,) = self.streams.values()
-        camera = CameraState.NO_FACE if stream.motion.presence is Presence.NO_FACE else CameraState.ON
-        return RemoteState("", camera, stream.voice.state, None)
-
-    def send_camera_off(self, now: float) -> None:
-        """Announce that the camera is off. Nothing of the face is sent until the next frame."""
+        return RemoteState(stream.name, stream.camera, stream.voice.state, stream.portrait_percent)
 
     def snapshot(self, now: float) -> TrafficSnapshot:
         """Return the traffic figures of the call; of a silent peer without rates, jitter and delay."""

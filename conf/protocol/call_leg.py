@@ -33,6 +33,7 @@ from conf.protocol.wire import (
 
 # Datagrams that call for no report, after which one rides all the same: counters are short up to 64 unacknowledged.
 QUIET_DATAGRAMS = 32
+_QUIET = (messages.Feedback, messages.PortraitAck, messages.PathProbe, messages.PathAnswer)
 # What a datagram goes without, one after another, when it exceeds the user's limit.
 _VISUAL = (MOTION_BIT, PORTRAIT_CHUNK)
 _DROPPED = ((), _VISUAL, (*_VISUAL, VOICE_BIT, PARAMETERS, KEEP_ALIVE))
@@ -88,7 +89,7 @@ class CallLeg:
             except ProtocolError:
                 self._reject()
                 decodable = False
-        quiet = all(isinstance(single, messages.Feedback | messages.PortraitAck) for single in singles)
+        quiet = all(isinstance(single, _QUIET) for single in singles)
         self._reception.add(counter, now, timestamp=timestamp, decodable=decodable, calls_for_report=not quiet)
         return acknowledged
 

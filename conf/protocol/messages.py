@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.protocol.feedback import Report
+from conf.protocol.participant.state import CameraState
 from conf.protocol.voice.formats import VoiceFormat, VoiceState
 
 
@@ -105,6 +106,28 @@ class PortraitAck:
 
 
 @dataclass(frozen=True)
+class ParticipantMessage:
+    """Who sends, and whether its camera is on. name : as clean_name returns it; camera : ON or OFF"""
+
+    name: str
+    camera: CameraState
+
+
+@dataclass(frozen=True)
+class PathProbe:
+    """The question whether the peer is at the address to which it was sent. The session has answered it."""
+
+    token: bytes
+
+
+@dataclass(frozen=True)
+class PathAnswer:
+    """The answer to a probe with the same token. The session has applied it."""
+
+    token: bytes
+
+
+@dataclass(frozen=True)
 class VoicePayload:
     """One packet of voice.
 
@@ -148,6 +171,9 @@ SingleBody = (
     | VoicePayload
     | VoiceFormatMessage
     | VoiceStateMessage
+    | ParticipantMessage
+    | PathProbe
+    | PathAnswer
 )
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from conf.protocol.messages import StreamParameters, VoiceFormatMessage, VoiceStateMessage
+from conf.protocol.messages import ParticipantMessage, StreamParameters, VoiceFormatMessage, VoiceStateMessage
 from conf.protocol.wire import (
     BYE,
     KEEP_ALIVE,
@@ -12,6 +12,7 @@ from conf.protocol.wire import (
     MAX_INNER_BODY,
     MOTION_BIT,
     PARAMETERS,
+    PARTICIPANT,
     PORTRAIT_ACK,
     PORTRAIT_CHUNK,
     REFRESH_REPORT,
@@ -31,6 +32,7 @@ _ORDER = (
     PORTRAIT_ACK,
     PARAMETERS,
     ROUND_TRIP,
+    PARTICIPANT,
     VOICE_FORMAT,
     VOICE_STATE,
     KEEP_ALIVE,
@@ -46,7 +48,7 @@ class OutgoingBody:
     """A body to seal and send, and what its arrival means.
 
     frame_numbers : of the frames of motion it carries
-    parameters, voice_format, voice_state : what it announces, if anything
+    parameters, voice_format, voice_state, participant : what it announces, if anything
     """
 
     body: bytes
@@ -54,6 +56,7 @@ class OutgoingBody:
     parameters: StreamParameters | None = None
     voice_format: VoiceFormatMessage | None = None
     voice_state: VoiceStateMessage | None = None
+    participant: ParticipantMessage | None = None
 
     @property
     def kind(self) -> int:
@@ -88,4 +91,5 @@ def join_outgoing(parts: Sequence[OutgoingBody]) -> OutgoingBody:
         next((part.parameters for part in parts if part.parameters), None),
         next((part.voice_format for part in parts if part.voice_format), None),
         next((part.voice_state for part in parts if part.voice_state), None),
+        next((part.participant for part in parts if part.participant), None),
     )

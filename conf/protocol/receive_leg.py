@@ -5,6 +5,7 @@ from collections import deque
 from conf.protocol import messages
 from conf.protocol.codec.reference_frames import MissingReferenceError
 from conf.protocol.motion.inbound import InboundMotion
+from conf.protocol.participant.state import CameraState
 from conf.protocol.playout_clock import PlayoutClock
 from conf.protocol.portrait.object_receiver import ObjectReceiver
 from conf.protocol.reception_statistics import ReceptionStatistics
@@ -25,6 +26,7 @@ class ReceiveLeg:
     last_received : when the newest datagram came, None before the first
     rejected : malformed bodies; missed_references : frames whose reference had not arrived
     refresh_needed : whether the next report must say that a reference is missing
+    name : of the participant, "" if unknown
     round_trip_ms : as the sender measured it, None before it has told
     reception : statistics of the datagrams received
     """
@@ -41,10 +43,24 @@ class ReceiveLeg:
         self.rejected = 0
         self.missed_references = 0
         self.refresh_needed = False
+        self.name = ""
         self.round_trip_ms: float | None = None
         self.reception = ReceptionStatistics()
         self._object_receiver = ObjectReceiver(receiver_id)
         self.last_received: float | None = None
+        self._camera = CameraState.ON
+        self._camera_counter = -1  # of the datagram that told
+
+    @property
+    def camera(self) -> CameraState:
+        """What the sender's camera shows, as far as it has told."""
+        has_no_face = self._camera is CameraState.ON and self.motion.presence is messages.Presence.NO_FACE
+        return CameraState.NO_FACE if has_no_face else self._camera
+
+    @property
+    def portrait_percent(self) -> int | None:
+        """How much of the sender's photo has arrived, None if none has been announced."""
+        return self._object_receiver.photo_percent
 
     def on_datagram(self, data: bytes, wire_bytes: int, now: float) -> None:
         """Count an authenticated datagram. data : its encoded body; wire_bytes : its size, headers included"""
@@ -94,9 +110,15 @@ class ReceiveLeg:
             case messages.StreamParameters():
                 self.motion.receive_parameters(body, now)
             case messages.KeepAlive():
+                self._set_camera(CameraState.ON, counter)
                 self.motion.receive_keep_alive(body, now)
             case messages.MotionPayload():
-                return self._receive_motion(body, now)
+                received_until = self._receive_motion(body, now)
+                self._set_camera(CameraState.ON, counter)
+                return received_until
+            case messages.ParticipantMessage(name=name, camera=camera):
+                self.name = name
+                self._set_camera(camera, counter)
             case messages.VoiceFormatMessage():
                 self.voice.receive_format(body)
             case messages.VoiceStateMessage():
@@ -108,6 +130,11 @@ class ReceiveLeg:
             case messages.PortraitChunk(data=data):
                 self._receive_chunk(data)
         return None
+
+    def _set_camera(self, camera: CameraState, counter: int) -> None:
+        """Apply a state of the camera unless a newer datagram has told another."""
+        if counter > self._camera_counter:
+            self._camera, self._camera_counter = camera, counter
 
     def _receive_motion(self, body: messages.MotionPayload, now: float) -> float:
         try:

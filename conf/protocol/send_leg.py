@@ -13,6 +13,8 @@ from conf.protocol.codec.profiles import PROFILES
 from conf.protocol.feedback import Report
 from conf.protocol.motion.outbound import OutboundMotion
 from conf.protocol.outgoing import OutgoingBody
+from conf.protocol.participant.outbound import OutboundParticipant
+from conf.protocol.participant.state import CameraState
 from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.rate_control.send_budget import DATAGRAM_OVERHEAD, SEAL_BYTES, RateOptions, SendBudget
 from conf.protocol.reception_statistics import REPORT_INTERVAL_S
@@ -51,7 +53,7 @@ class LinkStatus:
 class SendLeg:
     """Turn one person's motion, voice and portrait into message bodies within the send budget.
 
-    motion, voice : the outgoing streams, with one clock; budget : what may be sent
+    motion, voice : the outgoing streams, with one clock; participant : name and camera; budget : what may be sent
     """
 
     def __init__(
@@ -61,11 +63,13 @@ class SendLeg:
         *,
         rate: RateOptions | None = None,
         portrait: ObjectSender | None = None,
+        name: str = "",
     ) -> None:
-        """portrait : the objects of the sender's portrait, None to send none"""
+        """portrait : the objects of the sender's portrait, None to send none; name : of the participant"""
         clock = StreamClock()
         self.motion = OutboundMotion(parameters, clock=clock)
         self.voice = OutboundVoice(clock)
+        self.participant = OutboundParticipant(name)
         self.budget = SendBudget(rate or RateOptions(), now)
         self._portrait = portrait
         self._connected = False
@@ -88,6 +92,7 @@ class SendLeg:
         self.budget.restart(now)
         self.motion.restart()
         self.voice.restart()
+        self.participant.restart(now)
         if self._portrait:
             self._portrait.restart()
 
@@ -98,6 +103,7 @@ class SendLeg:
     def send_frame(self, frame: messages.MotionFrame, now: float) -> None:
         """Send one frame; it is dropped while there is no session or the budget is stopped."""
         self._timestamp = frame.timestamp
+        self.participant.set_camera(CameraState.ON, now)
         if self._may_send(now):
             self.motion.wait_for_flush(self._voice_flows(now))
             self.motion.send_frame(frame, now)
@@ -105,8 +111,14 @@ class SendLeg:
     def send_no_face(self, timestamp: float, now: float) -> None:
         """Report that there is no face at `timestamp`."""
         self._timestamp = timestamp
+        self.participant.set_camera(CameraState.ON, now)
         if self._may_send(now):
             self.motion.send_no_face(timestamp, now)
+
+    def send_camera_off(self, now: float) -> None:
+        """Announce that the camera is off. Nothing of the face is sent until `send_frame` or `send_no_face`."""
+        self.participant.set_camera(CameraState.OFF, now)
+        self.motion.discard()
 
     def send_voice(self, packet: VoicePacket, now: float) -> None:
         """Send encoded voice, which means that somebody talks; dropped as a frame is.
@@ -129,7 +141,8 @@ class SendLeg:
         reserved : bytes that the datagram must leave for others
         """
         if self._connected and self.budget.consume_probe(now):
-            return [self.motion.probe(self._timestamp)]
+            is_off = self.participant.camera is CameraState.OFF
+            return [self.participant.body(now) if is_off else self.motion.probe(self._timestamp)]
         if self.voice.has_packet:
             bodies, room = self._voice_and_motion(now, reserved)
         elif self._voice_flows(now):
@@ -141,6 +154,7 @@ class SendLeg:
         bodies += self._chunk(bodies, now, room)
         if self._may_send(now):
             bodies += self.voice.state_bodies(now, alone=not bodies)
+            bodies += self._announcement(bodies, now)
         if bodies:
             self._sent_at = now
         return bodies
@@ -173,6 +187,7 @@ class SendLeg:
         """Record the counter of the datagram in which a body was sent."""
         self.motion.on_sent(counter, outgoing)
         self.voice.on_sent(counter, outgoing)
+        self.participant.on_sent(counter, outgoing)
         self.budget.round_trip.on_sent(counter, now)
 
     def receive_report(self, feedback: messages.Feedback, now: float) -> None:
@@ -184,6 +199,7 @@ class SendLeg:
         acknowledged = report.acknowledged()
         self.motion.on_acknowledged(acknowledged)
         self.voice.on_acknowledged(acknowledged)
+        self.participant.on_acknowledged(acknowledged)
         self._apply_level()
 
     def receive_portrait_ack(self, ack: messages.PortraitAck) -> None:
@@ -212,9 +228,17 @@ class SendLeg:
         return self.voice.has_packet or now < self._voice_until
 
     def _voice_and_motion(self, now: float, reserved: int) -> tuple[list[OutgoingBody], float]:
-        """Return the voice packets that wait and the motion that has room beside them, and the bytes still left."""
+        """Return the voice packets that wait and the motion that has room beside them, and the bytes still left.
+
+        An announcement goes first: motion waits until there is room for it.
+        """
         voice = self.voice.drain()
         room = self.budget.room_beside_voice(VOICE_HEADERS + sum(len(body.body) + 1 for body in voice) + reserved, now)
+        if self.participant.is_due(now) and self._may_send(now):
+            if room < self.participant.max_bytes:
+                return voice, 0.0
+            voice.append(self.participant.body(now))
+            room -= self.participant.max_bytes
         waiting = sum(len(body.body) + 1 for body in self.motion.waiting)
         self.motion.flush(room - waiting - 1)
         bodies = []
@@ -239,9 +263,18 @@ class SendLeg:
         self._round_trip_due, self._sent_round_trip_ms = now + ROUND_TRIP_INTERVAL_S, milliseconds
         return [OutgoingBody(encode_body(messages.RoundTripMessage(round(milliseconds))))]
 
+    def _announcement(self, bodies: Sequence[OutgoingBody], now: float) -> list[OutgoingBody]:
+        """Return the announcement of the participant if it is due; voice packets have it with them already."""
+        if any(body.kind == VOICE_BIT for body in bodies):
+            return []
+        is_due = self.participant.is_due(now) if bodies else self.participant.is_due_alone(now, self._sent_at)
+        return [self.participant.body(now)] if is_due else []
+
     def _chunk(self, bodies: Sequence[OutgoingBody], now: float, room: float | None) -> list[OutgoingBody]:
         """Return at most one portrait chunk, in the datagram of the bodies where they are motion or voice."""
-        if self._portrait is None or not self._connected or not self.budget.allows_chunk(now, room):
+        if self._portrait is None or not self._connected or self.participant.camera is CameraState.OFF:
+            return []
+        if not self.budget.allows_chunk(now, room):
             return []
         rides = any(body.kind in (MOTION_BIT, VOICE_BIT) for body in bodies)
         rides = rides and max(len(body.body) for body in bodies) <= MAX_INNER_BODY

@@ -32,13 +32,17 @@ class SenderConnection:
         *,
         rate: RateOptions | None = None,
         portrait: ObjectSender | None = None,
+        name: str = "",
         two_way: bool = False,
     ) -> None:
-        """portrait : the objects of the sender's portrait, None to send none; two_way : whether to receive too"""
+        """portrait : the objects of the sender's portrait, None to send none
+
+        name : of the participant, "" for none; two_way : whether to receive too
+        """
         self.traffic = RateWindow()
         self.stream: ReceiveLeg | None = None
         self._session = session
-        self._send = SendLeg(parameters, now, rate=rate, portrait=portrait)
+        self._send = SendLeg(parameters, now, rate=rate, portrait=portrait, name=name)
         self._leg = CallLeg(send=self._send, sealed_bytes=session.sealed_bytes)
         self._two_way = two_way
         self._calls = 0
@@ -52,6 +56,10 @@ class SenderConnection:
     def send_no_face(self, timestamp: float, now: float) -> None:
         """Report that there is no face at `timestamp`."""
         self._send.send_no_face(timestamp, now)
+
+    def send_camera_off(self, now: float) -> None:
+        """Announce that the camera is off. Nothing of the face is sent until the next frame, or report of no face."""
+        self._send.send_camera_off(now)
 
     @property
     def voice_format(self) -> VoiceFormat | None:

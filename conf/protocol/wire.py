@@ -21,6 +21,9 @@ from conf.protocol.messages import (
     Feedback,
     KeepAlive,
     MotionPayload,
+    ParticipantMessage,
+    PathAnswer,
+    PathProbe,
     PortraitAck,
     PortraitChunk,
     Presence,
@@ -31,6 +34,8 @@ from conf.protocol.messages import (
     VoicePayload,
     VoiceStateMessage,
 )
+from conf.protocol.participant.state import MAX_NAME_BYTES, CameraState, clean_name
+from conf.protocol.session.path_validation import PATH_ANSWER, PATH_PROBE, TOKEN_BYTES
 from conf.protocol.voice.formats import MAX_CODEC_NAME, MAX_FORMATS, MAX_NOISE_LEVEL, VoiceFormat, VoiceState
 
 NUMBER_BITS = 7
@@ -41,7 +46,7 @@ MILLISECONDS = 1000  # per second
 FAPU_STEPS = 1000  # per centimetre
 FPS_STEPS = 100
 PARAMETERS, KEEP_ALIVE, REPORT, ROUND_TRIP, BYE, PORTRAIT_CHUNK, PORTRAIT_ACK, COMPOSITE = range(8)
-VOICE_FORMAT, VOICE_STATE, REFRESH_REPORT = range(8, 11)
+VOICE_FORMAT, VOICE_STATE, REFRESH_REPORT, PARTICIPANT = range(8, 12)
 SHORT_COMPOSITE = 0x10  # kinds 10 to 3f: a composite whose first body has kind - 0f bytes
 VOICE_BIT = 0x40  # kinds 40 to 7f
 MAX_SHORT_FIRST = VOICE_BIT - SHORT_COMPOSITE
@@ -203,6 +208,27 @@ def _decode_voice_state(data: bytes) -> VoiceStateMessage:
     return VoiceStateMessage(VoiceState(data[0]), data[1])
 
 
+def _encode_participant(body: ParticipantMessage) -> bytes:
+    return bytes((body.camera.value,)) + body.name.encode()
+
+
+def _decode_participant(data: bytes) -> ParticipantMessage:
+    if not 1 <= len(data) <= 1 + MAX_NAME_BYTES or data[0] not in _CAMERA_STATES:
+        raise ProtocolError("not a camera state and a name")
+    try:
+        name = data[1:].decode()
+    except UnicodeDecodeError as error:
+        raise ProtocolError("a name is not UTF-8") from error
+    return ParticipantMessage(clean_name(name), CameraState(data[0]))
+
+
+def _token(data: bytes) -> bytes:
+    if len(data) != TOKEN_BYTES:
+        raise ProtocolError(f"a token has {TOKEN_BYTES} bytes")
+    return data
+
+
+_CAMERA_STATES = {CameraState.ON.value, CameraState.OFF.value}  # that it sees no face, the keep-alives tell
 _VOICE_STATES = {state.value for state in VoiceState if state is not VoiceState.TALKING}  # the packets tell that
 _PRESENCES = {presence.value for presence in Presence}
 _ENCODERS: dict[type, tuple[int, Callable[[Any], bytes]]] = {
@@ -214,6 +240,9 @@ _ENCODERS: dict[type, tuple[int, Callable[[Any], bytes]]] = {
     PortraitAck: (PORTRAIT_ACK, lambda body: body.data),
     VoiceFormatMessage: (VOICE_FORMAT, _encode_voice_format),
     VoiceStateMessage: (VOICE_STATE, lambda body: bytes((body.state.value, body.noise_level))),
+    ParticipantMessage: (PARTICIPANT, _encode_participant),
+    PathProbe: (PATH_PROBE, lambda body: body.token),
+    PathAnswer: (PATH_ANSWER, lambda body: body.token),
 }
 _DECODERS: dict[int, Callable[[bytes], SingleBody]] = {
     PARAMETERS: _decode_parameters,
@@ -226,4 +255,7 @@ _DECODERS: dict[int, Callable[[bytes], SingleBody]] = {
     PORTRAIT_ACK: PortraitAck,
     VOICE_FORMAT: _decode_voice_format,
     VOICE_STATE: _decode_voice_state,
+    PARTICIPANT: _decode_participant,
+    PATH_PROBE: lambda data: PathProbe(_token(data)),
+    PATH_ANSWER: lambda data: PathAnswer(_token(data)),
 }

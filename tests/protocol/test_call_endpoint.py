@@ -7,11 +7,14 @@ import pytest
 
 from conf.protocol.address import Address
 from conf.protocol.call_endpoint import CallEndpoint
+from conf.protocol.outgoing import OutgoingBody
 from conf.protocol.participant.state import CameraState, RemoteState
+from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.rate_control.rate_levels import VoiceMode
 from conf.protocol.rate_control.send_budget import RateOptions
-from conf.protocol.session.events import Connected, LossReason, SessionEnded
+from conf.protocol.session.events import AddressChanged, Connected, LossReason, SessionEnded
 from conf.protocol.voice.formats import VoicePacket, VoiceState
+from conf.protocol.wire import MOTION_BIT, PARTICIPANT, PORTRAIT_CHUNK, REPORT, ROUND_TRIP, split_bodies
 from tests.support.simulated_call import A, B, Link
 from tests.support.simulated_calls import PARAMETERS, talk
 from tests.support.simulated_sessions import CODE
@@ -19,11 +22,23 @@ from tests.support.simulated_sessions import CODE
 BEGIN = 1000.0
 
 
-def endpoint(seed: str, remote: Address | None = None, *, now: float = BEGIN, voice: bool = False) -> CallEndpoint:
-    rate = RateOptions(voice=VoiceMode.AUTOMATIC) if voice else None
-    generator = random.Random(seed)
+def endpoint(
+    name: str,
+    remote: Address | None = None,
+    *,
+    now: float = BEGIN,
+    voice: bool = False,
+    portrait: ObjectSender | None = None,
+) -> CallEndpoint:
     return CallEndpoint(
-        code=CODE, parameters=PARAMETERS, now=now, random=generator.randbytes, remote=remote, rate=rate, name=seed
+        code=CODE,
+        parameters=PARAMETERS,
+        now=now,
+        random=random.Random(name).randbytes,
+        remote=remote,
+        rate=RateOptions(voice=VoiceMode.AUTOMATIC) if voice else None,
+        portrait=portrait,
+        name=name,
     )
 
 
@@ -78,6 +93,142 @@ def test_the_state_of_the_other_is_known() -> None:
     link.run(1)
     assert a.remote_state.camera is CameraState.NO_FACE and a.remote_state.voice is VoiceState.OFF
     assert b.remote_state.camera is CameraState.ON and b.remote_state.voice is VoiceState.TALKING
+
+
+def test_names_are_known_and_cost_nothing_later() -> None:
+    link, a, b = connected()
+    link.tick = send_frames(a, b)
+    link.run(3)
+    assert a.remote_state.name == "Bob" and b.remote_state.name == "Ada"
+    assert not a._send.participant.is_due(link.now) and not b._send.participant.is_due(link.now)
+
+
+def kinds_sent(end: CallEndpoint) -> list[int]:
+    """Record the kinds of the bodies that an end sends from now on."""
+    kinds: list[int] = []
+    on_sent = end._leg.on_sent
+
+    def record(counter: int, outgoing: OutgoingBody, now: float) -> None:
+        kinds.extend(OutgoingBody(part).kind for part in split_bodies(outgoing.body))
+        on_sent(counter, outgoing, now)
+
+    end._leg.on_sent = record  # type: ignore[method-assign]
+    return kinds
+
+
+@pytest.mark.slow
+def test_with_the_camera_off_nothing_of_the_face_is_sent_and_the_other_end_knows_it() -> None:
+    portrait = ObjectSender()
+    portrait.send_object(0, bytes(12000), priority=0)
+    a, b = endpoint("Ada", portrait=portrait), endpoint("Bob", A)
+    link = Link({A: a, B: b}, delays=lambda _: [0.04])
+    link.tick = send_frames(a, b)
+    link.run(3)
+    assert 0 < (b.remote_state.portrait_percent or 0) < 100
+    send_b = send_frames(b)
+
+    def tick(now: float) -> None:
+        a.send_camera_off(now)
+        send_b(now)
+
+    link.tick = tick
+    kinds = kinds_sent(a)
+    link.run(0.25)
+    assert b.remote_state.camera is CameraState.OFF
+    link.run(9)
+    assert set(kinds) <= {PARTICIPANT, REPORT, ROUND_TRIP}
+    assert 8 <= kinds.count(PARTICIPANT) <= 12, "it is the keep-alive"
+    assert a.streams and b.streams and not next(iter(b.streams.values())).is_silent(link.now)
+    link.tick = send_frames(a, b)
+    link.run(0.3)
+    assert b.remote_state.camera is CameraState.ON
+    assert MOTION_BIT in kinds and PORTRAIT_CHUNK in kinds
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_a_camera_that_is_switched_under_heavy_loss_is_known_soon(seed: int) -> None:
+    link, a, b = connected(voice=True)
+    generator = random.Random(seed)
+    link.delays = lambda _: [0.04] if generator.random() > 0.3 else []
+    is_off = False
+
+    def tick(now: float) -> None:
+        b.send_no_face(now, now)
+        if is_off:
+            a.send_camera_off(now)
+        else:
+            a.send_frame(talk(now), now)
+
+    link.tick = tick
+    for _ in range(6):
+        is_off = not is_off
+        link.run(2.5)
+        assert b.remote_state == RemoteState("Ada", CameraState.OFF if is_off else CameraState.ON, VoiceState.OFF, None)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("who", range(2))
+def test_a_move_is_found_within_a_round_trip(who: int) -> None:
+    link, *ends = connected()
+    link.tick = send_frames(*ends)
+    link.run(2)
+    moved, other = ends[who], ends[1 - who]
+    old, new = (A, B)[who], ("203.0.113.1", 7)
+    link.move(old, new)
+    began = link.now
+    while other.callers != {new}:
+        link.run(0.05)
+        assert link.now < began + 0.25, "the first frame from there, a way, and a round trip of 80 ms; steps of 50 ms"
+    link.run(2)
+    assert moved.status(link.now).connected and not next(iter(moved.streams.values())).is_silent(link.now)
+    assert AddressChanged(next(iter(other.streams)), new) in link.events_of(other)
+    assert [row.caller for row in other.report(link.now).callers] == ["203.0.113.1:7"]
+
+
+@pytest.mark.slow
+def test_both_may_move_at_once_while_their_old_addresses_are_forwarded() -> None:
+    link, a, b = connected()
+    link.tick = send_frames(a, b)
+    link.run(2)
+    new_a, new_b = ("203.0.113.1", 7), ("203.0.113.2", 8)
+    link.move(A, new_a, is_forwarded=True)
+    link.move(B, new_b, is_forwarded=True)
+    link.run(0.5)
+    assert a.callers == {new_b} and b.callers == {new_a}
+    link.forwards.clear()
+    link.run(2)
+    assert all(not stream.is_silent(link.now) for end in (a, b) for stream in end.streams.values())
+
+
+@pytest.mark.slow
+def test_copies_from_elsewhere_that_overtake_the_originals_lure_nobody_away() -> None:
+    link, a, b = connected()
+    link.tick = send_frames(a, b)
+    elsewhere = ("203.0.113.9", 9)
+    for _ in range(40):
+        link.run(0.05)
+        for _, _, target, data in [sent for sent in link.sent[-6:] if elsewhere not in sent]:
+            link.ends[target].receive_datagram(data, elsewhere, link.now)
+    assert a.callers == {B} and b.callers == {A}
+    to_attacker = sum(len(data) for _, _, target, data in link.sent if target == elsewhere)
+    assert 0 < to_attacker < 2 * 24 * 25, "probes"
+
+
+@pytest.mark.slow
+def test_who_called_calls_again_where_the_other_end_has_moved_to() -> None:
+    link, a, b = connected()
+    link.tick = send_frames(a, b)
+    link.run(1)
+    new = ("203.0.113.1", 7)
+    link.move(A, new)
+    link.run(1)
+    link.unreachable = {new}
+    link.run(40)
+    assert not a.streams and not b.streams
+    link.unreachable = set()
+    link.run(6)
+    assert b.callers == {new} and len(a.streams) == 1
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ import pytest
 from conf.errors import ProtocolError
 from conf.protocol.codec.decoder import Decoder
 from conf.protocol.codec.reference_frames import MissingReferenceError
-from conf.protocol.messages import Composite, VoicePayload
+from conf.protocol.messages import Composite, ParticipantMessage, VoicePayload
 from conf.protocol.wire import decode_body
 from tools.golden.wire import BODIES, FOLDER, invalid, payloads, valid
 
@@ -29,6 +29,8 @@ def test_a_golden_body_decodes_and_its_truncations_are_rejected(name: str) -> No
         cut = VALID[name][:size]
         if cut[:1] > b"\x80" or (size > 2 and isinstance(BODIES[name], VoicePayload | Composite)):
             continue  # truncated motion and voice are an error of what decodes them
+        if 2 <= size < 5 and isinstance(BODIES[name], ParticipantMessage):
+            continue  # a shorter name is one, unless its last character is cut
         with pytest.raises(ProtocolError):
             decode_body(VALID[name][:size])
 

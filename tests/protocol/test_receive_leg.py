@@ -9,6 +9,7 @@ from conf.protocol.messages import (
     Composite,
     Feedback,
     KeepAlive,
+    ParticipantMessage,
     PortraitAck,
     PortraitChunk,
     Presence,
@@ -18,6 +19,7 @@ from conf.protocol.messages import (
     VoiceStateMessage,
 )
 from conf.protocol.motion.outbound import OutboundMotion
+from conf.protocol.participant.state import CameraState
 from conf.protocol.portrait.chunks import Chunk, decode_ack, encode_chunk
 from conf.protocol.receive_leg import MAX_OBJECTS, SILENCE_S, ReceiveLeg
 from conf.protocol.statistics import MediaBytes
@@ -183,6 +185,25 @@ def test_the_other_bodies_are_applied() -> None:
     leg = Leg()
     receive(leg, encode_body(RoundTripMessage(123)))
     assert leg.round_trip_ms == 123.0 and leg.rejected == 0
+
+
+def test_the_newest_datagram_tells_whether_the_camera_is_on() -> None:
+    leg = Leg()
+    off, on = (encode_body(ParticipantMessage("Ada", camera)) for camera in (CameraState.OFF, CameraState.ON))
+    assert (leg.name, leg.camera, leg.portrait_percent) == ("", CameraState.ON, None)
+    receive(leg, off, counter=5)
+    assert (leg.name, leg.camera) == ("Ada", CameraState.OFF)
+    receive(leg, encode_body(payload(0)), counter=4)
+    assert leg.camera is CameraState.OFF, "the frame is older"
+    receive(leg, encode_body(KeepAlive(1.0, Presence.NO_FACE)), counter=6)
+    assert leg.camera is CameraState.NO_FACE
+    receive(leg, encode_body(payload(1)), counter=7)
+    assert leg.camera is CameraState.ON
+    receive(leg, off, counter=6)
+    assert leg.camera is CameraState.ON
+    receive(leg, off, counter=8)
+    receive(leg, on, counter=9)
+    assert leg.camera is CameraState.ON and leg.rejected == 0
 
 
 def test_voice_is_received_at_the_stream_time_and_state_of_its_counter() -> None:

@@ -12,6 +12,7 @@ from conf.protocol.messages import (
     Feedback,
     KeepAlive,
     MotionPayload,
+    ParticipantMessage,
     PortraitAck,
     PortraitChunk,
     Presence,
@@ -22,6 +23,7 @@ from conf.protocol.messages import (
     VoiceStateMessage,
 )
 from conf.protocol.outgoing import OutgoingBody
+from conf.protocol.participant.state import CameraState
 from conf.protocol.portrait.chunks import Ack, encode_ack
 from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.rate_control.circuit_breaker import OPEN_AFTER_S
@@ -29,15 +31,17 @@ from conf.protocol.rate_control.rate_levels import VoiceMode
 from conf.protocol.rate_control.send_budget import RateOptions
 from conf.protocol.send_leg import SendLeg
 from conf.protocol.voice.formats import GRID_MS, VoicePacket, VoiceState
-from conf.protocol.wire import decode_body, encode_body
+from conf.protocol.wire import PARTICIPANT, VOICE_BIT, decode_body, encode_body, split_bodies
 from tests.protocol.motion.test_outbound import PARAMETERS, frame
 
 
 class Leg(SendLeg):
     """A sending half with the leg that hands it the bodies."""
 
-    def __init__(self, now: float = 0.0, rate: RateOptions | None = None, portrait: ObjectSender | None = None) -> None:
-        super().__init__(PARAMETERS, now, rate=rate, portrait=portrait)
+    def __init__(
+        self, now: float = 0.0, rate: RateOptions | None = None, portrait: ObjectSender | None = None, name: str = ""
+    ) -> None:
+        super().__init__(PARAMETERS, now, rate=rate, portrait=portrait, name=name)
         self.call = CallLeg(send=self)
 
     def receive_body(self, data: bytes, now: float) -> int | None:
@@ -361,6 +365,44 @@ def test_the_end_of_talk_is_sent_at_once_and_another_state_rides_or_waits_a_tent
     leg.set_voice_state(VoiceState.OFF, 3.0)
     leg.send_frame(frame(3.0), 3.0)
     assert VoiceStateMessage(VoiceState.OFF, 127) in sent(leg, 3.0)
+
+
+def test_with_the_camera_off_what_waits_is_dropped_and_nothing_of_the_face_follows() -> None:
+    leg = started(portrait=portrait())
+    leg.send_frame(frame(0.0), 0.0)
+    leg.send_camera_off(0.0)
+    (announcement,) = leg.bodies_to_send(0.1)
+    assert decode_body(announcement.body) == ParticipantMessage("", CameraState.OFF)
+    leg.on_sent(0, announcement, 0.1)
+    leg.receive_body(feedback(0), 0.2)
+    leg.send_camera_off(0.9)
+    assert sent(leg, 0.9) == [RoundTripMessage(100)]
+    probes = [body for now in (12.0, 13.0) for body in sent(leg, now)]
+    assert probes == [ParticipantMessage("", CameraState.OFF)] * 2, (
+        "the probe of a broken link is none of the face either"
+    )
+    leg.receive_body(feedback(0), 20.0)
+    leg.send_no_face(20.0, 20.0)
+    kinds = {type(body) for body in sent(leg, 20.1)}
+    assert kinds == {StreamParameters, KeepAlive, ParticipantMessage, PortraitChunk}
+
+
+@pytest.mark.parametrize("kbps", [2.4, 4.8, 6.0])
+def test_a_name_goes_with_the_voice_within_the_limit(kbps: float) -> None:
+    leg, times, lost, now = Leg(rate=RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC), name="N" * 32), [], 0, 0.0
+    leg.start(0.0)
+    while now < 9.0:
+        voice_format = leg.voice_format
+        assert voice_format
+        say(leg, now + voice_format.packet_s, now)
+        now += voice_format.packet_s
+        leg.send_frame(frame(now - 0.05), now)
+        datagrams = [split_bodies(outgoing.body) for outgoing in leg.call.bodies_to_send(now)]
+        kinds = [part[0] for parts in datagrams for part in parts]
+        lost += not any(kind & 0xC0 == VOICE_BIT for kind in kinds)
+        times += [now] if PARTICIPANT in kinds else []
+    assert lost == 0
+    assert times[0] < 1.0 and len(times) >= 5, "nothing is acknowledged"
 
 
 def test_reports_are_rarer_and_wait_longer_in_long_voice_packets() -> None:

@@ -16,6 +16,7 @@ from conf.protocol.messages import (
     Feedback,
     KeepAlive,
     MotionPayload,
+    ParticipantMessage,
     PortraitAck,
     PortraitChunk,
     Presence,
@@ -26,6 +27,7 @@ from conf.protocol.messages import (
     VoicePayload,
     VoiceStateMessage,
 )
+from conf.protocol.participant.state import CameraState
 from conf.protocol.voice.formats import VoiceFormat, VoiceState
 from conf.protocol.wire import MAX_BODY, decode_body, encode_body, join_bodies
 
@@ -148,7 +150,7 @@ def voice_format(**changes: object) -> bytes:
     [
         (b"", "a body is empty or too long"),
         (b"\x80" * 1101, "a body is empty or too long"),
-        (b"\x0b\x91\0", "unknown kind 11"),
+        (b"\x0e\x91\0", "unknown kind 14"),
         (b"\x0f", "unknown kind 15"),
         *((parameters(**{name: 0}), "out of range") for name in ("width", "height", "rate", "points", "a", "e")),
         *((parameters(**{name: 16385}), "out of range") for name in ("width", "height")),
@@ -177,7 +179,7 @@ def voice_format(**changes: object) -> bytes:
         (b"\x10\4\x10\4", "a composite cut off"),
         (b"\x10\4" * 8 + b"\4", "too many"),
         (b"\x12\x10\4\4\4", "unknown kind 16"),
-        (b"\x10\x0b\4", "unknown kind 11"),
+        (b"\x10\x0e\4", "unknown kind 14"),
         (b"\x40\0", "voice without data"),
         (b"\x7f", "voice without data"),
         (b"\x08\xc1", "not msgpack"),
@@ -200,6 +202,12 @@ def voice_format(**changes: object) -> bytes:
         (b"\x09\2\0", "not a voice state"),
         (b"\x09\0\x80", "not a voice state"),
         (b"\x09\0\0\0", "not a voice state"),
+        (b"\x0b", "not a camera state and a name"),
+        (b"\x0b\2", "not a camera state and a name"),
+        (b"\x0b\0" + b"x" * 33, "not a camera state and a name"),
+        (b"\x0b\0\xff", "a name is not UTF-8"),
+        (b"\x0c" + bytes(7), "a token has 8 bytes"),
+        (b"\x0d" + bytes(9), "a token has 8 bytes"),
     ],
 )
 def test_invalid_bodies_are_rejected(data: bytes, error: str) -> None:
@@ -231,3 +239,7 @@ def test_any_msgpack_array_gives_a_body_or_protocol_error(kind: int, values: lis
         decode_body(bytes((kind,)) + msgpack.packb(values))
     except ProtocolError:
         pass
+
+
+def test_a_received_name_is_cleaned() -> None:
+    assert decode_body(b"\x0b\0 \x1b[2JAda\n") == ParticipantMessage("[2JAda", CameraState.ON)

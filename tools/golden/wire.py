@@ -21,6 +21,9 @@ from conf.protocol.messages import (
     Feedback,
     KeepAlive,
     MotionPayload,
+    ParticipantMessage,
+    PathAnswer,
+    PathProbe,
     Presence,
     RoundTripMessage,
     StreamParameters,
@@ -28,6 +31,7 @@ from conf.protocol.messages import (
     VoicePayload,
     VoiceStateMessage,
 )
+from conf.protocol.participant.state import CameraState
 from conf.protocol.voice.formats import VoiceFormat, VoicePacket, VoiceState
 from conf.protocol.voice.packing import pack_frames
 from conf.protocol.wire import MAX_BODY, encode_body
@@ -64,6 +68,9 @@ BODIES: dict[str, Body] = {
     "voice_variable": VoicePayload(303, False, 0, _frames("voice_variable")),
     "voice_state": VoiceStateMessage(VoiceState.SILENT, 62),
     "voice_state_muted": VoiceStateMessage(VoiceState.MUTED, 127),
+    "participant": ParticipantMessage("Zoë", CameraState.OFF),
+    "path_probe": PathProbe(bytes.fromhex("31415926 53589793")),
+    "path_answer": PathAnswer(bytes.fromhex("31415926 53589793")),
     "composite": Composite((REPORT, MotionPayload(77, b"\x01\x02\x03"), VoicePayload(303, False, 0, b"\x0a"))),
     "composite_long": Composite((MotionPayload(77, bytes(range(1, 50))), Bye())),
 }
@@ -93,7 +100,7 @@ def invalid() -> dict[str, bytes]:
     return {
         "empty": b"",
         "too_long": bytes([0x80]) * (MAX_BODY + 1),
-        "unknown_kind": b"\x0b" + parameters[1:],
+        "unknown_kind": b"\x0e" + parameters[1:],
         "parameters_truncated": parameters[:-1],
         "parameters_without_points": parameters.replace(b"\x32", b"\x00", 1),
         "parameters_width_0": parameters.replace(b"\xcd\x01\x40", b"\x00", 1),
@@ -114,6 +121,11 @@ def invalid() -> dict[str, bytes]:
         "voice_format_without_name": b"\x08\x96\x02\xa0" + good["voice_format_fixed"][10:],
         "voice_state_2": b"\x09\x02" + good["voice_state"][2:],
         "voice_state_5": b"\x09\x05" + good["voice_state"][2:],
+        "participant_camera_2": b"\x0b\x02" + good["participant"][2:],
+        "participant_name_too_long": good["participant"][:2] + b"x" * 33,
+        "participant_name_cut": good["participant"][:-1],
+        "path_probe_cut": good["path_probe"][:-1],
+        "path_answer_with_a_tail": good["path_answer"] + b"\x00",
         "voice_state_noise_128": good["voice_state"][:2] + b"\x80",
     }
 

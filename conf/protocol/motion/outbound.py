@@ -123,6 +123,11 @@ class OutboundMotion:
         if now >= self._keep_alive_due:
             self._queue_keep_alive(stream_time, Presence.NO_FACE, now)
 
+    def discard(self) -> None:
+        """Remove all that waits to be sent."""
+        self._pending.clear()
+        self._queue.clear()
+
     def probe(self, timestamp: float) -> OutgoingBody:
         """Return a keep-alive to which a receiver would report."""
         return OutgoingBody(encode_body(KeepAlive(self._clock.stream_time(timestamp), Presence.FACE)))

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from conf.errors import ProtocolError
 from conf.protocol.portrait.chunks import MAX_COMPLETE, MAX_PARTIAL, Ack, chunk_count, decode_chunk, encode_ack
 
+PHOTO = 0  # the first byte of an object that is a photo
 ACK_INTERVAL_S = 0.5
 MAX_REMEMBERED = 256  # numbers of complete objects, whose late chunks are ignored
 
@@ -18,6 +19,16 @@ class _Partial:
     object_size: int
     chunks: dict[int, bytes] = field(default_factory=dict)
 
+    @property
+    def is_photo(self) -> bool:
+        """Whether the object is known to be a photo."""
+        return self.chunks.get(0, b"")[:1] == bytes((PHOTO,))
+
+    @property
+    def percent(self) -> int:
+        """How much has arrived."""
+        return 100 * len(self.chunks) // chunk_count(self.object_size, self.size)
+
 
 class ObjectReceiver:
     """Receive the objects of one sender.
@@ -28,6 +39,7 @@ class ObjectReceiver:
     def __init__(self, receiver_id: int = 0) -> None:
         """receiver_id : 16 bits by which the sender recognises this receiver"""
         self.rejected = 0
+        self._has_photo = False
         self._receiver_id = receiver_id & 0xFFFF
         self._partial: OrderedDict[int, _Partial] = OrderedDict()  # by object number
         self._complete: OrderedDict[int, None] = OrderedDict()
@@ -35,6 +47,12 @@ class ObjectReceiver:
         self._ack_pending = False
         self._gap_at_end = False  # the last chunk of an object has arrived, and not all before it
         self._acknowledged_at = float("-inf")
+
+    @property
+    def photo_percent(self) -> int | None:
+        """How much has arrived of the newest photo, None if no photo has been announced."""
+        arriving = [partial.percent for partial in self._partial.values() if partial.is_photo]
+        return arriving[-1] if arriving else 100 if self._has_photo else None
 
     def receive_chunk(self, data: bytes) -> bytes | None:
         """Accept a chunk's body; return the object that it completes. Counts bad chunks in `rejected`, never raises."""
@@ -60,6 +78,7 @@ class ObjectReceiver:
             self._gap_at_end = self._gap_at_end or chunk.index == count - 1
             return None
         del self._partial[number]
+        self._has_photo |= partial.is_photo
         self._complete[number] = self._unacknowledged[number] = None
         if len(self._complete) > MAX_REMEMBERED:
             self._complete.popitem(last=False)

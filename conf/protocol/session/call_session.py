@@ -13,13 +13,14 @@ same as a third caller until the old session has been silent for SILENCE_S, and 
 from collections import Counter, deque
 
 from conf.protocol.address import Address
+from conf.protocol.session.active_session import ActiveSession, SealedDatagram
 from conf.protocol.session.client import SILENCE_S, SenderSession
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.events import Connected, Event, LossReason
 from conf.protocol.session.handshake import RandomBytes, Refusal
 from conf.protocol.session.packet import DATA_PREFIX, HANDSHAKE_PREFIX, MAX_OVERHEAD, Kind
 from conf.protocol.session.responder import Attempt
-from conf.protocol.session.seal import EPOCH_LENGTH, ActiveSession, SealedDatagram
+from conf.protocol.session.seal import EPOCH_LENGTH
 from conf.protocol.session.server import SessionServer
 
 _ANSWERS = {Kind.RETRY, Kind.ANSWER, Kind.DONE, Kind.REFUSED, Kind.UNKNOWN}
@@ -52,7 +53,7 @@ class CallSession:
     def session(self) -> int | None:
         """The number of the session, None while there is none."""
         active = self._active
-        return active.sealing_key.session if active else None
+        return active.number if active else None
 
     @property
     def peer(self) -> Address | None:

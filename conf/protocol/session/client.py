@@ -9,12 +9,13 @@ from collections import Counter, deque
 
 from conf.protocol.address import Address
 from conf.protocol.session import events
+from conf.protocol.session.active_session import ActiveSession, SealedDatagram
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.events import Event, LossReason
 from conf.protocol.session.handshake import RandomBytes, Refusal
 from conf.protocol.session.initiator import HandshakeDone, HandshakeRefused, Initiator
 from conf.protocol.session.packet import MAX_OVERHEAD, DataPacket, HandshakePacket, Kind, parse_datagram
-from conf.protocol.session.seal import EPOCH_LENGTH, ActiveSession, CounterExhausted, SealedDatagram
+from conf.protocol.session.seal import EPOCH_LENGTH, CounterExhausted
 
 IDLE_S = 30.0
 SILENCE_S = 4.0  # a receiver reports twice a second: eight reports lost in a row are no chance
@@ -40,6 +41,7 @@ class SenderSession:
         self.stopped = False
         self._code = code
         self._remote = remote
+        self._moved_to: Address | None = None  # the newest address of the receiver
         self._random = random
         self._epoch_length = epoch_length
         self._active: ActiveSession | None = None
@@ -52,7 +54,7 @@ class SenderSession:
     @property
     def session(self) -> int | None:
         """The number of the session, None while there is none."""
-        return self._active.sealing_key.session if self._active else None
+        return self._active.number if self._active else None
 
     @property
     def active(self) -> ActiveSession | None:
@@ -71,7 +73,7 @@ class SenderSession:
             if isinstance(packet, DataPacket):
                 self._receive_data(packet, address, now)
             else:
-                self._receive_handshake(packet, now)
+                self._receive_handshake(packet, address, now)
         except DatagramError as error:
             self.dropped[error.reason] += 1
 
@@ -108,7 +110,7 @@ class SenderSession:
 
     def has_session(self, number: int) -> bool:
         """Return whether the session has this number, or had it before it was closed."""
-        return any(a is not None and a.sealing_key.session == number for a in (self._active, self._closed))
+        return any(a is not None and a.number == number for a in (self._active, self._closed))
 
     def drop_unanswered_handshake(self) -> None:
         """Stop the handshake in progress unless the receiver has answered it."""
@@ -116,10 +118,16 @@ class SenderSession:
             self._initiator = None
 
     def datagrams_to_send(self, now: float) -> list[tuple[bytes, Address]]:
-        """Return the datagrams of the handshake that are due."""
+        """Return the datagrams of the handshake and of path validation that are due.
+
+        If the receiver has moved, the handshake is tried at its last address too.
+        """
         self._handle_silence(now)
+        self._moved_to = self._active.address if self._active else self._moved_to
         datagram = self._initiator.datagram(now) if self._initiator else None
-        return [] if datagram is None else [(datagram, self._remote)]
+        addresses = dict.fromkeys((self._remote, self._moved_to)) if datagram else {}
+        handshake = [(datagram, address) for address in addresses if datagram and address]
+        return handshake + (self._active.datagrams_to_send() if self._active else [])
 
     def next_event(self) -> Event | None:
         """Return the oldest event not returned yet."""
@@ -145,12 +153,10 @@ class SenderSession:
             return
         if active is None or packet.session != self.session:
             raise DatagramError(DropReason.UNKNOWN_SESSION)
-        counter, body = active.opening_key.open(packet)
-        active.last_received = now
+        self._events += active.receive(packet, address, now)
         self.drop_unanswered_handshake()
-        self._events.append(events.BodyReceived(packet.session, body, address, counter))
 
-    def _receive_handshake(self, packet: HandshakePacket, now: float) -> None:
+    def _receive_handshake(self, packet: HandshakePacket, address: Address, now: float) -> None:
         if packet.kind is Kind.UNKNOWN:
             self._receive_unknown(packet.fields[0], now)
             return
@@ -159,7 +165,7 @@ class SenderSession:
         result = self._initiator.receive(packet, now)
         self._trying_since = now
         if type(result) is HandshakeDone:
-            self._connect(result, now)
+            self._connect(result, address, now)
         elif type(result) is HandshakeRefused:
             self._on_refused(result, now)
 
@@ -169,13 +175,17 @@ class SenderSession:
         if now >= self._active.last_received + UNKNOWN_SESSION_SILENCE_S:
             self._start_handshake(now)
 
-    def _connect(self, result: HandshakeDone, now: float) -> None:
+    def _connect(self, result: HandshakeDone, address: Address, now: float) -> None:
         if self._active:
             self._end(LossReason.REPLACED)
+        # A copy of the answer may have come from anywhere.
+        address = address if address == self._moved_to else self._remote
         secrets = result.secrets.from_sender, result.secrets.from_receiver
-        self._active = ActiveSession(result.session, secrets, self._remote, now, epoch_length=self._epoch_length)
-        self._initiator = None
-        self._events.append(events.Connected(result.session, self._remote))
+        self._active = ActiveSession(
+            result.session, secrets, address, now, random=self._random, epoch_length=self._epoch_length
+        )
+        self._initiator, self._moved_to = None, address
+        self._events.append(events.Connected(result.session, address))
 
     def _on_refused(self, result: HandshakeRefused, now: float) -> None:
         wait = max(result.number, MIN_WAIT_S) if result.refusal in _TEMPORARY else None
@@ -198,5 +208,6 @@ class SenderSession:
 
     def _end(self, reason: LossReason) -> None:
         assert self._active
-        self._events.append(events.SessionEnded(self._active.sealing_key.session, reason))
+        self._events.append(events.SessionEnded(self._active.number, reason))
+        self._moved_to = self._active.address
         self._active = None

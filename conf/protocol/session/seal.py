@@ -16,7 +16,6 @@ from cryptography.hazmat.primitives.ciphers.aead import AESCCM
 from cryptography.hazmat.primitives.hashes import SHA256
 from cryptography.hazmat.primitives.kdf.hkdf import HKDFExpand
 
-from conf.protocol.address import Address
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.packet import MAX_COUNTER, TAG_BYTES, DataPacket, data_header, restore_counter
 from conf.protocol.session.replay_window import ReplayWindow
@@ -127,32 +126,3 @@ class OpeningKey:
             self._keys[epoch + 1] = self._chain.next_key()
             self._keys.pop(epoch - 2, None)
         return counter, body
-
-
-@dataclass(frozen=True)
-class SealedDatagram:
-    """A datagram to send, its destination, and its counter, by which it will be acknowledged."""
-
-    datagram: bytes
-    address: Address
-    counter: int
-
-
-class ActiveSession:
-    """An established session on either side: both directions, the peer's address, and when it was last received from.
-
-    secrets : of the bodies to seal and of those to open, 32 B each
-    """
-
-    def __init__(
-        self, number: int, secrets: tuple[bytes, bytes], address: Address, now: float, *, epoch_length: int
-    ) -> None:
-        self.sealing_key = SealingKey(number, secrets[0], epoch_length=epoch_length)
-        self.opening_key = OpeningKey(secrets[1], epoch_length=epoch_length)
-        self.address = address
-        self.last_received = now
-
-    def seal(self, body: bytes) -> SealedDatagram:
-        """Return the datagram that carries `body` to the peer. Raises as SealingKey.seal."""
-        counter = self.sealing_key.counter
-        return SealedDatagram(self.sealing_key.seal(body), self.address, counter)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from conf.protocol.address import Address
 from conf.protocol.rate_control.rate_limit import TokenBucket
 from conf.protocol.session import events
+from conf.protocol.session.active_session import ActiveSession, SealedDatagram
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.events import Event, LossReason
 from conf.protocol.session.handshake import RandomBytes, Refusal
@@ -18,7 +19,7 @@ from conf.protocol.session.packet import (
     parse_datagram,
 )
 from conf.protocol.session.responder import Attempt, Refuse, Responder
-from conf.protocol.session.seal import EPOCH_LENGTH, ActiveSession, CounterExhausted, SealedDatagram
+from conf.protocol.session.seal import EPOCH_LENGTH, CounterExhausted
 
 MAX_SESSIONS = 9
 IDLE_S = 30.0
@@ -54,6 +55,7 @@ class SessionServer:
         self.sessions: dict[int, ActiveSession] = {}
         self._max_sessions = max_sessions
         self._epoch_length = epoch_length
+        self._random = random
         self._responder = Responder(code, random, refuse=refuse or self._refuse, accept=self._accept)
         self._admit = admit
         self._unknown_replies = TokenBucket(UNKNOWN_REPLIES_PER_SECOND, UNKNOWN_REPLIES_PER_SECOND)
@@ -100,13 +102,13 @@ class SessionServer:
             self._drop(session, reason)
 
     def datagrams_to_send(self, now: float) -> list[tuple[bytes, Address]]:
-        """Return the datagrams of the handshakes, and end the sessions that have been silent too long."""
+        """Return the datagrams of handshakes and of path validation, and end sessions that are silent for too long."""
         self._responder.expire(now)
         self._closed = {s: peer for s, peer in self._closed.items() if now < peer.last_received + LINGER_S}
         for session in [s for s, peer in self.sessions.items() if peer.last_received + IDLE_S <= now]:
             self._drop(session, LossReason.IDLE)
         pending, self._pending = self._pending, []
-        return pending
+        return pending + [datagram for peer in self.sessions.values() for datagram in peer.datagrams_to_send()]
 
     def next_event(self) -> Event | None:
         """Return the oldest event not returned yet."""
@@ -121,13 +123,7 @@ class SessionServer:
             if self._unknown_replies.consume(1, now):
                 self._pending.append((handshake_datagram(Kind.UNKNOWN, packet.session), address))
             raise DatagramError(DropReason.UNKNOWN_SESSION)
-        newest = peer.opening_key.window.highest
-        counter, body = peer.opening_key.open(packet)
-        peer.last_received = now
-        if address != peer.address and counter > newest:  # a datagram that arrives late does not move the session back
-            peer.address = address
-            self._events.append(events.AddressChanged(packet.session, address))
-        self._events.append(events.BodyReceived(packet.session, body, address, counter))
+        self._events += peer.receive(packet, address, now)
 
     def _receive_handshake(self, packet: HandshakePacket, address: Address, now: float) -> None:
         if packet.kind is Kind.HELLO:
@@ -158,7 +154,9 @@ class SessionServer:
         self._next_session = (session + 1) % (MAX_SESSION + 1)
         both = attempt.secrets.from_receiver, attempt.secrets.from_sender
         self._closed.pop(session, None)
-        self.sessions[session] = ActiveSession(session, both, address, now, epoch_length=self._epoch_length)
+        self.sessions[session] = ActiveSession(
+            session, both, address, now, random=self._random, epoch_length=self._epoch_length
+        )
         self._events.append(events.Connected(session, address))
         return session
 

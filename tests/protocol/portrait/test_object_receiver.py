@@ -37,6 +37,21 @@ def test_chunks_in_any_order_make_the_object_once() -> None:
     assert held_bytes(receiver) == 0 and receiver.rejected == 0
 
 
+def test_how_much_of_a_photo_has_arrived_is_known_from_its_first_chunk_on() -> None:
+    receiver = ObjectReceiver()
+    assert receiver.photo_percent is None
+    receiver.receive_chunk(chunk(3, 1, object_size=240))
+    assert receiver.photo_percent is None
+    receiver.receive_chunk(chunk(3, 0, object_size=240))
+    assert receiver.photo_percent == 66
+    receiver.receive_chunk(encode_chunk(Chunk(4, 80, 0, 160, b"\2" * 80)))
+    assert receiver.photo_percent == 66, "a patch is no photo"
+    receiver.receive_chunk(chunk(3, 2, object_size=240))
+    assert receiver.photo_percent == 100
+    receiver.receive_chunk(chunk(5, 0))
+    assert receiver.photo_percent == 50
+
+
 def test_contradictions_and_junk_are_rejected_and_counted() -> None:
     receiver = ObjectReceiver()
     receiver.receive_chunk(chunk(3, 0))
