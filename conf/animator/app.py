@@ -39,6 +39,7 @@ class AnimatorApp:
         window.close_on_escape = False
         self._window = window
         self._overlay = ImGuiOverlay(window.ctx)
+        self._overlay.connect_clipboard(window)
         self._gui = AnimatorGui(self._overlay)
         self.controller = Controller(window.ctx, document, fit)
         self._viewport = ViewportController(self.controller)

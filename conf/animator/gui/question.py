@@ -5,8 +5,9 @@ from dataclasses import replace
 from imgui_bundle import imgui
 
 from conf.animator.controller import Controller
-from conf.animator.gui.widgets import buttons, hint
+from conf.animator.gui.widgets import buttons
 from conf.animator.keys import key_label
+from conf.render.ui.wrapped_text import hint
 
 WIDTH_PX = 330.0  # at scale 1
 SAVE, DISCARD, KEEP = "Save and quit", "Quit without saving", "Do not quit"

@@ -7,8 +7,7 @@ from typing import NamedTuple
 from imgui_bundle import imgui
 
 from conf.animator.gui.tooltips import tooltip_of
-from conf.render.ui.imgui_overlay import MUTED
-from conf.render.ui.theme import AMBER, SELECTED, SELECTED_HOVERED
+from conf.render.ui.theme import SELECTED, SELECTED_HOVERED
 
 LABEL_WIDTH = 0.40  # of a row
 WIDE_LABEL_WIDTH = 0.58
@@ -141,16 +140,6 @@ def heading(text: str) -> None:
     add_tooltip(text)
 
 
-def hint(text: str) -> None:
-    """Draw wrapped text in a muted colour."""
-    _draw_wrapped(text, MUTED)
-
-
-def warning(text: str) -> None:
-    """Draw wrapped text in a warning colour."""
-    _draw_wrapped(text, AMBER)
-
-
 def buttons(names: Sequence[str], columns: int, selected: str | None = None, *, kind: str = "") -> str | None:
     """Draw buttons in rows of equal width, the selected one highlighted. Returns the one that was pressed.
 
@@ -181,11 +170,3 @@ def highlighted(on: bool) -> Iterator[None]:
 
 def _button_width(text: str) -> float:
     return imgui.calc_text_size(text).x + 2 * imgui.get_style().frame_padding.x
-
-
-def _draw_wrapped(text: str, colour: tuple[float, float, float, float]) -> None:
-    imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*colour))
-    imgui.push_text_wrap_pos(0.0)
-    imgui.text_unformatted(text)
-    imgui.pop_text_wrap_pos()
-    imgui.pop_style_color()

@@ -87,6 +87,18 @@ class ImGuiOverlay(GpuObject):
         """Return a reference for ImGui's images; the caller keeps the texture until the frame is drawn."""
         return self._renderer.show_texture(texture)
 
+    def connect_clipboard(self, window: Window) -> None:
+        """Let text fields copy to and paste from the clipboard of a window's desktop."""
+
+        def get(_context: imgui.internal.Context) -> str:
+            return window.clipboard
+
+        def set_(_context: imgui.internal.Context, text: str) -> None:
+            window.clipboard = text
+
+        platform = imgui.get_platform_io()
+        platform.platform_get_clipboard_text_fn, platform.platform_set_clipboard_text_fn = get, set_
+
     def release(self) -> None:
         self._renderer.release()
         implot.destroy_context(self._implot)

@@ -25,12 +25,16 @@ class Window(GpuObject):
     size : width and height of the framebuffer in pixels
     should_close : true once the user closed the window; a program may set it
     close_on_escape : whether Escape and Q close the window
+    clipboard : the text of the desktop's clipboard; a program may set it
+    visible : whether the window is on the display; a program may set it
     """
 
     ctx: moderngl.Context
     framebuffer: moderngl.Framebuffer
     should_close: bool = False
     close_on_escape = True
+    clipboard: str = ""
+    visible: bool = True
 
     def __init__(self, width: int, height: int) -> None:
         if width < 1 or height < 1:

@@ -60,21 +60,34 @@ class _GlfwContextLoader(GpuObject):
 class GlfwWindow(Window):
     """A window on a display."""
 
-    def __init__(self, width: int, height: int, title: str) -> None:
-        """Open the window. Raises GraphicsError if there is no display or no OpenGL 3.3."""
+    def __init__(
+        self,
+        width: int,
+        height: int,
+        title: str,
+        *,
+        min_size: tuple[int, int] = (MIN_SIZE, MIN_SIZE),
+        visible: bool = True,
+    ) -> None:
+        """Open the window. Raises GraphicsError if there is no display or no OpenGL 3.3.
+
+        min_size : width and height below which the user cannot make it, points
+        visible : whether it is shown at once
+        """
         super().__init__(width, height)
         glfw.ERROR_REPORTING = "ignore"
         if not glfw.init():
             raise GraphicsError(NO_DISPLAY.format(display=os.environ.get("DISPLAY") or "not set"))
         for hint, value in CONTEXT_HINTS:
             glfw.window_hint(hint, value)
+        glfw.window_hint(glfw.VISIBLE, visible)
         self._window = glfw.create_window(width, height, title, None, None)
         if not self._window:
             glfw.terminate()
             raise GraphicsError(NO_OPENGL)
         glfw.make_context_current(self._window)
         glfw.swap_interval(1)
-        glfw.set_window_size_limits(self._window, MIN_SIZE, MIN_SIZE, glfw.DONT_CARE, glfw.DONT_CARE)
+        glfw.set_window_size_limits(self._window, *min_size, glfw.DONT_CARE, glfw.DONT_CARE)
         loader: dict[str, Any] = {"context": _GlfwContextLoader()}
         self.ctx = moderngl.create_context(require=330, **loader)
         self.framebuffer = self.ctx.screen
@@ -101,6 +114,27 @@ class GlfwWindow(Window):
     @should_close.setter
     def should_close(self, value: bool) -> None:
         glfw.set_window_should_close(self._window, value)
+
+    @property
+    def clipboard(self) -> str:
+        text: Any = glfw.get_clipboard_string(self._window)  # bytes, whatever its type stub says; None if it is no text
+        return text.decode("utf-8", "replace") if text else ""
+
+    @clipboard.setter
+    def clipboard(self, value: str) -> None:
+        glfw.set_clipboard_string(self._window, value)
+
+    @property
+    def visible(self) -> bool:
+        return bool(glfw.get_window_attrib(self._window, glfw.VISIBLE))
+
+    @visible.setter
+    def visible(self, value: bool) -> None:
+        if value:
+            glfw.show_window(self._window)
+            glfw.focus_window(self._window)
+        else:
+            glfw.hide_window(self._window)
 
     def poll(self) -> list[input_events.Event]:
         glfw.poll_events()

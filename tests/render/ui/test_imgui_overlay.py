@@ -53,3 +53,12 @@ def test_a_frame_can_be_drawn_after_one_that_raised(window: OffscreenWindow, ove
 
 def test_no_settings_file_is_written(window: OffscreenWindow, overlay: ImGuiOverlay) -> None:
     assert not imgui.get_io().get_ini_filename()
+
+
+def test_text_fields_use_the_clipboard_of_the_window(window: OffscreenWindow, overlay: ImGuiOverlay) -> None:
+    overlay.connect_clipboard(window)
+    window.clipboard = "from elsewhere"
+    with overlay.frame(window):
+        assert imgui.get_clipboard_text() == "from elsewhere"
+        imgui.set_clipboard_text("acorn-tulip-river-42")
+    assert window.clipboard == "acorn-tulip-river-42"

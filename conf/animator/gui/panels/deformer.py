@@ -11,15 +11,14 @@ from conf.animator.gui.widgets import (
     checkbox,
     combo_box,
     heading,
-    hint,
     radio_button,
     slider,
-    warning,
     wide_button,
 )
 from conf.animator.state.editor import MAX_CONTRACTION, MAX_JAW, MUSCLES, PRESETS, muscle_names
 from conf.face.deformation.face_model import DeformerOptions
 from conf.face.deformation.rbf import KERNELS
+from conf.render.ui.wrapped_text import hint, warning
 
 POLYNOMIALS = {"kernel's own": None, "none": -1, "constant": 0, "linear": 1}
 EPSILON_LIMITS = (0.05, 8.0)  # 1/cm

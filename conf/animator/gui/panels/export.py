@@ -5,10 +5,11 @@ from pathlib import Path
 
 from conf.animator.controller import Controller
 from conf.animator.file_export import MOTIONS, needs_drawing
-from conf.animator.gui.widgets import combo_box, heading, hint, output_field, progress_bar, text_field, wide_button
+from conf.animator.gui.widgets import combo_box, heading, output_field, progress_bar, text_field, wide_button
 from conf.animator.keys import key_label
 from conf.animator.state.editor import CURRENT_VIEW, RECORDING
 from conf.output.clip_encoder import CLIP_FORMATS
+from conf.render.ui.wrapped_text import hint
 
 FORMATS = {
     ".jpg": "image, JPEG",

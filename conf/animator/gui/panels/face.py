@@ -6,20 +6,11 @@ from pathlib import Path
 from imgui_bundle import imgui
 
 from conf.animator.controller import Controller
-from conf.animator.gui.widgets import (
-    buttons,
-    checkbox,
-    combo_box,
-    heading,
-    hint,
-    path_field,
-    progress_bar,
-    warning,
-    wide_button,
-)
+from conf.animator.gui.widgets import buttons, checkbox, combo_box, heading, path_field, progress_bar, wide_button
 from conf.animator.state.point_placement import PointPlacement
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINTS
 from conf.face.mesh.axes import AXES
+from conf.render.ui.wrapped_text import hint, warning
 
 MAX_WARNINGS = 3
 

@@ -7,11 +7,12 @@ from imgui_bundle import imgui
 
 from conf.animator.controller import Controller
 from conf.animator.gui.influence_colours import REGIONS
-from conf.animator.gui.widgets import buttons, checkbox, combo_box, heading, hint, wide_button
+from conf.animator.gui.widgets import buttons, checkbox, combo_box, heading, wide_button
 from conf.animator.state.editor import STYLES
 from conf.face.control_points import CONTROL_POINTS
 from conf.render.lighting import LIGHTS
 from conf.render.render_target import BACKDROPS, SOLID_COLOURS
+from conf.render.ui.wrapped_text import hint
 
 ALL_REGIONS = "all regions"
 YAWS = {"front": 0.0, "half left": math.pi / 5, "half right": -math.pi / 5, "left": math.pi / 2,
