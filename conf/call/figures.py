@@ -39,6 +39,7 @@ class CallFigures:
 
     connecting_s, picture_s : from the start of the command until there was a connection, and until the other
         participant was drawn; None if that did not happen
+    name : of the other participant, "" if it gave none
     """
 
     connected_s: float
@@ -46,10 +47,13 @@ class CallFigures:
     picture_s: float | None
     sent: SentFigures
     received: CallReport
+    name: str = ""
 
 
-def call_figures(endpoint: CallEndpoint, capture: FaceCapture, times: CallTimes, now: float) -> CallFigures:
-    """Return the figures of a call."""
+def call_figures(
+    endpoint: CallEndpoint, capture: FaceCapture, times: CallTimes, now: float, *, name: str = ""
+) -> CallFigures:
+    """Return the figures of a call. name : of the other participant"""
     received, link = endpoint.report(now), endpoint.status(now)
     seconds = received.connected_s
     sent = SentFigures(
@@ -68,6 +72,7 @@ def call_figures(endpoint: CallEndpoint, capture: FaceCapture, times: CallTimes,
         picture_s=_since(times.began, times.drawn_at),
         sent=sent,
         received=received,
+        name=name,
     )
 
 

@@ -27,6 +27,7 @@ class CallLoop:
 
     connected_at, drawn_at : times of the first connection and of the first image of the other participant, on the
         clock of the loop, None before
+    peer_name : name of the other participant, also after it has left; "" if it gave none
     """
 
     def __init__(
@@ -61,7 +62,7 @@ class CallLoop:
         self._is_calling = socket.remote is not None
         peers = None if self._is_calling else lambda: endpoint.callers
         self._exchange = DatagramExchange(socket, endpoint, peers=peers, lock=sound.lock if sound else None)
-        self._name = ""  # of the other participant, also after it has left
+        self.peer_name = ""
         self._is_hung_up = False
 
     @property
@@ -130,14 +131,16 @@ class CallLoop:
             self._voice_sender.muted = not self._state.microphone
 
     def _handle_events(self, now: float) -> None:
-        self._name = self._endpoint.remote_state.name or self._name
+        self.peer_name = self._endpoint.remote_state.name or self.peer_name
         while event := self._endpoint.next_event():
-            if text := describe_event(event, name=self._name, is_calling=self._is_calling):
+            if text := describe_event(event, name=self.peer_name, is_calling=self._is_calling):
                 self._report(text, now)
             if isinstance(event, SessionEnded) and event.reason is LossReason.HUNG_UP:
                 self._is_hung_up = self._is_calling
         if self.connected_at is None and self._endpoint.status(now).connected:
             self.connected_at = now
+            if self._display:
+                self._display.show()
         if refused := self._exchange.pop_refused():
             self._report(refused, now)
 

@@ -37,7 +37,10 @@ if TYPE_CHECKING:
     from conf.transport.udp import UdpSocket
 
 HELP = "call somebody, or wait to be called: face and voice both ways"
-CODE_HELP = "calling: the code that the other end shows (default: CONF_CODE, or asked for); listening: the code to use"
+CODE_HELP = (
+    "calling: the code that the other end shows (default: CONF_CODE, or asked for); "
+    "listening: the code to use (default: CONF_CODE, or a new one)"
+)
 BOTH = "give the HOST to call, or --listen HOST:PORT to be called, not both"
 NEITHER = "give the HOST to call, or --listen HOST:PORT to be called"
 NO_CALL = "there was no call"
@@ -80,6 +83,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_capture(parser, code_help=CODE_HELP)
     add_face(parser)
     add_headless(parser)
+    parser.add_argument(
+        "--show-when-connected", action="store_true", help="open no window before the other participant is there"
+    )
     add_sound_output(parser)
     add_no_sound(parser, "neither send nor play voice")
     add_seconds(parser)
@@ -104,10 +110,11 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
             on_report=terminal.write,
             sound=not options.no_sound,
             speaker=options.speaker,
+            visible=not options.show_when_connected,
         ),
         remote=options.remote,
         listen=options.listen or ("", 0),
-        code=options.code or (read_code(terminal, "the other end") if options.remote else _new_code()),
+        code=options.code or (read_code(terminal, "the other end") if options.remote else _code_to_show()),
         name=login_name() if options.name is None else options.name,
         portrait=options.portrait,
         face=options.face,
@@ -127,10 +134,15 @@ def login_name() -> str:
         return ""
 
 
-def _new_code() -> str:
-    from conf.protocol.session.pairing_code import generate_code
+def _code_to_show() -> str:
+    """Return the code of who waits for a call: CONF_CODE, else a new one. Raises ConfError."""
+    from conf.protocol.session.pairing_code import generate_code, normalise_code
 
-    return generate_code(os.urandom)
+    text = os.environ.get("CONF_CODE")
+    try:
+        return normalise_code(text) if text else generate_code(os.urandom)
+    except ValueError as error:
+        raise ConfError(f"CONF_CODE: {error}") from error
 
 
 def call(options: CallOptions, *, began: float) -> CallFigures:
@@ -212,7 +224,7 @@ def call(options: CallOptions, *, began: float) -> CallFigures:
                     options.display.on_report(text)
         early_at = early.connected_at if early else None
         times = CallTimes(began, loop.connected_at if early_at is None else early_at, loop.drawn_at)
-        return call_figures(endpoint, capture, times, time.monotonic())
+        return call_figures(endpoint, capture, times, time.monotonic(), name=loop.peer_name)
 
 
 @contextmanager

@@ -10,6 +10,8 @@ from conf.receiver.voice.call_sound import CallSound
 from conf.receiver.voice.voice_status import UnknownCodecs
 from conf.render.window import Window
 
+HIDDEN_STEP_S = 0.1  # from step to step of a window that is not shown
+
 
 @dataclass(frozen=True)
 class LoopOptions:
@@ -74,11 +76,18 @@ class CallDisplay:
         """Whether the last frame shows a participant's motion."""
         return self._composer.shows_somebody
 
+    def show(self) -> None:
+        """Show the window, if it is hidden."""
+        if not self._window.visible:
+            self._window.visible = True
+
     def step(self, now: float, *, is_flood: bool = False) -> float:
-        """Draw a frame if one is due. Returns the time of the next step.
+        """Draw a frame if one is due and the window is shown. Returns the time of the next step.
 
         is_flood : whether more datagrams wait; see DrawSchedule
         """
+        if not self._window.visible:
+            return now + HIDDEN_STEP_S
         if self._schedule.is_due(now, is_flood=is_flood):
             self._composer.draw(now)
             if self._options.on_frame:

@@ -24,6 +24,7 @@ def test_both_directions_have_figures() -> None:
         call_figures(end, CAPTURE, CallTimes(999.0, 1000.5, None), link.now)  # type: ignore[arg-type]
         for end in ends
     )
+    assert first.name == ""
     assert first.connecting_s == pytest.approx(1.5) and first.picture_s is None
     assert first.sent.frames_captured == 90 and first.sent.frames_tracked == 80 and first.sent.tracker_ms_median == 7.5
     for sender, receiver in ((first, second), (second, first)):
@@ -34,6 +35,6 @@ def test_both_directions_have_figures() -> None:
 
 def test_without_a_call_there_are_no_rates() -> None:
     end = CallEndpoint(code=CODE, parameters=PARAMETERS, now=0.0, random=seeded("a"))
-    figures = call_figures(end, CAPTURE, CallTimes(0.0, None, None), 9.0)  # type: ignore[arg-type]
-    assert figures.connected_s == 0 and figures.connecting_s is None
+    figures = call_figures(end, CAPTURE, CallTimes(0.0, None, None), 9.0, name="Bea")  # type: ignore[arg-type]
+    assert figures.name == "Bea" and figures.connected_s == 0 and figures.connecting_s is None
     assert figures.sent.wire_kbps == 0 and figures.received.callers == ()

@@ -95,6 +95,10 @@ class FakeDisplay:
         self.is_over = False
         self.endpoint: Any = None
         self.shows_somebody = False
+        self.is_shown = False
+
+    def show(self) -> None:
+        self.is_shown = True
 
     def step(self, now: float, *, is_flood: bool = False) -> float:
         streams = self.endpoint.streams.values()
@@ -172,7 +176,9 @@ def stage() -> Stage:
 
 
 def test_both_ends_connect_capture_and_draw(stage: Stage) -> None:
+    assert not stage.a.display.is_shown
     stage.run(2.0)
+    assert stage.a.display.is_shown and stage.b.display.is_shown
     assert stage.a.display.texts == ["connected with 198.51.100.7"]
     assert stage.b.display.texts == ["connected with 192.0.2.1"]
     assert stage.a.capture.modes == stage.b.capture.modes == [CaptureMode.PREVIEW, CaptureMode.ON]

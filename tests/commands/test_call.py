@@ -9,11 +9,23 @@ from pathlib import Path
 import pytest
 
 from conf.call.figures import CallFigures, SentFigures
-from conf.commands.call import BOTH, NEITHER, NO_CALL, CallOptions, add_arguments, call, figures_text, login_name, run
+from conf.commands.call import (
+    BOTH,
+    NEITHER,
+    NO_CALL,
+    CallOptions,
+    _code_to_show,
+    add_arguments,
+    call,
+    figures_text,
+    login_name,
+    run,
+)
 from conf.commands.support.capture import CaptureOptions
 from conf.commands.support.display import DisplayOptions
 from conf.errors import CameraError, ConfError, FileFormatError
 from conf.protocol.call_report import CallLog
+from conf.protocol.session.pairing_code import normalise_code
 from conf.sender.capture.clip import open_clip
 
 CODE = "amber-canoe-tiger-7"
@@ -131,3 +143,18 @@ def test_two_processes_hold_a_call(gl: None, tmp_path: Path, short_clip: Path, m
     with open_clip(tmp_path / "ann.mp4") as clip:
         frames = [frame.pixels for frame in iter(clip.read, None)]
     assert any((a != b).any() for a, b in pairwise(frames))
+
+
+def test_who_waits_may_choose_the_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CONF_CODE", "Amber canoe tiger 7")
+    assert _code_to_show() == CODE
+    monkeypatch.setenv("CONF_CODE", "amber")
+    with pytest.raises(ConfError, match="CONF_CODE: a code is three words and a number"):
+        _code_to_show()
+    monkeypatch.delenv("CONF_CODE")
+    assert normalise_code(_code_to_show()) != CODE
+
+
+def test_the_window_may_be_hidden_until_there_is_a_call() -> None:
+    assert parsed("10.0.0.7", "--show-when-connected").show_when_connected
+    assert not parsed("10.0.0.7").show_when_connected and DisplayOptions().visible

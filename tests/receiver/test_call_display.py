@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from conf.receiver.call_display import CallDisplay, LoopOptions
+from conf.receiver.call_display import HIDDEN_STEP_S, CallDisplay, LoopOptions
 
 
 class FakeComposer:
@@ -36,7 +36,7 @@ class Stage:
 
     def __init__(self) -> None:
         self.composer, self.events = FakeComposer(), list[str]()
-        self.window = SimpleNamespace(should_close=False)
+        self.window = SimpleNamespace(should_close=False, visible=True)
         self.options = LoopOptions(10.0, on_event=self.events.append)
         self.display = CallDisplay(self.window, self.composer, self.options)  # type: ignore[arg-type]
 
@@ -51,6 +51,16 @@ def test_a_frame_is_drawn_handed_over_and_presented_in_this_order() -> None:
     assert len(stage.composer.log) == 3
     stage.display.close()
     assert stage.composer.log[3:] == ["close", "release"]
+
+
+def test_nothing_is_drawn_before_the_window_is_shown() -> None:
+    stage = Stage()
+    stage.window.visible = False
+    assert stage.display.step(1.0) == 1.0 + HIDDEN_STEP_S and stage.composer.log == []
+    stage.display.show()
+    assert stage.window.visible
+    stage.display.step(1.1)
+    assert stage.composer.log == [("draw", 1.1), ("present", 1.1)]
 
 
 def test_a_text_is_shown_and_printed() -> None:

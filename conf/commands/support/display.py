@@ -34,6 +34,7 @@ class DisplayOptions:
     image : JPG file of the last image, for headless drawing
     on_event : called when a caller comes or goes
     on_report : called at the end, with a line about each file written
+    visible : whether the window is shown at once; if not, `CallDisplay.show` shows it
     sound : play the callers' voices; speaker : number or name of the loudspeaker, None for the default
     """
 
@@ -41,6 +42,7 @@ class DisplayOptions:
     image: Path | None = None
     on_event: Callable[[str], None] | None = None
     on_report: Callable[[str], None] = lambda text: None
+    visible: bool = True
     sound: bool = True
     speaker: str | None = None
 
@@ -93,7 +95,10 @@ def open_display(
         with _open_clip(options, options.headless, mixer, idle_text) as opened:
             yield opened
         return
-    with GlfwWindow(*WINDOW_SIZE, "conf") as window, _open_loudspeaker(mixer, options) as sound:
+    with (
+        GlfwWindow(*WINDOW_SIZE, "conf", visible=options.visible) as window,
+        _open_loudspeaker(mixer, options) as sound,
+    ):
         yield (
             window,
             LoopOptions(WINDOW_FPS, idle_text, on_event=options.on_event, draw_clock=time.perf_counter, sound=sound),
