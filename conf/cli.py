@@ -30,7 +30,9 @@ from conf.commands import (
     send,
     settings,
 )
+from conf.commands.start import open_start_window
 from conf.commands.support.arguments import join_axis_options
+from conf.commands.support.display import has_display
 from conf.commands.support.interruption import InterruptHandler, check_interrupt
 from conf.commands.support.option_defaults import apply_settings, mark_defaults
 from conf.commands.support.suggesting_parser import SuggestingParser
@@ -56,9 +58,7 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, on_interrupt)
-        options = build_parser().parse_args(join_axis_options(sys.argv[1:] if arguments is None else arguments))
-        apply_settings(options, _load_settings)
-        options.run(options, _Terminal(json=getattr(options, "json", False)))
+        _run(sys.argv[1:] if arguments is None else arguments)
     except ConfError as error:
         sys.exit(f"conf: {explain(error)}")
     except KeyboardInterrupt as interrupt:
@@ -74,6 +74,20 @@ def main(arguments: list[str] | None = None) -> None:
             raise
         sys.exit(f"conf: {type(error).__name__}: {error} (an error in conf itself; set CONF_DEBUG=1 for details)")
     sys.exit(0)
+
+
+def _run(arguments: list[str]) -> None:
+    """Run a command; without one open the start window, or print the help where no window can be opened."""
+    parser = build_parser()
+    if not arguments:
+        if has_display():
+            open_start_window()
+        else:
+            parser.print_help()
+        return
+    options = parser.parse_args(join_axis_options(arguments))
+    apply_settings(options, _load_settings)
+    options.run(options, _Terminal(json=getattr(options, "json", False)))
 
 
 def _load_settings() -> Settings:

@@ -27,7 +27,8 @@ def signal_handlers() -> Iterator[None]:
 
 def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     environment = dict(os.environ)
-    environment.pop("DISPLAY", None)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        environment.pop(name, None)
     command = [sys.executable, "-m", "conf", *arguments]
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd, env=environment, timeout=120, check=False)
 
@@ -59,7 +60,6 @@ def test_an_error_is_one_line_and_exit_status_1(arguments: list[str], message: s
 @pytest.mark.parametrize(
     "arguments",
     [
-        [],
         ["fly"],
         ["send"],
         ["receive", "--listen", "127.0.0.1:99999"],
@@ -73,6 +73,21 @@ def test_wrong_usage_is_exit_status_2(arguments: list[str], capsys: pytest.Captu
         main(arguments)
     assert exit_.value.code == 2
     assert "usage: conf" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_without_a_command_and_a_display_the_help_is_printed(tmp_path: Path) -> None:
+    result = run(cwd=tmp_path)
+    assert (result.returncode, result.stderr) == (0, "") and result.stdout.startswith("usage: conf")
+
+
+def test_without_a_command_the_start_window_is_opened(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[bool] = []
+    monkeypatch.setattr(cli, "has_display", lambda: True)
+    monkeypatch.setattr(cli, "open_start_window", lambda: opened.append(True))
+    with pytest.raises(SystemExit) as exit_:
+        main([])
+    assert exit_.value.code == 0 and opened == [True]
 
 
 @pytest.mark.slow

@@ -13,7 +13,16 @@ from conf.render.ui.theme import column, themed
 from conf.render.window.input_events import Event, MouseButton, MouseMoved
 from conf.render.window.offscreen import OffscreenWindow
 
-WIDGETS = ("button", "radio_button", "checkbox", "slider_float", "combo", "input_text", "input_text_with_hint")
+WIDGETS = (
+    "button",
+    "radio_button",
+    "checkbox",
+    "slider_float",
+    "combo",
+    "input_text",
+    "input_text_with_hint",
+    "selectable",
+)
 
 
 @pytest.fixture

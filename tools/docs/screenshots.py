@@ -2,6 +2,7 @@
 
     xvfb-run -s "-screen 0 1280x1024x24" python tools/docs/screenshots.py [--offscreen]
 
+- start.jpg: the start window, with stand-ins for microphone and speaker
 - receiver.jpg: the window of the receiver during a call
 - before_after.jpg: frames of the person, and their drawings
 - stages.png: the plot of `conf measure`
@@ -13,7 +14,10 @@ the speed of the machine.
 import argparse
 import os
 import sys
+import tempfile
+import time
 from dataclasses import astuple
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -23,7 +27,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.audio.devices import SoundDevice
 from conf.commands.measure import measure, plot
+from conf.commands.start import connected_with, says_end, start_animator, start_call
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.loading import load_face
 from conf.protocol.address import Address
@@ -37,11 +43,17 @@ from conf.render.window import Window
 from conf.render.window.glfw_window import GlfwWindow
 from conf.render.window.input_events import Event, KeyPressed
 from conf.render.window.offscreen import OffscreenWindow
+from conf.sender.capture.camera_list import CameraDevice
 from conf.sender.capture.clip import open_clip
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.tracking.canonical_face import load_canonical_face
 from conf.sender.tracking.model_files import fetch_demo_clip
 from conf.sender.tracking.offline import track_clip
+from conf.settings import change_settings
+from conf.start.app import StartApp
+from conf.start.controller import Files, Programs, StartController
+from conf.start.devices.choices import DeviceLists
+from conf.start.recent_calls import RecentCall, save_recent_calls
 from tools.bench.carphone import fetch_carphone
 from tools.bench.fidelity import Pair, run
 
@@ -55,6 +67,8 @@ QUALITY = [cv2.IMWRITE_JPEG_QUALITY, 88]
 LIPS = CONTROL_POINT_INDEX["inner_lip_lower_mid"], CONTROL_POINT_INDEX["inner_lip_upper_mid"]
 LIDS = [(CONTROL_POINT_INDEX[f"eyelid_upper_{side}"], CONTROL_POINT_INDEX[f"eyelid_lower_{side}"]) for side in "lr"]
 COLUMN = 300
+START_SIZE = (1000, 640)
+FRAME_SHOWN = 40  # of the clip, in the start window
 CAPTION = 34
 
 
@@ -99,7 +113,8 @@ def main() -> None:
         cv2.imwrite(str(options.output / "receiver.jpg"), receiver_image(window, fetch_demo_clip()), QUALITY)
     cv2.imwrite(str(options.output / "before_after.jpg"), before_after(list(run(clip))), QUALITY)
     plot(measure(clip), options.output / "stages.png")
-    for name in ("stages.png", "before_after.jpg", "receiver.jpg"):
+    cv2.imwrite(str(options.output / "start.jpg"), start_image(fetch_demo_clip()), QUALITY)
+    for name in ("start.jpg", "stages.png", "before_after.jpg", "receiver.jpg"):
         path = options.output / name
         print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
 
@@ -129,6 +144,40 @@ def receiver_image(window: Window, clip: Path) -> Pixels:
     loop = ReceiverLoop(window, load_face(), call.receiver, socket, LoopOptions(FPS, on_frame=keep))  # type: ignore[arg-type]
     loop.run(seconds=LOOPS * length, clock=socket.clock)
     return best[0][1]
+
+
+def start_image(clip: Path) -> Pixels:
+    """Return the image of the start window with a clip as the camera."""
+    now = datetime.now(UTC)
+    with tempfile.TemporaryDirectory() as folder, OffscreenWindow(*START_SIZE) as window:
+        files = Files(Path(folder) / "settings.toml", Path(folder) / "recent_calls.json")
+        change_settings(files.settings, {"name": "Anna", "camera": str(clip), "kbps": 16.0})
+        calls = (RecentCall("192.0.2.17", now, "Bea"), RecentCall("office.example.org", now - timedelta(1), "Chris"))
+        save_recent_calls(files.recent_calls, calls)
+        programs = Programs(start_call, start_animator, connected_with, says_end)
+        controller = StartController(programs, files, random=os.urandom)
+        app = StartApp(window, controller)
+        images: list[Pixels] = []
+        window.end = lambda: images.append(window.read())  # type: ignore[method-assign]
+        while controller.devices is None or controller.camera is None or controller.camera.newest()[0] < FRAME_SHOWN:
+            time.sleep(1 / FPS)
+        sound = SoundDevice(0, "Headset")
+        controller.devices = DeviceLists((CameraDevice(0, "Webcam"),), (sound,), (sound,))
+        controller.set_setting("camera", None)
+        controller.microphone, controller.camera = Level(), controller._closing[-1]  # type: ignore[assignment]
+        for number in range(3):
+            app.step(float(number))
+        app.close()
+        controller.microphone = None
+        controller.close()
+    return images[-1]
+
+
+class Level:
+    """A microphone into which somebody talks."""
+
+    error = ""
+    level = 0.62
 
 
 def motion(clip: Path) -> tuple[list[MotionFrame], StreamParameters]:

@@ -32,6 +32,9 @@ WIDTH = "1000"  # columns at which argparse breaks the lines of a usage: never, 
 SECTIONS = {
     "examples": r"""
 .TP
+conf
+A window to call somebody or to be called, and to choose camera, microphone and speaker.
+.TP
 conf call \-\-listen 5005
 Wait to be called, and print a code such as acorn\-tulip\-river\-42.
 .TP

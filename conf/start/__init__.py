@@ -1,0 +1,1 @@
+"""The start window: call or be called, choose devices, keep settings."""

@@ -1,0 +1,95 @@
+"""Everything that the start window draws."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+import moderngl
+from imgui_bundle import imgui, imgui_ctx
+
+from conf.render.gpu_object import GpuObject
+from conf.render.ui.imgui_overlay import ACCENT, MUTED, TITLE_PX, ImGuiOverlay
+from conf.render.ui.theme import column
+from conf.render.ui.wrapped_text import warning
+from conf.start.controller import StartController
+from conf.start.gui.call_panel import draw_call_panel
+from conf.start.gui.device_panel import draw_device_panel
+from conf.start.gui.layout import Layout
+from conf.start.gui.picture import CameraPicture
+from conf.start.gui.waiting_panel import WaitingPanel
+from conf.start.gui.widgets import button, show_tooltip
+
+SUBTITLE = "a video conference for links that cannot carry video"
+FRAME_PADDING_PX = (8.0, 4.5)  # of controls, at scale 1: larger than in the animator, which has many more
+
+
+class StartGui(GpuObject):
+    """Draws the window's pages."""
+
+    def __init__(self, ctx: moderngl.Context, overlay: ImGuiOverlay) -> None:
+        self._overlay = overlay
+        self._picture = CameraPicture(ctx)
+        self._waiting = WaitingPanel()
+        self._owned = (self._picture,)
+
+    def prepare(self, controller: StartController) -> None:
+        """Copy images to the graphics card. To be called outside of `overlay.frame`."""
+        self._picture.prepare(controller.camera)
+
+    def draw(self, controller: StartController, layout: Layout, now: float, local_time: datetime) -> str | None:
+        """Draw one frame. To be called inside `overlay.frame`. Returns a text to copy to the clipboard.
+
+        now : s; local_time : in the local time zone
+        """
+        scale = self._overlay.scale
+        with imgui_ctx.push_style_var(imgui.StyleVar_.frame_padding, imgui.ImVec2(*FRAME_PADDING_PX) * scale):
+            return self._draw_page(controller, layout, now, local_time)
+
+    def _draw_page(self, controller: StartController, layout: Layout, now: float, local_time: datetime) -> str | None:
+        copied = None
+        with column("header", layout.header, imgui.WindowFlags_.no_scrollbar):
+            self._draw_header()
+        if controller.state.page == "home":
+            with column("call", layout.left):
+                draw_call_panel(controller, local_time)
+            with column("devices", layout.right):
+                draw_device_panel(controller, self._overlay, self._picture)
+        else:
+            with column("page", layout.page):
+                copied = self._waiting.draw(controller, self._overlay, now)
+        with column("footer", layout.footer, imgui.WindowFlags_.no_scrollbar):
+            _draw_footer(controller)
+        return copied
+
+    def _draw_header(self) -> None:
+        imgui.push_font(self._overlay.bold, TITLE_PX)
+        imgui.text_colored(imgui.ImVec4(*ACCENT), "conf")
+        height = imgui.get_font_size()
+        imgui.pop_font()
+        imgui.same_line()
+        imgui.set_cursor_pos_y(imgui.get_cursor_pos_y() + 0.75 * (height - imgui.get_font_size()))
+        imgui.text_colored(imgui.ImVec4(*MUTED), SUBTITLE)
+
+
+def _draw_footer(controller: StartController) -> None:
+    """Draw the way to the animator, and what has to be said about the last call or the settings."""
+    if controller.state.page == "home":
+        if button("Animate a face"):
+            controller.animate()
+        imgui.same_line()
+    notice = controller.state.notice
+    if notice:
+        _draw_notice(notice)
+
+
+def _draw_notice(text: str) -> None:
+    """Draw a text in two lines at most, the whole of it while the mouse rests there."""
+    wrap = imgui.get_content_region_avail().x
+    lines = 1 if imgui.calc_text_size(text).x <= wrap else 2
+    imgui.set_cursor_pos_y((imgui.get_window_height() - lines * imgui.get_font_size()) / 2)
+    corner, height = imgui.get_cursor_screen_pos(), lines * imgui.get_font_size()
+    imgui.push_clip_rect(corner, imgui.ImVec2(corner.x + wrap, corner.y + height), True)
+    warning(text)
+    imgui.pop_clip_rect()
+    if imgui.get_item_rect_size().y > height:
+        show_tooltip(text)

@@ -1,0 +1,56 @@
+"""The left column, clicked and typed into."""
+
+from datetime import UTC, datetime
+
+import pytest
+
+from conf.render.window.input_events import KeyStateChanged, TextInput
+from conf.start.gui.call_panel import draw_call_panel
+from conf.start.recent_calls import RecentCall
+from tests.start.conftest import Stand
+from tests.support.imgui_stage import Stage
+
+NOW = datetime(2026, 3, 2, 12, 0, tzinfo=UTC)
+
+
+def test_an_address_and_a_code_are_typed_and_enter_calls(
+    stage: Stage, stand: Stand, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def draw() -> None:
+        draw_call_panel(stand.controller, NOW)
+
+    stage.frame(draw)
+    for label, text in ("##address", "10.0.0.7"), ("##code", "acorn tulip river 42"):
+        stage.click(*stage.find(label, draw, monkeypatch), draw)
+        stage.feed(TextInput(text), draw)
+        stage.frame(draw)
+    stage.feed(KeyStateChanged("enter", True), draw)
+    stage.frame(draw)
+    (call,) = stand.calls
+    assert call.target is not None and (call.target.host, call.target.code) == ("10.0.0.7", "acorn-tulip-river-42")
+
+
+def test_the_buttons_call_and_wait(stage: Stage, stand: Stand, monkeypatch: pytest.MonkeyPatch) -> None:
+    def draw() -> None:
+        draw_call_panel(stand.controller, NOW)
+
+    stage.frame(draw)
+    stage.click(*stage.find("Call", draw, monkeypatch), draw)
+    assert stand.controller.state.address_error and stand.controller.state.code_error
+    stage.click(*stage.find("Wait for a call", draw, monkeypatch), draw)
+    assert stand.controller.state.page == "waiting" and len(stand.calls) == 1
+
+
+def test_a_recent_call_fills_in_its_address(stage: Stage, stand: Stand, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = (RecentCall("10.0.0.7", NOW, "Anna"), RecentCall("", NOW, "Bea"), RecentCall("h:6001", NOW))
+    stand.controller.recent = calls
+
+    def draw() -> None:
+        draw_call_panel(stand.controller, NOW)
+
+    stage.frame(draw)
+    for number, address in ((1, ""), (0, "10.0.0.7"), (2, "h:6001"), (1, "h:6001")):
+        stage.click(*stage.find(f"##call {number}", draw, monkeypatch), draw)
+        assert stand.controller.state.address == address
+    stage.click(*stage.find("Clear", draw, monkeypatch), draw)
+    assert stand.controller.recent == ()

@@ -1,0 +1,65 @@
+"""The page while a call is prepared."""
+
+import pytest
+
+from conf.start.gui.waiting_panel import COPIED, COPIED_S, WaitingPanel, typed_address
+from tests.start.conftest import Stand
+from tests.support.imgui_stage import Stage
+
+
+def test_the_code_and_the_addresses_can_be_copied(stage: Stage, stand: Stand, monkeypatch: pytest.MonkeyPatch) -> None:
+    panel, copied = WaitingPanel(), list[str]()
+    now = [1.0]
+
+    def draw() -> None:
+        text = panel.draw(stand.controller, stage.overlay, now[0])
+        if text is not None:
+            copied.append(text)
+
+    stand.controller.wait_for_call()
+    target = stand.controller.state.target
+    assert target is not None
+    stage.frame(draw)
+    stage.click(*stage.find("Copy the code", draw, monkeypatch), draw)
+    assert copied == [target.code] and COPIED in stage.widgets(draw, monkeypatch)
+    stage.click(*stage.find("Copy##2001:db8::2", draw, monkeypatch), draw)
+    assert copied[1:] == ["2001:db8::2"] and f"{COPIED}##2001:db8::2" in stage.widgets(draw, monkeypatch)
+    now[0] += COPIED_S
+    assert "Copy the code" in stage.widgets(draw, monkeypatch)
+    stage.click(*stage.find("Stop waiting", draw, monkeypatch), draw)
+    assert stand.calls[0].hung_up == 1
+
+
+@pytest.mark.parametrize("addresses", [None, ()])
+def test_the_page_is_drawn_without_addresses(stage: Stage, stand: Stand, addresses: tuple[str, ...] | None) -> None:
+    stand.controller.wait_for_call()
+    stand.controller.addresses = addresses
+    stage.frame(lambda: WaitingPanel().draw(stand.controller, stage.overlay, 0.0))
+
+
+def test_a_call_is_cancelled_before_and_hung_up_after_it_is_connected(
+    stage: Stage, stand: Stand, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    state = stand.controller.state.with_field("address", "h").with_field("code", "acorn-tulip-river-42")
+    stand.controller.state = state
+    stand.controller.call()
+    panel = WaitingPanel()
+
+    def draw() -> None:
+        panel.draw(stand.controller, stage.overlay, 0.0)
+
+    stage.frame(draw)
+    stage.click(*stage.find("Cancel", draw, monkeypatch), draw)
+    stand.controller.state = stand.controller.state.connect()
+    stage.frame(draw)
+    stage.click(*stage.find("Hang up", draw, monkeypatch), draw)
+    assert stand.calls[0].hung_up == 2
+
+
+@pytest.mark.parametrize(
+    ("address", "port", "text"),
+    [("10.0.0.7", 5005, "10.0.0.7"), ("10.0.0.7", 6001, "10.0.0.7:6001"), ("fd00::2", 5005, "fd00::2"),
+     ("fd00::2", 6001, "[fd00::2]:6001")],
+)  # fmt: skip
+def test_addresses_are_shown_as_they_are_typed(address: str, port: int, text: str) -> None:
+    assert typed_address(address, port) == text
