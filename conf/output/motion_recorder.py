@@ -1,4 +1,4 @@
-"""Record motion at the times of its frames, and write it as a DPC file, whose frames are even in time."""
+"""Record motion at the times of its frames; a DPC file has frames that are even in time."""
 
 from pathlib import Path
 from typing import TypeVar
@@ -12,7 +12,8 @@ from conf.protocol.motion.jitter_buffer import MAX_INTERPOLATION_S
 
 FPS = 30.0  # of motion that has no frame rate of its own
 MAX_FRAMES = 108_000  # an hour, 70 MB of memory
-_SAME_TIME_S = 1e-6
+SAME_TIME_S = 1e-6
+RecordedFrames = dict[float, tuple[NDArray[np.float32], NDArray[np.float64]]]  # time, s: displacements, head pose
 _Number = TypeVar("_Number", np.float32, np.float64)
 
 
@@ -20,7 +21,7 @@ class MotionRecorder:
     """Keeps frames in the order of their times; stops after MAX_FRAMES."""
 
     def __init__(self) -> None:
-        self._frames: dict[float, tuple[NDArray[np.float32], NDArray[np.float64]]] = {}
+        self._frames: RecordedFrames = {}
 
     @property
     def is_full(self) -> bool:
@@ -43,21 +44,9 @@ class MotionRecorder:
         """
         if not self._frames:
             return None
-        times = np.array(sorted(self._frames))
-        count = min(int((times[-1] - times[0]) * fps + _SAME_TIME_S) + 1, MAX_FRAMES)
-        grid = times[0] + np.arange(count) / fps
-        before = np.searchsorted(times, grid + _SAME_TIME_S, side="right") - 1
-        after = np.minimum(before + 1, len(times) - 1)
-        begins = np.maximum(times[before], times[after] - MAX_INTERPOLATION_S)
-        weights = np.clip((grid - begins) / np.maximum(times[after] - begins, _SAME_TIME_S), 0.0, 1.0)
-        weights[grid - times[before] < _SAME_TIME_S] = 0.0
-        frames = [self._frames[time] for time in times.tolist()]
-        return MotionClip(
-            fps,
-            "fapu",
-            _interpolate(np.array([displacements for displacements, _ in frames]), before, after, weights),
-            _interpolate(np.array([pose for _, pose in frames]), before, after, weights),
-        )
+        first, last = min(self._frames), max(self._frames)
+        count = min(frames_until(last - first, fps), MAX_FRAMES)
+        return MotionClip(fps, "fapu", *resample(self._frames, first + np.arange(count) / fps))
 
     def save(self, path: Path, fps: float = FPS) -> Path | None:
         """Write the clip as a DPC file. Returns the path, or None if nothing was added. Raises RecordingError."""
@@ -69,6 +58,29 @@ class MotionRecorder:
         except (OSError, FileFormatError) as error:
             raise RecordingError(f"{path} cannot be written ({error}); choose another folder") from error
         return path
+
+
+def frames_until(seconds: float, fps: float) -> int:
+    """Return the number of frames, the first at 0, that are at most `seconds` later."""
+    return int(seconds * fps + SAME_TIME_S) + 1
+
+
+def resample(frames: RecordedFrames, grid: NDArray[np.float64]) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    """Return the displacements (k, n, 3) and poses (k, 6) at the times of a grid, (k,) s, which the frames surround.
+
+    They are interpolated as the receiver does: after a gap the motion belongs to its end.
+    """
+    times = np.array(sorted(frames))
+    before = np.searchsorted(times, grid + SAME_TIME_S, side="right") - 1
+    after = np.minimum(before + 1, len(times) - 1)
+    begins = np.maximum(times[before], times[after] - MAX_INTERPOLATION_S)
+    weights = np.clip((grid - begins) / np.maximum(times[after] - begins, SAME_TIME_S), 0.0, 1.0)
+    weights[grid - times[before] < SAME_TIME_S] = 0.0
+    ordered = [frames[time] for time in times.tolist()]
+    return (
+        _interpolate(np.array([displacements for displacements, _ in ordered]), before, after, weights),
+        _interpolate(np.array([pose for _, pose in ordered]), before, after, weights),
+    )
 
 
 def _interpolate(

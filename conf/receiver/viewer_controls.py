@@ -160,9 +160,14 @@ class ViewerControls:
     def on_frames_received(self, session: int, frames: Iterable[ReceivedFrame], now: float) -> None:
         """Record the frames that have arrived from a caller, if that is switched on."""
         if self._motion:
-            self._motion.add(session, frames)
-            if self._motion.is_full:
-                self._try(lambda: f"{self._toggle_motion()} after an hour; D starts again", now)
+            try:
+                self._motion.add(session, frames)
+            except ConfError as error:
+                reason = str(error)
+                self._try(lambda: f"{reason}; {self._toggle_motion()}", now)
+            else:
+                if self._motion.is_full:
+                    self._try(lambda: f"{self._toggle_motion()} after an hour; D starts again", now)
 
     def on_frame_drawn(self, now: float) -> None:
         """Save or record the frame in the window's framebuffer, if that is switched on."""
@@ -205,10 +210,10 @@ class ViewerControls:
         if self._motion is None:
             if not self.has_callers:
                 return "there is no call to record: press D again when someone has called"
-            self._motion = CallRecorder()
+            self._motion = CallRecorder(self._folder)
             return "recording the motion; D stops"
         motion, self._motion = self._motion, None
-        return self._saved(motion.save(self._folder)) or "no motion has arrived: nothing is saved"
+        return self._saved(motion.close()) or "no motion has arrived: nothing is saved"
 
     def _add_sound(self, video: VideoWriter, now: float) -> None:
         for block in self._sound.recorded(now) if self._sound else ():

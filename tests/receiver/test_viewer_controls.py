@@ -8,7 +8,7 @@ import pytest
 
 from conf.face.animation.action_units import load_emotions
 from conf.face.animation.timed_expression import blend_without_doubling
-from conf.face.formats.dpc import read_dpc
+from conf.face.formats.dpc import DpcWriter, read_dpc
 from conf.protocol.messages import MotionFrame
 from conf.protocol.motion.inbound import ReceivedFrame
 from conf.receiver.viewer_controls import KEYS, TOAST_S, ViewerControls, action_of, apply_view_event, help_lines
@@ -256,7 +256,7 @@ def test_a_recording_of_motion_without_a_frame_says_so(
 def test_a_full_recording_of_motion_is_saved(
     monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("conf.output.motion_recorder.MAX_FRAMES", 3)
+    monkeypatch.setattr("conf.output.motion_file.MAX_FRAMES", 3)
     viewer = ViewerControls(window, tmp_path)
     viewer.has_callers = True
     press(monkeypatch, viewer, window, "d")
@@ -264,6 +264,22 @@ def test_a_full_recording_of_motion_is_saved(
     assert viewer.toast(5.0) == f"saved {tmp_path / 'conf-001.dpc'} after an hour; D starts again"
     viewer.on_frames_received(1, arrived(4), 5.1)
     assert viewer.reports == [f"saved {tmp_path / 'conf-001.dpc'}"]
+
+
+def test_a_recording_of_motion_that_cannot_be_written_ends_and_keeps_what_was(
+    monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, tmp_path: Path
+) -> None:
+    viewer = ViewerControls(window, tmp_path)
+    viewer.has_callers = True
+    press(monkeypatch, viewer, window, "d")
+    viewer.on_frames_received(1, arrived(*range(60)), 4.0)
+    monkeypatch.setattr(DpcWriter, "write", Mock(side_effect=OSError(28, "No space left on device")))
+    viewer.on_frames_received(1, arrived(*range(60, 90)), 6.0)
+    path = tmp_path / "conf-001.dpc"
+    reason = f"{path} cannot be written (No space left on device); choose another folder"
+    assert viewer.toast(6.0) == f"{reason}; saved {path}" and viewer.reports == [f"saved {path}"]
+    assert [float(frame[0, 0]) for frame in read_dpc(path).displacements] == list(range(16))
+    assert not viewer.recordings(6.0)
 
 
 @pytest.mark.parametrize("toggle", TOGGLES)

@@ -7,6 +7,7 @@ that older readers skip: `# fps: 15`, `# units: fapu`, `# points: 50`, and befor
 Source: the thesis, section 5.2 (Dinâmicas dos Pontos de Controle).
 """
 
+import io
 from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ DEFAULT_FPS = 15.0
 MAX_FRAMES = 1_000_000
 MAX_DISPLACEMENT = 1e6  # FAPU units; an open jaw has about 1,500
 _POSE_NUMBERS = 6
+_COUNT_WIDTH = len(str(MAX_FRAMES))  # characters that a file written in parts keeps for its number of frames
 _Number = TypeVar("_Number", int, float)
 _FRAME_COUNT = "expected the number of frames"
 _ROW = "expected `dx dy dz`, the displacement of one control point"
@@ -67,15 +69,57 @@ def write_dpc(path: Path | str, motion: MotionClip, /) -> None:
         file.writelines(f"{line}\n" for line in _lines(motion, frames, points))
 
 
+class DpcWriter:
+    """Writes a DPC file of FAPU displacements with poses in parts; after each of them the file is whole.
+
+    path : of the file; it may be renamed between two parts
+    frames : written so far
+    """
+
+    def __init__(self, path: Path, *, fps: float) -> None:
+        """The first `write` creates the file."""
+        self.path = path
+        self.frames = 0
+        self._fps = fps
+        self._end = 0  # of what is whole, bytes
+
+    def write(self, displacements: NDArray[np.float32], poses: NDArray[np.float64]) -> None:
+        """Append frames, (k, n, 3) and (k, 6). Raises OSError; the file then ends before them."""
+        with self.path.open("r+b" if self.frames else "wb") as file:
+            try:
+                if not self.frames:
+                    header = _header(f"{0:<{_COUNT_WIDTH}}", self._fps, "fapu", displacements.shape[1])
+                    file.writelines(f"{line}\n".encode() for line in header)
+                file.seek(0, io.SEEK_END)
+                file.writelines(f"{line}\n".encode() for line in _rows(displacements, poses, self.frames))
+                file.flush()
+            except OSError:
+                file.truncate(self._end)
+                raise
+            self._end = file.tell()
+            self.frames += len(displacements)
+            file.seek(0)
+            file.write(f"{self.frames:<{_COUNT_WIDTH}}".encode())
+
+
 def _lines(motion: MotionClip, frames: int, points: int) -> Iterator[str]:
+    yield from _header(str(frames), motion.fps, motion.units, points)
+    yield from _rows(motion.displacements, motion.poses, 0)
+
+
+def _header(frames: str, fps: float, units: str, points: int) -> Iterator[str]:
     yield f"{frames}  # frames"
-    yield f"# fps: {motion.fps:.6g}"
-    yield f"# units: {motion.units}"
+    yield f"# fps: {fps:.6g}"
+    yield f"# units: {units}"
     yield f"# points: {points}"
-    for i, frame in enumerate(motion.displacements):
-        yield f"# frame {i}"
-        if motion.poses is not None:
-            yield "# pose: " + " ".join(f"{value:.6f}" for value in motion.poses[i])
+
+
+def _rows(displacements: NDArray[np.float32], poses: NDArray[np.float64] | None, first: int) -> Iterator[str]:
+    """Yield the lines of frames, of which the first has a number."""
+    for i, frame in enumerate(displacements):
+        yield f"# frame {first + i}"
+        if poses is not None:
+            yield "# pose: " + " ".join(f"{value:.6f}" for value in poses[i])
         yield from (f"{dx:.2f} {dy:.2f} {dz:.2f}" for dx, dy, dz in frame.tolist())
 
 

@@ -1,3 +1,4 @@
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from conf.errors import FileFormatError
-from conf.face.formats.dpc import MotionClip, read_dpc, write_dpc
+from conf.face.formats.dpc import DpcWriter, MotionClip, read_dpc, write_dpc
 
 # The sample of the thesis, section 5.2, as printed.
 THESIS = """
@@ -135,3 +136,39 @@ def test_incomplete_motions_are_not_written(tmp_path: Path) -> None:
         write_dpc(tmp_path / "x", replace(MOTION, displacements=np.zeros((0, 1, 3), np.float32)))
     with pytest.raises(ValueError, match=r"poses must have shape \(2, 6\)"):
         write_dpc(tmp_path / "x", replace(MOTION, poses=np.zeros((1, 6))))
+
+
+def test_a_file_written_in_parts_is_whole_after_each_of_them(tmp_path: Path) -> None:
+    rng, writer = np.random.default_rng(2), DpcWriter(tmp_path / "motion.dpc", fps=15)
+    displacements = rng.integers(-100, 100, (12, 50, 3)).astype(np.float32)
+    poses = rng.integers(-100, 100, (12, 6)) / 64
+    for start, end in ((0, 1), (1, 5), (5, 12)):
+        writer.write(displacements[start:end], poses[start:end])
+        motion = read_dpc(tmp_path / "motion.dpc")
+        assert writer.frames == end and motion.fps == 15 and motion.units == "fapu" and motion.poses is not None
+        np.testing.assert_array_equal(motion.displacements, displacements[:end])
+        np.testing.assert_array_equal(motion.poses, poses[:end])
+    write_dpc(tmp_path / "whole.dpc", MotionClip(15, "fapu", displacements, poses))
+    in_parts, whole = ((tmp_path / name).read_text().splitlines() for name in ("motion.dpc", "whole.dpc"))
+    assert in_parts[1:] == whole[1:] and in_parts[0].split() == whole[0].split()
+
+
+def test_a_part_that_cannot_be_written_leaves_the_file_as_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    writer = DpcWriter(tmp_path / "motion.dpc", fps=15)
+    displacements, poses = np.ones((2, 50, 3), np.float32), np.zeros((2, 6))
+    writer.write(displacements, poses)
+    before = (tmp_path / "motion.dpc").read_bytes()
+
+    def full_disk(*args: object) -> Iterator[str]:
+        yield "# frame 2"
+        yield "x" * 100_000
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch, pytest.raises(OSError, match="No space left"):
+        patch.setattr("conf.face.formats.dpc._rows", full_disk)
+        writer.write(displacements, poses)
+    assert (tmp_path / "motion.dpc").read_bytes() == before
+    writer.write(displacements, poses)
+    assert len(read_dpc(tmp_path / "motion.dpc").displacements) == 4
