@@ -115,7 +115,7 @@ class SenderLoop:
             return POLL_S
         self._capture.set_fps(self._connection.outbound.profile.fps)
         wait = self._capture.step(now)
-        return None if wait is None else min(wait, POLL_S)
+        return None if wait is None else min(wait, POLL_S, self._voice.wait_s(now))
 
     def close(self, now: float) -> None:
         """End the call and notify the receiver, if that is possible."""

@@ -214,6 +214,7 @@ def main() -> None:
     parser.add_argument("clip", type=Path, nargs="?")
     parser.add_argument("--portrait", action="store_true", help="send images of the person too")
     parser.add_argument("--sound", type=Path, help="send the sound of a file")
+    parser.add_argument("--microphone", help="send what a microphone captures: a number or name as of `conf devices`")
     parser.add_argument("--kbps", type=float, help="send no more than this")
     parser.add_argument("--fps", type=float, default=WINDOW_FPS, help="frames drawn a second")
     parser.add_argument("--speaker", help="play the voice: a number or name as of `conf devices`, or null")
@@ -230,6 +231,7 @@ def main() -> None:
         portrait_kbps=4.0 if options.portrait else None,
         kbps=options.kbps,
         sound=options.sound,
+        microphone=options.microphone,
     )
     try:
         send(options.address, options.code, send_options)

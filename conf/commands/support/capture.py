@@ -193,6 +193,7 @@ def _open_voice(options: CaptureOptions, clip: Clip | None, on_note: Callable[[s
         file=options.sound,
         loop=options.loop,
         microphone=options.microphone,
+        live_frames=options.file is None and options.dpc is None,
         on_note=on_note,
     )
     if sound is None:

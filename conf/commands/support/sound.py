@@ -39,11 +39,13 @@ def open_sound(
     file: Path | None = None,
     loop: bool = False,
     microphone: str | None = None,
+    live_frames: bool = True,
     on_note: Callable[[str], None],
 ) -> SoundSource | None:
     """Open what is captured beside the frames: a file, the clip's own sound, else a microphone.
 
     clip, clip_path : the clip that is read as the camera, if there is one
+    live_frames : the frames are a camera's, neither a clip's nor a recording's
     on_note : called with a sentence where sound is missing though nobody asked for a certain one
     Raises AudioError if the microphone that was asked for cannot be opened, CameraError if the file cannot.
     """
@@ -59,7 +61,7 @@ def open_sound(
     from conf.sender.capture.microphone import MicrophoneSource
 
     try:
-        return MicrophoneSource(microphone)
+        return MicrophoneSource(microphone, live_frames=live_frames)
     except AudioError as error:
         if microphone is not None:
             raise

@@ -25,12 +25,16 @@ class VoicePoller:
         self._voice = voice
         self._polled_at = float("-inf")
 
+    def wait_s(self, now: float) -> float:
+        """Return the seconds until the next poll, infinite without a voice: a loop that waits longer delays the voice."""
+        return float("inf") if self._voice is None else max(VOICE_POLL_S - (now - self._polled_at), 0.0)
+
     def poll(self, source_time: float | None, outlet: VoiceOutlet, now: float) -> None:
         """Send the voice packets that are complete, if it is time for it.
 
         source_time : the time on the clock of the frames, None before the first frame
         """
-        if now - self._polled_at >= VOICE_POLL_S:
+        if self.wait_s(now) == 0.0:
             self.poll_now(source_time, outlet, now)
 
     def poll_now(self, source_time: float | None, outlet: VoiceOutlet, now: float) -> None:

@@ -49,7 +49,7 @@ def test_a_microphone_that_is_not_there_is_an_error_only_if_it_was_named() -> No
 
 
 def test_without_any_microphone_the_call_goes_on_without_voice(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(device: str | None) -> None:
+    def refuse(device: str | None, *, live_frames: bool) -> None:
         raise AudioError("there is no microphone here: plug one in, or go on without sound.")
 
     monkeypatch.setattr("conf.sender.capture.microphone.MicrophoneSource", refuse)

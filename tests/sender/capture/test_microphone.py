@@ -1,7 +1,9 @@
 """The microphone of silence that every machine has."""
 
 import time
+from collections.abc import Callable
 
+import numpy as np
 import pytest
 
 from conf.audio.devices import NULL_DEVICE
@@ -20,6 +22,27 @@ def test_captured_blocks_follow_each_other_on_the_clock() -> None:
     microphone.close()
     assert begin - 0.2 < blocks[0].timestamp < time.monotonic()
     assert all(not block.samples.any() for block in blocks)
+
+
+class Silence:
+    """A device with 10 ms of silence, captured until just now."""
+
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self._clock = clock
+
+    def read(self) -> AudioBlock:
+        return AudioBlock(self._clock() - 0.01, np.zeros(160, np.int16))
+
+
+def test_beside_a_clip_the_times_are_those_of_its_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("conf.sender.capture.microphone.open_microphone", lambda device, clock: Silence(clock))
+    now = 1000.0
+    beside_camera = MicrophoneSource(clock=lambda: now)
+    beside_clip = MicrophoneSource(clock=lambda: now, live_frames=False)
+    assert beside_camera.read(999.97)[0].timestamp == pytest.approx(999.99)  # a camera's frames come late
+    assert beside_clip.read(2.5)[0].timestamp == pytest.approx(2.49)
+    now = 1004.0
+    assert beside_clip.read(6.501)[0].timestamp == pytest.approx(6.49)  # a loop that is late changes no time
 
 
 def test_a_microphone_that_is_not_there_is_refused() -> None:

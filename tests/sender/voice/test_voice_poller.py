@@ -38,6 +38,14 @@ def test_the_voice_is_polled_every_ten_milliseconds(outlet: SimpleNamespace) -> 
     assert all(until == now for until, now in voice.polls)
 
 
+def test_a_loop_waits_no_longer_than_until_the_next_poll(outlet: SimpleNamespace) -> None:
+    poller = VoicePoller(FakeVoice())
+    assert poller.wait_s(5.0) == 0.0
+    poller.poll(5.0, outlet, 5.0)
+    assert poller.wait_s(5.0) == pytest.approx(VOICE_POLL_S) and poller.wait_s(5.1) == 0.0
+    assert VoicePoller(None).wait_s(5.0) == float("inf")
+
+
 def test_with_a_frame_it_is_polled_at_once(outlet: SimpleNamespace) -> None:
     voice = FakeVoice()
     poller = VoicePoller(voice)

@@ -1,0 +1,212 @@
+"""Measure the delay of the voice from the microphone to the loudspeaker, through the sound system of this machine.
+
+    python tools/bench/voice_devices.py [--clips CLIP...] [--rates 16 9.6 6 4.8 2.4] [--seconds 25] [--json]
+
+Needs PulseAudio's programs, no sound card: a server of its own has two null sinks. Speech is played into the first,
+whose monitor is the microphone of a sender; a receiver plays to the second. Sender and receiver are two processes on
+loopback, with the loops of `conf send` and `conf receive` (call_probe.py). The monitors of both sinks are recorded, and
+the delay is the lag at which the recordings correlate best, a figure for each PIECE_S.
+
+delay_ms : of the middle piece, less the duration of the voice in a datagram, which nobody can avoid; worst_ms : of the
+longest; error_ms : between two recordings of the same sink, which is how exact the figures are
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+import numpy as np
+
+from conf.audio.samples import SAMPLE_RATE, Samples
+from conf.commands.extract import extract
+from conf.protocol.rate_control.rate_levels import VoiceMode, levels_for
+from conf.sender.capture.clip import read_sound
+from tools.bench.call_probe import read_lines, start, start_receiver
+from tools.bench.voice_link import align
+
+SHARED = Path(__file__).resolve().parents[3] / "shared"
+GRID = ("bbaf2n", "brbk7n", "lbax4n", "lbbc2a", "lwbsza", "pwij3p", "swiz3n")
+CLIPS = [SHARED / "media" / f"grid_{name}.mpg" for name in GRID]
+RATES = (16.0, 9.6, 6.0, 4.8, 2.4)
+CODE = "amber-canoe-tiger-7"
+STARTING_S = 30.0  # maximum time for the processes to start
+SETTLE_S = 6.0  # before pieces count: the call begins, the playout delay finds its length
+PIECE_S = 3.0
+MAX_LAG = int(1.5 * SAMPLE_RATE)
+MIN_LEVEL = 100.0  # RMS of a piece with speech
+RECORD_FORMAT = ["--format=s16le", "--channels=1", f"--rate={SAMPLE_RATE}"]
+RECORD_LATENCY_MS = 20
+CHUNK_BYTES = 640  # 20 ms
+MICROPHONE, LOUDSPEAKER = "bench_microphone", "bench_loudspeaker"
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Of a call at one rate; see above. underruns : how often the loudspeaker had nothing to play"""
+
+    delay_ms: float
+    worst_ms: float
+    datagram_ms: int
+    pieces: int
+    underruns: int
+    error_ms: float
+
+
+class Recording:
+    """What a sink plays, and when.
+
+    The median arrival of the second half of its samples tells when the recording began: at first a null sink may be
+    seconds ahead of the clock.
+    """
+
+    def __init__(self, sink: str) -> None:
+        command = ["parec", f"--device={sink}.monitor", *RECORD_FORMAT, f"--latency-msec={RECORD_LATENCY_MS}"]
+        self._process = subprocess.Popen(command, stdout=subprocess.PIPE)
+        self._chunks: list[bytes] = []
+        self._begins: list[float] = []  # by each chunk's arrival
+        self._thread = threading.Thread(target=self._read)
+        self._thread.start()
+
+    def stop(self) -> Samples:
+        """Return the samples, (n,) at SAMPLE_RATE; the first was played at `began`."""
+        self._process.terminate()
+        self._thread.join()
+        self._process.communicate()
+        data = b"".join(self._chunks)
+        return np.frombuffer(data[: len(data) // 2 * 2], np.int16)
+
+    @property
+    def began(self) -> float:
+        """When the first sample was played, but for the time that all samples take to arrive, s."""
+        return float(np.median(self._begins[len(self._begins) // 2 :]))
+
+    def _read(self) -> None:
+        assert self._process.stdout
+        size = 0
+        while chunk := self._process.stdout.read(CHUNK_BYTES):
+            self._chunks.append(chunk)
+            size += len(chunk)
+            self._begins.append(time.monotonic() - size / 2 / SAMPLE_RATE)
+
+
+@contextmanager
+def sound_server() -> Iterator[None]:
+    """Run a sound server with two null sinks, which the programs started meanwhile use."""
+    with TemporaryDirectory() as folder:
+        socket = Path(folder, "native")
+        environment = os.environ | {"XDG_RUNTIME_DIR": folder, "PULSE_RUNTIME_PATH": folder, "HOME": folder}
+        modules = [f"module-native-protocol-unix socket={socket} auth-anonymous=1"]
+        modules += [f"module-null-sink sink_name={sink} rate=48000" for sink in (MICROPHONE, LOUDSPEAKER)]
+        command = ["pulseaudio", "-n", "--exit-idle-time=-1", "--daemonize=no", "--log-level=error"]
+        command += [argument for module in modules for argument in ("-L", module)]
+        before = {name: os.environ.get(name) for name in ("PULSE_SERVER", "PULSE_SINK", "PULSE_SOURCE")}
+        with subprocess.Popen(command, env=environment) as server:
+            os.environ |= {"PULSE_SERVER": f"unix:{socket}", "PULSE_SINK": LOUDSPEAKER}
+            os.environ["PULSE_SOURCE"] = f"{MICROPHONE}.monitor"
+            try:
+                _wait_for(socket)
+                yield
+            finally:
+                server.terminate()
+                for name, value in before.items():
+                    os.environ.pop(name)
+                    if value is not None:
+                        os.environ[name] = value
+
+
+def _wait_for(path: Path) -> None:
+    deadline = time.monotonic() + STARTING_S
+    while not path.exists():
+        if time.monotonic() > deadline:
+            raise RuntimeError("the sound server does not start")
+        time.sleep(0.05)
+
+
+def measure(motion: Path, speech: Path, kbps: float, seconds: float) -> Figures:
+    """Make a call and measure it. speech : raw samples at SAMPLE_RATE, at least as long as the call"""
+    receiver, address = start_receiver(CODE, seconds + STARTING_S, "--speaker", "", "--fps", 15)
+    lines: list[dict[str, float]] = []
+    reader = threading.Thread(target=read_lines, args=(receiver.stdout, lines))
+    reader.start()
+    captured, again, heard = Recording(MICROPHONE), Recording(MICROPHONE), Recording(LOUDSPEAKER)
+    player = subprocess.Popen(["pacat", f"--device={MICROPHONE}", *RECORD_FORMAT, str(speech)])
+    sender = start("send", address, CODE, seconds, motion, "--microphone", "0", "--kbps", kbps)
+    try:
+        sender.communicate(timeout=seconds + STARTING_S)
+    finally:
+        for process in (sender, player, receiver):
+            process.kill()
+            process.wait()
+        reader.join()
+        sounds = [recording.stop() for recording in (captured, again, heard)]
+    delays = lags(sounds[0], sounds[2], heard.began - captured.began)
+    errors = lags(sounds[0], sounds[1], again.began - captured.began)
+    datagram_ms = next(
+        level.voice.packet_ms for level in levels_for(VoiceMode.AUTOMATIC) if level.voice and level.kbps == kbps
+    )
+    return Figures(
+        delay_ms=round(1000 * float(np.median(delays)) - datagram_ms, 1),
+        worst_ms=round(1000 * max(delays) - datagram_ms, 1),
+        datagram_ms=datagram_ms,
+        pieces=len(delays),
+        underruns=int(max(line.get("underruns", 0) for line in lines)),
+        error_ms=round(1000 * max(map(abs, errors)), 1),
+    )
+
+
+def lags(captured: Samples, heard: Samples, offset_s: float) -> list[float]:
+    """Return by how many seconds each piece of `captured` is heard later.
+
+    offset_s : by how much later the recording of what is heard began
+    """
+    early = MAX_LAG // 2 + round(offset_s * SAMPLE_RATE)
+    shifted = np.concatenate([np.zeros(max(early, 0), np.int16), heard[max(-early, 0) :]])
+    size, found = int(PIECE_S * SAMPLE_RATE), []
+    for begin in range(int(SETTLE_S * SAMPLE_RATE), min(len(captured), len(shifted) - MAX_LAG) - size, size):
+        piece, later = (
+            captured[begin : begin + size].astype(float),
+            shifted[begin : begin + size + MAX_LAG].astype(float),
+        )
+        if min(np.std(piece), np.std(later[:size])) > MIN_LEVEL:
+            found.append((align(piece, later, max_samples=MAX_LAG) - MAX_LAG // 2) / SAMPLE_RATE)
+    return found
+
+
+def main() -> None:
+    """Print a row for each rate, or one JSON object."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--clips", nargs="+", type=Path, default=CLIPS, metavar="CLIP")
+    parser.add_argument("--rates", nargs="+", type=float, default=RATES, metavar="KBPS")
+    parser.add_argument("--seconds", type=float, default=25.0, help="duration of each call")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    sounds = [samples for clip in options.clips for _, samples in read_sound(clip, rate=SAMPLE_RATE)]
+    speech = np.resize(np.concatenate(sounds), int((options.seconds + STARTING_S) * SAMPLE_RATE))
+    result = {}
+    with TemporaryDirectory() as folder, sound_server():
+        motion, raw = Path(folder, "motion.dpc"), Path(folder, "speech.raw")
+        extract(options.clips[0], motion)
+        raw.write_bytes(speech.tobytes())
+        for kbps in options.rates:
+            figures = measure(motion, raw, kbps, options.seconds)
+            result[f"{kbps:g}"] = asdict(figures)
+            if not options.json:
+                print(f"{kbps:5g} kbit/s: " + ", ".join(f"{name} {value}" for name, value in asdict(figures).items()))
+    if options.json:
+        print(json.dumps(result, indent=1))
+
+
+if __name__ == "__main__":
+    main()
