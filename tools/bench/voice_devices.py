@@ -7,8 +7,9 @@ whose monitor is the microphone of a sender; a receiver plays to the second. Sen
 loopback, with the loops of `conf send` and `conf receive` (call_probe.py). The monitors of both sinks are recorded, and
 the delay is the lag at which the recordings correlate best, a figure for each PIECE_S.
 
-delay_ms : of the middle piece, less the duration of the voice in a datagram, which nobody can avoid; worst_ms : of the
-longest; error_ms : between two recordings of the same sink, which is how exact the figures are
+delay_ms : the median, less the duration of the voice in a datagram, which nobody can avoid; least_ms, worst_ms : of
+single pieces: whatever stops the processes for a moment adds to the playout delay for ten seconds and more; error_ms :
+between two recordings of the same sink, which is how exact the figures are
 """
 
 import argparse
@@ -42,7 +43,8 @@ CLIPS = [SHARED / "media" / f"grid_{name}.mpg" for name in GRID]
 RATES = (16.0, 9.6, 6.0, 4.8, 2.4)
 CODE = "amber-canoe-tiger-7"
 STARTING_S = 30.0  # maximum time for the processes to start
-SETTLE_S = 6.0  # before pieces count: the call begins, the playout delay finds its length
+SINK_STARTS_S = 3.0  # a null sink that nobody listens to is up to 2 s ahead of the clock
+SETTLE_S = 14.0  # of the recordings before pieces count: the call begins, the playout delay finds its length
 PIECE_S = 3.0
 MAX_LAG = int(1.5 * SAMPLE_RATE)
 MIN_LEVEL = 100.0  # RMS of a piece with speech
@@ -57,6 +59,7 @@ class Figures:
     """Of a call at one rate; see above. underruns : how often the loudspeaker had nothing to play"""
 
     delay_ms: float
+    least_ms: float
     worst_ms: float
     datagram_ms: int
     pieces: int
@@ -136,11 +139,12 @@ def _wait_for(path: Path) -> None:
 
 def measure(motion: Path, speech: Path, kbps: float, seconds: float) -> Figures:
     """Make a call and measure it. speech : raw samples at SAMPLE_RATE, at least as long as the call"""
+    captured, again, heard = Recording(MICROPHONE), Recording(MICROPHONE), Recording(LOUDSPEAKER)
+    time.sleep(SINK_STARTS_S)
     receiver, address = start_receiver(CODE, seconds + STARTING_S, "--speaker", "", "--fps", 15)
     lines: list[dict[str, float]] = []
     reader = threading.Thread(target=read_lines, args=(receiver.stdout, lines))
     reader.start()
-    captured, again, heard = Recording(MICROPHONE), Recording(MICROPHONE), Recording(LOUDSPEAKER)
     player = subprocess.Popen(["pacat", f"--device={MICROPHONE}", *RECORD_FORMAT, str(speech)])
     sender = start("send", address, CODE, seconds, motion, "--microphone", "0", "--kbps", kbps)
     try:
@@ -153,11 +157,14 @@ def measure(motion: Path, speech: Path, kbps: float, seconds: float) -> Figures:
         sounds = [recording.stop() for recording in (captured, again, heard)]
     delays = lags(sounds[0], sounds[2], heard.began - captured.began)
     errors = lags(sounds[0], sounds[1], again.began - captured.began)
+    if not delays:
+        raise RuntimeError("no speech was heard: does `conf doctor` find the sound devices?")
     datagram_ms = next(
         level.voice.packet_ms for level in levels_for(VoiceMode.AUTOMATIC) if level.voice and level.kbps == kbps
     )
     return Figures(
         delay_ms=round(1000 * float(np.median(delays)) - datagram_ms, 1),
+        least_ms=round(1000 * min(delays) - datagram_ms, 1),
         worst_ms=round(1000 * max(delays) - datagram_ms, 1),
         datagram_ms=datagram_ms,
         pieces=len(delays),

@@ -26,7 +26,7 @@ class VoicePoller:
         self._polled_at = float("-inf")
 
     def wait_s(self, now: float) -> float:
-        """Return the seconds until the next poll, infinite without a voice: a loop that waits longer delays the voice."""
+        """Return the seconds until the next poll, infinite without a voice. Waiting longer delays it."""
         return float("inf") if self._voice is None else max(VOICE_POLL_S - (now - self._polled_at), 0.0)
 
     def poll(self, source_time: float | None, outlet: VoiceOutlet, now: float) -> None:

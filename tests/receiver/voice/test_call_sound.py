@@ -58,13 +58,13 @@ def test_the_queue_is_filled_to_its_target_and_times_follow_each_other() -> None
     sound = LoudspeakerSound(mixer, output, clock=lambda: 100.0)
     sound.fill()
     assert len(output.queue) == TARGET_S * SAMPLE_RATE
-    assert [at for at, _, _ in mixer.asked] == pytest.approx([100.05, 100.06, 100.07, 100.08])
-    assert [delay for _, _, delay in mixer.asked] == pytest.approx([TARGET_S + 0.05] * 4)
+    assert [at for at, _, _ in mixer.asked] == pytest.approx([100.05, 100.06, 100.07])
+    assert [delay for _, _, delay in mixer.asked] == pytest.approx([TARGET_S + 0.05] * 3)
     sound.fill()
-    assert len(mixer.asked) == 4
+    assert len(mixer.asked) == 3
     assert output.play(BLOCK).tolist() == list(range(BLOCK))
     sound.fill()
-    assert len(mixer.asked) == 5
+    assert len(mixer.asked) == 4
 
 
 def test_after_the_device_ran_out_of_sound_more_is_kept_ready_for_a_while() -> None:
@@ -79,7 +79,7 @@ def test_after_the_device_ran_out_of_sound_more_is_kept_ready_for_a_while() -> N
         output.play(SAMPLE_RATE)
         sound.fill()
     assert output.queued_s <= MAX_TARGET_S + 0.01
-    for _ in range(2000):
+    for _ in range(2500):
         output.play(BLOCK)
         sound.fill()
     assert output.queued_s == pytest.approx(TARGET_S)
@@ -95,7 +95,7 @@ def test_what_is_heard_is_recorded_at_full_volume() -> None:
     blocks = sound.recorded(0.065)
     assert [block.timestamp for block in blocks] == pytest.approx([0.05, 0.06])
     assert blocks[1].samples.tolist() == list(range(BLOCK, 2 * BLOCK))
-    assert len(sound.recorded(1.0)) == 2
+    assert len(sound.recorded(1.0)) == 1
     sound.record(False)
     sound.fill()
     assert sound.recorded(1.0) == []
