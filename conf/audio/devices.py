@@ -19,7 +19,7 @@ import numpy as np
 
 from conf.audio.drift import ClockAligner
 from conf.audio.resampling import Resampler
-from conf.audio.ring_buffer import CaptureBuffer, PlaybackBuffer, RingBuffer
+from conf.audio.ring_buffer import CaptureBuffer, PlaybackBuffer
 from conf.audio.samples import SAMPLE_RATE, AudioBlock, Samples
 from conf.errors import AudioError
 
@@ -93,10 +93,7 @@ class Microphone(_Device):
     def __init__(self, name: str, device_id: object, clock: Callable[[], float]) -> None:
         """Use `open_microphone` instead."""
         super().__init__(name, clock)
-        self._buffer = CaptureBuffer(round(_BUFFER_S * DEVICE_RATE))
-        self._resampler = Resampler(DEVICE_RATE, SAMPLE_RATE)
-        self._aligner = ClockAligner()
-        self._aligned: deque[AudioBlock] = deque()
+        self._captured = _ClockedBuffer()
         self._device = _start("CaptureDevice", "input_format", name, device_id, self._callback())
 
     def read(self) -> AudioBlock | None:
@@ -104,25 +101,16 @@ class Microphone(_Device):
 
         A block's time stamp is the end of the one before, but after a dropout. Raises AudioError if the device is gone.
         """
-        for samples, end in self._buffer.read_blocks():
-            start = end - len(samples) / DEVICE_RATE - self._resampler.delay_s
-            self._aligned.append(self._aligner.align(AudioBlock(start, self._resampler.process(samples))))
-        if not self._aligned:
+        block = self._captured.read()
+        if block is None:
             self._check_alive("gives no sound")
-            return None
-        first = self._aligned.popleft()
-        parts, end = [first.samples], first.end
-        while self._aligned and abs(self._aligned[0].timestamp - end) < _GAP_S:
-            block = self._aligned.popleft()
-            parts.append(block.samples)
-            end = block.end
-        return AudioBlock(first.timestamp, np.concatenate(parts))
+        return block
 
     def _callback(self) -> Generator[None, bytearray, None]:
         while True:
             samples = np.frombuffer((yield), np.int16)
             self._called = self._clock()
-            self._buffer.write_block(samples, self._called)
+            self._captured.write(samples, self._called)
 
 
 class Speaker(_Device):
@@ -133,8 +121,7 @@ class Speaker(_Device):
         super().__init__(name, clock)
         self._buffer = PlaybackBuffer(round(_BUFFER_S * DEVICE_RATE), rate=DEVICE_RATE)
         self._resampler = Resampler(SAMPLE_RATE, DEVICE_RATE)
-        self._played = RingBuffer(round(_BUFFER_S * DEVICE_RATE))
-        self._played_resampler = Resampler(DEVICE_RATE, SAMPLE_RATE)
+        self._played = _ClockedBuffer()
         self._device = _start("PlaybackDevice", "output_format", name, device_id, self._callback())
 
     @property
@@ -163,9 +150,12 @@ class Speaker(_Device):
         self._check_alive("plays no sound")
         self._buffer.write(self._resampler.process(samples))
 
-    def read_played(self) -> Samples:
-        """Return what the device took since the last call, at SAMPLE_RATE: the reference of echo cancellation."""
-        return self._played_resampler.process(self._played.read(len(self._played)))
+    def read_played(self) -> AudioBlock | None:
+        """Return what the device took since the last call, or None; times are as those of `Microphone.read`.
+
+        It is the reference of echo cancellation. What nobody reads for two seconds is lost.
+        """
+        return self._played.read()
 
     def _callback(self) -> Generator[Samples, int, None]:
         samples = np.zeros(0, np.int16)
@@ -173,7 +163,36 @@ class Speaker(_Device):
             count = yield samples
             self._called = self._clock()
             samples = self._buffer.pull(count)
-            self._played.write(samples)
+            self._played.write(samples, self._called)
+
+
+class _ClockedBuffer:
+    """What one device captured or played, from its callback to SAMPLE_RATE of the clock."""
+
+    def __init__(self) -> None:
+        self._buffer = CaptureBuffer(round(_BUFFER_S * DEVICE_RATE))
+        self._resampler = Resampler(DEVICE_RATE, SAMPLE_RATE)
+        self._aligner = ClockAligner()
+        self._aligned: deque[AudioBlock] = deque()
+
+    def write(self, samples: Samples, end: float) -> None:
+        """Append samples of DEVICE_RATE. end : time of the callback"""
+        self._buffer.write_block(samples, end)
+
+    def read(self) -> AudioBlock | None:
+        """Return what came since the last call, up to the next dropout, or None."""
+        for samples, end in self._buffer.read_blocks():
+            start = end - len(samples) / DEVICE_RATE - self._resampler.delay_s
+            self._aligned.append(self._aligner.align(AudioBlock(start, self._resampler.process(samples))))
+        if not self._aligned:
+            return None
+        first = self._aligned.popleft()
+        parts, end = [first.samples], first.end
+        while self._aligned and abs(self._aligned[0].timestamp - end) < _GAP_S:
+            block = self._aligned.popleft()
+            parts.append(block.samples)
+            end = block.end
+        return AudioBlock(first.timestamp, np.concatenate(parts))
 
 
 def open_microphone(name: str | None = None, *, clock: Callable[[], float] = time.monotonic) -> Microphone:

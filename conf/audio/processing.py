@@ -1,18 +1,21 @@
 """From the microphone's sound to what a codec should get: no echo, rumble and noise, an even level, pauses marked.
 
-The filters are WebRTC's (pywebrtc-audio). Two of their habits are worked around. The gain control starts 15 dB up,
-which drives loud speech into its limiter for seconds (STOI .96 on full-scale speech), so the sound enters 15 dB down
-and the gain starts at 1. The speech probability comes late, so activity looks at the level, too, and returned blocks
-lag by two: a talk spurt starts 20 ms before the first block in which speech was noticed.
+The echo is removed first (echo_canceller.py). The other filters are WebRTC's (pywebrtc-audio). Two of their habits are
+worked around. The gain control starts 15 dB up, which drives loud speech into its limiter for seconds (STOI .96 on
+full-scale speech), so the sound enters 15 dB down and the gain starts at 1. The speech probability comes late, so
+activity looks at the level, too, and returned blocks lag by two: a talk spurt starts 20 ms before the first block in
+which speech was noticed.
 """
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.audio.echo_canceller import EchoCanceller
 from conf.audio.samples import FULL_SCALE, SAMPLE_RATE, SILENCE_DBFS, AudioBlock, Samples, level_dbfs, to_int16
 from conf.audio.voice_activity import VoiceActivity
 
@@ -25,9 +28,7 @@ MISSING = "pywebrtc-audio is missing, so noise and level stay as they are: type 
 _HEADROOM = 0.5
 _INITIAL_GAIN = 10 ** (-15 / 20)  # of the sound that enters the gain control
 _DELAY_S = 0.006  # of noise suppression, measured by correlation
-_ECHO_DELAY_S = 0.008  # that echo cancellation adds
 _NOISE_WEIGHT = 0.05  # of a new block in the background's power: a time constant of 0.2 s
-_MAX_PLAYED = SAMPLE_RATE // 5  # samples of the loudspeaker's sound that wait for the microphone's
 _GAP_S = 0.001  # time stamps further apart than this are of another stretch of sound
 
 
@@ -57,13 +58,12 @@ class VoiceProcessor:
         *,
         gain: bool = True,
         noise_suppression: bool = True,
-        echo_cancellation: bool = False,
-        playback_delay_s: float = 0.0,
+        read_played: Callable[[], AudioBlock | None] | None = None,
     ) -> None:
         """Prepare the filters.
 
-        echo_cancellation : remove what the loudspeaker plays; `process` then needs that sound
-        playback_delay_s : from the loudspeaker's buffer to the microphone's, s; a first guess
+        read_played : returns what the loudspeaker has played since it was last called, to remove its echo: read_played
+            of an open Speaker
         """
         self.fault: str | None = None
         self._filter: Any = None
@@ -74,18 +74,14 @@ class VoiceProcessor:
             self.fault = MISSING
         else:
             self._filter = pywebrtc_audio.AudioProcessor(
-                SAMPLE_RATE,
-                high_pass_filter=True,
-                noise_suppression=noise_suppression,
-                echo_cancellation=echo_cancellation,
-                stream_delay_ms=round(1000 * playback_delay_s),
+                SAMPLE_RATE, high_pass_filter=True, noise_suppression=noise_suppression
             )
             self._gain = pywebrtc_audio.GainController(SAMPLE_RATE) if gain else None
-        self._delay_s = (noise_suppression * _DELAY_S + echo_cancellation * _ECHO_DELAY_S) if self._filter else 0.0
-        self._echo = echo_cancellation
+        self._delay_s = _DELAY_S if self._filter and noise_suppression else 0.0
+        self._read_played = read_played
+        self._echo_canceller = EchoCanceller() if read_played else None
         self._activity = VoiceActivity()
         self._rest = AudioBlock(0.0, np.zeros(0, np.int16))  # less than a block
-        self._played = np.zeros(0, np.int16)
         self._waiting: deque[VoiceBlock] = deque()
         self._noise_power = 0.0
 
@@ -94,14 +90,13 @@ class VoiceProcessor:
         """Return the level of the background after processing, dBFS."""
         return max(SILENCE_DBFS, 10 * float(np.log10(max(self._noise_power, 1e-12))))
 
-    def process(self, block: AudioBlock, played: Samples | None = None) -> list[VoiceBlock]:
+    def process(self, block: AudioBlock) -> list[VoiceBlock]:
         """Return the blocks that this sound completes, in order of time, LOOK_BACK blocks behind it.
 
         block : of any length; a gap to the last one's end starts a new stretch
-        played : what the loudspeaker has played since the last call, for echo cancellation
         """
-        if played is not None:
-            self._played = np.concatenate([self._played, played])[-_MAX_PLAYED - len(block.samples) :]
+        if self._echo_canceller and self._read_played:
+            block = self._echo_canceller.process(block, self._read_played())
         blocks: list[VoiceBlock] = []
         if len(self._rest.samples) and abs(block.timestamp - self._rest.end) > _GAP_S:
             blocks += self.flush()
@@ -124,7 +119,8 @@ class VoiceProcessor:
     def _process_block(self, timestamp: float, samples: Samples) -> list[VoiceBlock]:
         level, probability = level_dbfs(samples), 0.0
         if self._filter is not None:
-            filtered = self._run_filter(samples.astype(np.float32) * np.float32(_INITIAL_GAIN / FULL_SCALE))
+            scaled = samples.astype(np.float32) * np.float32(_INITIAL_GAIN / FULL_SCALE)
+            filtered = np.asarray(self._filter.process(scaled), np.float32)
             level = level_dbfs(_from_float(filtered))
             probability = float(self._filter.speech_probability)
             if self._gain is not None:
@@ -140,15 +136,6 @@ class VoiceProcessor:
             self._noise_power += _NOISE_WEIGHT * (power - self._noise_power)
         self._waiting.append(VoiceBlock(timestamp, samples, active))
         return [self._waiting.popleft()] if len(self._waiting) > LOOK_BACK else []
-
-    def _run_filter(self, near: NDArray[np.float32]) -> NDArray[np.float32]:
-        if not self._echo:
-            return np.asarray(self._filter.process(near), np.float32)
-        far = np.zeros(BLOCK_SAMPLES, np.float32)
-        played = self._played[:BLOCK_SAMPLES]
-        self._played = self._played[BLOCK_SAMPLES:]
-        far[: len(played)] = played / FULL_SCALE
-        return np.asarray(self._filter.process(near, far), np.float32)
 
 
 def _from_float(values: NDArray[np.float32]) -> Samples:

@@ -217,28 +217,35 @@ def test_a_microphone_that_falls_silent_is_reported(monkeypatch: pytest.MonkeyPa
         microphone.read()
 
 
-def pull(speaker: devices.Speaker, periods: int) -> Samples:
-    return np.concatenate([speaker._device.callback.send(PERIOD) for _ in range(periods)])
+def pull(speaker: devices.Speaker, periods: int, clock: Clock) -> Samples:
+    parts = []
+    for _ in range(periods):
+        clock.now += PERIOD_MS / 1000
+        parts.append(speaker._device.callback.send(PERIOD))
+    return np.concatenate(parts)
 
 
 def test_written_sound_is_played_after_the_latency_and_kept_for_echo_cancellation(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     stub(monkeypatch)
-    speaker = open_speaker("HDMI 2", clock=Clock())
-    assert not pull(speaker, 2).any()
+    clock = Clock()
+    speaker = open_speaker("HDMI 2", clock=clock)
+    assert not pull(speaker, 2, clock).any()
     speaker.write(tone(500, 0.2))
     assert speaker.queued_s == pytest.approx(0.2)
     assert speaker.latency_s == pytest.approx(0.2 + 0.001 + PERIOD_MS / 1000)
-    played = pull(speaker, 20)
+    played = pull(speaker, 20, clock)
     assert speaker.queued_s == 0 and speaker.underruns == 0
     times = np.arange(len(played)) / DEVICE_RATE - 0.001
     expected = 8000 * np.sin(2 * np.pi * 500 * times)
     assert np.abs(played - expected)[480:].max() < 60  # after the fade
     reference = speaker.read_played()
-    assert len(reference) == SAMPLE_RATE * 22 * PERIOD_MS // 1000
-    assert len(speaker.read_played()) == 0
-    pull(speaker, 1)
+    assert reference is not None
+    assert len(reference.samples) == SAMPLE_RATE * 22 * PERIOD_MS // 1000
+    assert reference.end == pytest.approx(clock.now, abs=0.002)  # the delay of two resamplers
+    assert speaker.read_played() is None
+    pull(speaker, 1, clock)
     assert speaker.underruns == 1
 
 
@@ -264,7 +271,8 @@ def test_the_null_device_runs_in_real_time() -> None:
         assert speaker.queued_s == 0
         assert not np.concatenate([block.samples for block in blocks]).any()
         assert blocks[-1].end <= time.monotonic()
-        assert len(speaker.read_played()) > 0
+        played = speaker.read_played()
+        assert played is not None and played.end <= time.monotonic()
 
 
 @pytest.mark.slow

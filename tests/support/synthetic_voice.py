@@ -62,3 +62,16 @@ def pitch_hz(samples: Samples, low: float = 60, high: float = 400) -> float:
     lag = first + int(np.argmax(correlation[first:last]))
     before, at, after = correlation[lag - 1 : lag + 2]
     return SAMPLE_RATE / (lag + 0.5 * (before - after) / (before - 2 * at + after))
+
+
+def whisper(seconds: float, /, *, seed: int = 0, dbfs: float = -26) -> Samples:
+    """Return syllables of noise with the slope of speech, 6 dB an octave, and a level in dB below full scale."""
+    rng = np.random.default_rng(seed)
+    count = round(seconds * SAMPLE_RATE)
+    hertz = np.fft.rfftfreq(count, 1 / SAMPLE_RATE)
+    slope = np.where(hertz > 100, 100 / np.maximum(hertz, 100), 0)
+    sound = np.fft.irfft(slope * np.fft.rfft(rng.normal(size=count)), count)
+    peaks = rng.uniform(0.2, 1, int(seconds * 5) + 2)  # five syllables a second
+    points = np.ravel([[peak, 0.02] for peak in peaks])
+    sound *= np.interp(np.arange(count) / SAMPLE_RATE * 10, np.arange(len(points)), points)
+    return to_int16(sound * (32768 * 10 ** (dbfs / 20) / np.sqrt(np.mean(sound**2))))

@@ -1,0 +1,207 @@
+"""Remove from the microphone's sound what the loudspeaker plays: find the delay, learn the room, attenuate the rest.
+
+What was played is kept with its times. The filter looks at it through a window that begins a little before the direct
+sound: at no delay while none is known, which is enough up to 0.2 s, and where the delay finder says afterwards. The
+window moves in whole partitions, so that what was learned stays. Without an echo, with headphones for example, the
+filter rests and the sound passes unchanged, 10 ms late; so it does while nobody speaks at the other end.
+"""
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.audio.echo_delay import DelayFinder
+from conf.audio.echo_filter import BLOCK, PARTITIONS, EchoFilter
+from conf.audio.echo_suppressor import HOP, EchoSuppressor
+from conf.audio.samples import FULL_SCALE, SAMPLE_RATE, AudioBlock, Samples, to_int16
+
+DELAY_S = HOP / SAMPLE_RATE  # from input to output
+HEADROOM = SAMPLE_RATE // 100  # samples of the window before the direct sound: 10 ms
+
+_MIN_HEADROOM = SAMPLE_RATE // 500  # samples
+_MAX_HEADROOM = 3 * BLOCK
+_HISTORY = 3 * SAMPLE_RATE  # samples of what was played that are kept
+_GAP_S = 0.001  # time stamps further apart than this are of another stretch of sound
+_MAX_WAIT = 4 * BLOCK  # samples of the microphone that wait for what was played meanwhile
+_STOPPED_S = 0.1  # a loudspeaker this late has stopped
+_FINDER_LAG = 3  # blocks by which the delay finder is late, so that what was played is known
+_RELEARNED = 75  # blocks of the microphone from which a filter learns again: 1.5 s
+_SILENCE_POWER = 1e-7  # of a block that was played, full scale 1: -70 dBFS
+_TAIL = PARTITIONS + 30  # blocks after the last sound for which an echo can be heard
+_SEARCH = 75  # blocks of sound without an echo after which the filter rests until one is found: 1.5 s
+_WORSE = 1.3  # power of the output over that of the input from which the filter makes a block worse
+_WRONG_AFTER = 8  # such blocks in a row after which the filter is wrong
+_MEMORY = 0.98  # of powers, from block to block: 1 s
+_SETTLE = 150  # blocks for which a filter that was reset is not reset again
+_SCALE_AFTER = 15  # blocks of sound after which it is known how loud the echo is
+_MIN_RATIO, _MAX_RATIO = 0.01, 10.0
+
+
+class EchoCanceller:
+    """The echo of one loudspeaker in one microphone."""
+
+    def __init__(self) -> None:
+        self._played = _Timeline()
+        self._finder = DelayFinder()
+        self._filter = EchoFilter()
+        self._suppressor = EchoSuppressor()
+        self._pending = AudioBlock(0.0, np.zeros(0, np.int16))  # of the microphone
+        self._heard: deque[tuple[NDArray[np.float32], int]] = deque(maxlen=_RELEARNED)  # blocks and their positions
+        self._lag = 0  # samples from the start of the window to the microphone's sound
+        self._quiet = _TAIL  # blocks since the loudspeaker's last sound
+        self._searched = 0  # blocks of sound from the loudspeaker before a delay was found
+        self._rested = True
+        self._since_reset = 0  # blocks
+        self._recorded_power = self._played_power = 0.0
+        self._worse = 0  # blocks in a row
+        self._is_scaled = False
+
+    @property
+    def delay_s(self) -> float | None:
+        """Return the time from what the loudspeaker takes to its echo, s, or None if there is no echo."""
+        return None if self._finder.delay is None else self._finder.delay / SAMPLE_RATE
+
+    def process(self, recorded: AudioBlock, played: AudioBlock | None = None) -> AudioBlock:
+        """Return the sound without echo, in multiples of BLOCK samples; the rest waits for the next call.
+
+        recorded : of the microphone, of any length; a gap to the last one's end starts a new stretch
+        played : what the loudspeaker played since the last call, on the same clock
+        The time stamp returned is that of the capture.
+        """
+        if played is not None:
+            self._played.append(played)
+        if len(self._pending.samples) and abs(recorded.timestamp - self._pending.end) < _GAP_S:
+            recorded = AudioBlock(self._pending.timestamp, np.concatenate([self._pending.samples, recorded.samples]))
+        done = self._ready(recorded)
+        parts = [
+            self._process_block(recorded.timestamp + first / SAMPLE_RATE, recorded.samples[first : first + BLOCK])
+            for first in range(0, done, BLOCK)
+        ]
+        self._pending = AudioBlock(recorded.timestamp + done / SAMPLE_RATE, recorded.samples[done:])
+        return AudioBlock(recorded.timestamp - DELAY_S, np.concatenate([np.zeros(0, np.int16), *parts]))
+
+    def _ready(self, recorded: AudioBlock) -> int:
+        """Return how many samples of the microphone can be processed, a multiple of BLOCK."""
+        count = len(recorded.samples)
+        if recorded.end - self._played.end < _STOPPED_S:
+            known = round((self._played.end - recorded.timestamp) * SAMPLE_RATE) + self._lag
+            count = min(count, max(known, count - _MAX_WAIT))
+        return max(0, count) // BLOCK * BLOCK
+
+    def _process_block(self, timestamp: float, samples: Samples) -> Samples:
+        position = self._played.position(timestamp)
+        recorded = samples.astype(np.float32) / np.float32(FULL_SCALE)
+        self._heard.append((recorded, position))
+        self._find_delay()
+        played = self._read_played(position)
+        is_silent = float(np.square(played[BLOCK:]).mean()) < _SILENCE_POWER
+        self._quiet = self._quiet + 1 if is_silent else 0
+        if self._quiet >= _TAIL or (self._finder.delay is None and self._searched >= _SEARCH):
+            self._rested = True
+            parts = [self._suppressor.bypass(hop) for hop in recorded.reshape(-1, HOP)]
+        else:
+            if self._finder.delay is None and not is_silent:
+                self._searched += 1
+            if self._rested:
+                count = (PARTITIONS + 1) * BLOCK
+                self._filter.set_history(self._played.read(position - self._lag - count, count))
+                self._rested = False
+            parts = self._cancel(recorded, played)
+        return to_int16(np.concatenate(parts).astype(np.float64) * FULL_SCALE)
+
+    def _cancel(self, recorded: NDArray[np.float32], played: NDArray[np.float32]) -> list[NDArray[np.float32]]:
+        """Return the hops without echo."""
+        echo = self._filter.process(recorded, played)
+        error = recorded - echo
+        self._since_reset += 1
+        self._note_powers(recorded, error, played[BLOCK:])
+        if self._worse == _WRONG_AFTER:
+            self._finder.forget()
+        if self._worse == _WRONG_AFTER or (not self._is_scaled and self._since_reset == _SCALE_AFTER):
+            self._reset()
+            self._is_scaled = True
+        residual_power = np.float32(0.5) * self._filter.residual_power[::2]  # of half the samples
+        hops = zip(error.reshape(-1, HOP), echo.reshape(-1, HOP), strict=True)
+        return [self._suppressor.process(*hop, residual_power) for hop in hops]
+
+    def _note_powers(
+        self, recorded: NDArray[np.float32], error: NDArray[np.float32], played: NDArray[np.float32]
+    ) -> None:
+        powers = np.square([recorded, error, played]).sum(axis=1)
+        self._worse = self._worse + 1 if powers[1] > _WORSE * powers[0] else 0
+        if not self._quiet:
+            self._recorded_power = _MEMORY * self._recorded_power + float(powers[0])
+            self._played_power = _MEMORY * self._played_power + float(powers[2])
+
+    def _find_delay(self) -> None:
+        """Let the finder hear a block that is some blocks old; move the window to a new delay."""
+        recorded, position = self._heard[-min(len(self._heard), 1 + _FINDER_LAG)]
+        played = self._played.read(position, BLOCK)
+        has_changed = self._finder.update(recorded, played)
+        delay = self._finder.delay
+        if delay is None:
+            return
+        headroom = delay - self._lag
+        if has_changed or not _MIN_HEADROOM <= headroom <= _MAX_HEADROOM:
+            self._lag = max(0, delay - HEADROOM) // BLOCK * BLOCK
+            self._learn_again()
+
+    def _learn_again(self) -> None:
+        """Learn the room from what was heard lately."""
+        heard = [(recorded, self._read_played(position)) for recorded, position in list(self._heard)[:-1]]
+        self._recorded_power, self._played_power = (
+            float(sum(np.square(block[-BLOCK:]).sum() for block in blocks)) for blocks in zip(*heard, strict=True)
+        )
+        self._reset()
+        self._is_scaled = True
+        for recorded, played in heard:
+            self._filter.process(recorded, played)
+
+    def _read_played(self, position: int) -> NDArray[np.float32]:
+        """Return what was played at the window's start for a block, and the block before."""
+        return self._played.read(position - self._lag - BLOCK, 2 * BLOCK)
+
+    def _reset(self) -> None:
+        self._filter.reset(self._power_ratio)
+        self._suppressor.reset()
+        self._since_reset = self._worse = 0
+
+    @property
+    def _power_ratio(self) -> float:
+        """Return the power of the echo over that of what was played, roughly."""
+        ratio = 2 * self._recorded_power / (self._played_power + 1e-9)
+        return min(max(ratio, _MIN_RATIO), _MAX_RATIO)
+
+
+class _Timeline:
+    """What was played, by time. Positions are samples from the start of the newest stretch."""
+
+    def __init__(self) -> None:
+        self._samples = np.zeros(_HISTORY, np.float32)  # a ring
+        self._start = 0.0
+        self._count = 0  # samples of the stretch
+
+    @property
+    def end(self) -> float:
+        """Return the time of the sample that would follow, s; long ago before the first."""
+        return self._start + self._count / SAMPLE_RATE if self._count else -np.inf
+
+    def append(self, block: AudioBlock, /) -> None:
+        """Add a block; one that does not follow the last begins a stretch, with silence before it."""
+        if not self._count or abs(block.timestamp - self.end) > _GAP_S:
+            self._start, self._count = block.timestamp, 0
+            self._samples[:] = 0
+        samples = block.samples[-_HISTORY:]
+        self._count += len(block.samples)
+        self._samples[(self._count - len(samples) + np.arange(len(samples))) % _HISTORY] = samples / FULL_SCALE
+
+    def position(self, timestamp: float, /) -> int:
+        """Return the position of a time, which may lie outside of the stretch."""
+        return round((timestamp - self._start) * SAMPLE_RATE) if self._count else 0
+
+    def read(self, first: int, count: int, /) -> NDArray[np.float32]:
+        """Return the samples from a position on, 0 where none are known."""
+        positions = first + np.arange(count)
+        known = (positions >= max(0, self._count - _HISTORY)) & (positions < self._count)
+        return np.where(known, self._samples[positions % _HISTORY], np.float32(0))

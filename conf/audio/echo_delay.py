@@ -1,0 +1,106 @@
+"""Find by how much the echo of a loudspeaker is later than what it played.
+
+Method: generalised cross-correlation with phase transform (Knapp, Carter 1976) of what was played and what the
+microphone recorded. The whitened cross-spectra of several windows are averaged, so that the echo's peak grows over the
+noise that near voices leave. The peak counts if it is higher than chance would have it among all lags.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import next_fast_len
+from scipy.signal.windows import tukey
+
+from conf.audio.echo_filter import rfft
+from conf.audio.samples import SAMPLE_RATE
+
+MAX_DELAY_S = 0.5  # Bluetooth loudspeakers need 0.2 to 0.3 s
+
+_STEP = SAMPLE_RATE // 4  # samples from window to window
+_NEAR = 2 * _STEP  # samples of a window of the microphone
+_MAX_LAG = round(MAX_DELAY_S * SAMPLE_RATE)
+_FAR = _NEAR + _MAX_LAG  # samples of a window of the loudspeaker: the microphone's and what was played before
+_SIZE = next_fast_len(_FAR, real=True)
+_BAND_HZ = (200.0, 4000.0)  # where speech is above the noise
+_MEMORY = 0.75  # of the average, from window to window
+_MIN_POWER = 1e-6  # -60 dBFS: quieter windows have nothing to find
+_HIGH = 8.0  # height of a peak over the root mean square of all lags; 8192 lags of noise reach 4.2 on average
+_SAME = round(0.002 * SAMPLE_RATE)  # samples; peaks closer than this are one path
+_REPEATS = 2  # windows that must agree before the delay changes
+# Edges of both windows would match each other at no delay.
+_NEAR_TAPER = tukey(_NEAR, 0.5).astype(np.float32)
+_FAR_TAPER = tukey(_FAR, 0.25).astype(np.float32)
+
+
+class DelayFinder:
+    """The delay between one loudspeaker and one microphone.
+
+    delay : samples from played to recorded, None while no echo was found; it follows drifting clocks
+    confidence : height of the newest peak over the root mean square of all lags; 0 before there was one
+    """
+
+    def __init__(self) -> None:
+        self.delay: int | None = None
+        self.confidence = 0.0
+        self._near = np.zeros(_NEAR, np.float32)
+        self._far = np.zeros(_FAR, np.float32)
+        self._fresh = 0  # samples since the last window
+        self._average = np.zeros(_SIZE // 2 + 1, np.complex64)
+        hertz = np.fft.rfftfreq(_SIZE, 1 / SAMPLE_RATE)
+        self._band = (hertz >= _BAND_HZ[0]) & (hertz <= _BAND_HZ[1])
+        self._candidate, self._agreed = 0, 0
+
+    def update(self, recorded: NDArray[np.float32], played: NDArray[np.float32], /) -> bool:
+        """Add sound of the same time, (n,) each, full scale 1; return whether the delay changed.
+
+        Windows in which the loudspeaker or the microphone is silent change nothing.
+        """
+        self._near = _append(self._near, recorded)
+        self._far = _append(self._far, played)
+        self._fresh += len(recorded)
+        if self._fresh < _STEP:
+            return False
+        self._fresh = 0
+        if min(_power(self._near), _power(self._far)) < _MIN_POWER:
+            return False
+        return self._judge(*self._find_peak())
+
+    def forget(self) -> None:
+        """Forget what was heard, but not the delay: it may have changed."""
+        self._average[:] = 0
+
+    def _find_peak(self) -> tuple[int, float]:
+        """Return lag and height of the highest peak of the averaged correlation."""
+        cross = rfft(self._near * _NEAR_TAPER, _SIZE) * rfft(self._far * _FAR_TAPER, _SIZE).conj()
+        magnitude = np.abs(cross)
+        cross[~self._band] = 0
+        cross /= magnitude + np.float32(1e-6) * magnitude.max() + np.float32(1e-9)
+        self._average = np.float32(_MEMORY) * self._average + cross
+        # The microphone's window begins _MAX_LAG samples after the loudspeaker's: at no delay the lag is -_MAX_LAG.
+        correlation = np.abs(np.roll(np.fft.irfft(self._average, _SIZE), _MAX_LAG)[: _MAX_LAG + 1])
+        lag = int(np.argmax(correlation))
+        return lag, float(correlation[lag] / np.sqrt(np.mean(correlation**2) + 1e-30))
+
+    def _judge(self, lag: int, height: float) -> bool:
+        """Return whether a peak is a new delay."""
+        self.confidence = height
+        if height < _HIGH:
+            self._agreed = 0
+            return False
+        self._agreed = self._agreed + 1 if abs(lag - self._candidate) <= _SAME else 1
+        self._candidate = lag
+        if self.delay is not None and abs(lag - self.delay) <= _SAME:
+            self.delay = lag
+            return False
+        if self._agreed < _REPEATS:
+            return False
+        self.delay = lag
+        return True
+
+
+def _append(window: NDArray[np.float32], samples: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the newest samples, as many as the window has."""
+    return np.concatenate([window, samples])[-len(window) :]
+
+
+def _power(samples: NDArray[np.float32]) -> float:
+    return float(np.square(samples).mean())

@@ -1,0 +1,82 @@
+"""Learn the path from loudspeaker to microphone and subtract the echo: the linear half of echo cancellation.
+
+Method: Kalman filter in the frequency domain with partitions (Enzner, Vary 2006; Kuech, Mabande, Enzner 2014), overlap
+save, constrained. Each weight has a variance: its step is large while little is known and small while somebody
+speaks into the microphone, so that no detector of double talk is needed.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conf.audio.samples import SAMPLE_RATE
+
+BLOCK = SAMPLE_RATE // 50  # samples: 20 ms, half the processor time that 10 ms cost
+PARTITIONS = 12  # blocks that the response of the room may last: 0.24 s
+BINS = BLOCK + 1
+
+_TRANSITION = np.float32(0.9995**2)  # of a weight's power from block to block: the room changes within some 10 s
+_DECAY_S = 0.3  # in which the room's response, and so the first variance, decays by 60 dB
+_NEAR_MEMORY = np.float32(0.8)  # of the power of what is no echo, from block to block: 90 ms
+_MIN_POWER = np.float32(1e-6)  # of a bin, full scale 1: what is no echo is never quieter than -85 dBFS
+_PAD = np.zeros(BLOCK, np.float32)
+
+
+class EchoFilter:
+    """The response of one room, in partitions of BLOCK samples.
+
+    residual_power : (BINS,) float32, expected power of the echo that is left in the newest block's spectrum
+    """
+
+    def __init__(self) -> None:
+        self._spectra = np.zeros((PARTITIONS, BINS), np.complex64)  # of what was played, newest first
+        self.reset()
+
+    def reset(self, power_ratio: float = 0.2, /) -> None:
+        """Forget the room. power_ratio : of the echo to what was played, roughly"""
+        self._weights = np.zeros((PARTITIONS, BINS), np.complex64)
+        self._near_power = np.full(BINS, 1e-4, np.float32)
+        self.residual_power = np.zeros(BINS, np.float32)
+        decay = 10 ** (-6 * np.arange(PARTITIONS) * BLOCK / (SAMPLE_RATE * _DECAY_S))
+        prior = (power_ratio / decay.sum() * decay).astype(np.float32)
+        self._variance = np.repeat(prior[:, None], BINS, axis=1)
+
+    def set_history(self, played: NDArray[np.float32], /) -> None:
+        """Set what was played before the next block, ((PARTITIONS + 1) * BLOCK,)."""
+        blocks = np.lib.stride_tricks.sliding_window_view(played, 2 * BLOCK)[::BLOCK]
+        self._spectra = rfft(blocks[::-1])
+
+    def process(self, recorded: NDArray[np.float32], played: NDArray[np.float32], /) -> NDArray[np.float32]:
+        """Return the estimated echo in a block.
+
+        recorded : (BLOCK,) of the microphone, full scale 1
+        played : (2 * BLOCK,) of the loudspeaker, the block before and this one
+        """
+        self._spectra[1:] = self._spectra[:-1]
+        self._spectra[0] = rfft(played)
+        echo = np.fft.irfft(np.einsum("pk,pk->k", self._spectra, self._weights))[BLOCK:].astype(np.float32, copy=False)
+        error = rfft(np.concatenate([_PAD, recorded - echo]))
+        # Half a spectrum's power is in the half of the samples that counts.
+        shares = np.float32(0.5) * self._variance * power(self._spectra)
+        self.residual_power = shares.sum(axis=0)
+        self._near_power = _NEAR_MEMORY * self._near_power + (1 - _NEAR_MEMORY) * power(error)
+        total = self.residual_power + self._near_power + _MIN_POWER
+        self._adapt(error / total, shares / total)
+        return echo
+
+    def _adapt(self, error: NDArray[np.complex64], gains: NDArray[np.float32]) -> None:
+        """Move the weights by the error over its power; gains : (PARTITIONS, BINS) share of it that each explains."""
+        steps = np.fft.irfft(self._variance * self._spectra.conj() * error)
+        steps[:, BLOCK:] = 0  # a partition is BLOCK samples long
+        self._weights += rfft(steps)
+        self._variance *= _TRANSITION * (1 - gains)
+        self._variance += (1 - _TRANSITION) * power(self._weights)
+
+
+def power(spectrum: NDArray[np.complex64], /) -> NDArray[np.float32]:
+    """Return the squared magnitudes."""
+    return np.asarray(spectrum.real**2 + spectrum.imag**2)
+
+
+def rfft(samples: NDArray[np.floating], size: int | None = None, /) -> NDArray[np.complex64]:
+    """Return the spectrum of the last axis. NumPy before version 2 computes it in double precision."""
+    return np.fft.rfft(samples, size).astype(np.complex64, copy=False)

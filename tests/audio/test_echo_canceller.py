@@ -1,0 +1,137 @@
+"""The echo of simulated rooms is removed, near voices are kept, times are kept, and nothing happens without an echo."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pystoi import stoi
+
+from conf.audio.echo_canceller import DELAY_S, EchoCanceller
+from conf.audio.echo_filter import BLOCK
+from conf.audio.samples import SAMPLE_RATE, AudioBlock, Samples, level_dbfs, to_int16
+from tests.support.synthetic_voice import noise, whisper
+from tools.bench.rooms import Scene, room_noise, simulate_echo
+
+START = 50.0
+PLAYED = whisper(7.0, seed=1, dbfs=-20)
+NEAR_FROM = 4 * SAMPLE_RATE
+NEAR = whisper(3.0, seed=2, dbfs=-26)
+LATE = round(DELAY_S * SAMPLE_RATE)
+
+
+def run(canceller: EchoCanceller, recorded: Samples, played: Samples = PLAYED, *, start: float = START) -> Samples:
+    parts = []
+    for first in range(0, len(recorded), BLOCK):
+        at = start + first / SAMPLE_RATE
+        reference = AudioBlock(at, played[first : first + BLOCK])
+        parts.append(canceller.process(AudioBlock(at, recorded[first : first + BLOCK]), reference).samples)
+    return np.concatenate(parts)
+
+
+def echo_of(scene: Scene) -> Samples:
+    return to_int16(simulate_echo(PLAYED, scene, dbfs=-26 + scene.echo_db) + room_noise(len(PLAYED)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("room", "delay_s"), [("desk", 0.02), ("office", 0.12), ("living", 0.06), ("living", 0.2)])
+def test_after_3_s_the_echo_is_30_db_quieter(room: str, delay_s: float) -> None:
+    echo = echo_of(Scene(room, delay_s))
+    canceller = EchoCanceller()
+    output = run(canceller, echo)
+    assert level_dbfs(output[3 * SAMPLE_RATE :]) < level_dbfs(echo[3 * SAMPLE_RATE :]) - 30
+    assert canceller.delay_s == pytest.approx(delay_s, abs=0.001)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("delay_s", "echo_db"), [(0.02, -6), (0.2, -6), (0.06, 0)])
+def test_the_near_voice_is_kept_in_double_talk(delay_s: float, echo_db: float) -> None:
+    recorded = echo_of(Scene("office", delay_s, echo_db)).astype(float)
+    recorded[NEAR_FROM:] += NEAR
+    output = run(EchoCanceller(), to_int16(recorded))
+    heard = output[NEAR_FROM + LATE :].astype(float)
+    found = stoi(NEAR[: len(heard)].astype(float), heard, SAMPLE_RATE)
+    assert found > 0.9
+    assert found > stoi(NEAR.astype(float), recorded[NEAR_FROM:], SAMPLE_RATE) + 0.05
+
+
+@pytest.mark.slow
+def test_a_new_delay_is_found_and_learned() -> None:
+    echo = echo_of(Scene("desk", 0.06, later_delay_s=0.15, change_s=3.0))
+    canceller = EchoCanceller()
+    output = run(canceller, echo)
+    assert canceller.delay_s == pytest.approx(0.15, abs=0.001)
+    assert level_dbfs(output[5 * SAMPLE_RATE :]) < level_dbfs(echo[5 * SAMPLE_RATE :]) - 25
+
+
+@pytest.mark.slow
+def test_without_an_echo_the_voice_passes() -> None:
+    """With headphones: what is played is not heard. After 1.5 s the filter rests."""
+    canceller = EchoCanceller()
+    sound = to_int16(np.tile(NEAR, 2) + room_noise(2 * len(NEAR)))
+    output = run(canceller, sound, PLAYED[: len(sound)])
+    assert canceller.delay_s is None
+    assert stoi(sound[:-LATE].astype(float), output[LATE:].astype(float), SAMPLE_RATE) > 0.9
+    np.testing.assert_allclose(output[2 * SAMPLE_RATE :], sound[2 * SAMPLE_RATE - LATE : -LATE], atol=1)
+
+
+def test_without_a_loudspeaker_the_sound_passes_late() -> None:
+    canceller = EchoCanceller()
+    sound = NEAR[:9600]
+    first = canceller.process(AudioBlock(START, sound))
+    assert first.timestamp == pytest.approx(START - DELAY_S)
+    np.testing.assert_allclose(first.samples[LATE:], sound[:-LATE], atol=1)
+
+
+def test_while_the_loudspeaker_is_silent_the_sound_passes() -> None:
+    output = run(EchoCanceller(), NEAR, np.zeros(len(NEAR), np.int16))
+    np.testing.assert_allclose(output[LATE:], NEAR[:-LATE], atol=1)
+
+
+@pytest.mark.slow
+@given(counts=st.lists(st.integers(0, 900), max_size=6))
+def test_blocks_of_any_length_give_the_same_sound_with_times_that_go_on(counts: list[int]) -> None:
+    canceller, parts, position = EchoCanceller(), list[AudioBlock](), 0
+    for count in counts:
+        at = START + position / SAMPLE_RATE
+        reference = AudioBlock(at, PLAYED[position : position + count])
+        parts.append(canceller.process(AudioBlock(at, NEAR[position : position + count]), reference))
+        position += count
+    expected = run(EchoCanceller(), NEAR[: position // BLOCK * BLOCK]) if position >= BLOCK else NEAR[:0]
+    np.testing.assert_array_equal(np.concatenate([NEAR[:0], *(part.samples for part in parts)]), expected)
+    ends = [START - DELAY_S, *(part.end for part in parts)]
+    assert [part.timestamp for part in parts] == pytest.approx(ends[:-1])
+
+
+def test_the_microphone_waits_for_a_late_reference_but_not_for_long() -> None:
+    canceller = EchoCanceller()
+    canceller.process(AudioBlock(START, NEAR[:BLOCK]), AudioBlock(START, PLAYED[:BLOCK]))
+    late = canceller.process(AudioBlock(START + 0.02, NEAR[BLOCK : 3 * BLOCK]), None)
+    assert len(late.samples) == 0
+    both = canceller.process(
+        AudioBlock(START + 0.06, NEAR[3 * BLOCK : 4 * BLOCK]), AudioBlock(START + 0.02, PLAYED[BLOCK : 4 * BLOCK])
+    )
+    assert len(both.samples) == 3 * BLOCK and both.timestamp == pytest.approx(START + 0.02 - DELAY_S)
+    stopped = canceller.process(AudioBlock(START + 0.08, NEAR[: 20 * BLOCK]), None)
+    assert len(stopped.samples) == 20 * BLOCK
+
+
+def test_a_gap_of_the_microphone_drops_what_fills_no_block() -> None:
+    canceller = EchoCanceller()
+    canceller.process(AudioBlock(START, NEAR[: BLOCK + 100]))
+    after = canceller.process(AudioBlock(START + 1, NEAR[:BLOCK]))
+    assert after.timestamp == pytest.approx(START + 1 - DELAY_S) and len(after.samples) == BLOCK
+
+
+@pytest.mark.slow
+def test_a_gap_of_the_loudspeaker_is_survived() -> None:
+    canceller = EchoCanceller()
+    echo = echo_of(Scene("desk", 0.06))
+    run(canceller, echo)
+    later = run(canceller, echo, start=START + 9)
+    assert level_dbfs(later[SAMPLE_RATE:]) < level_dbfs(echo[SAMPLE_RATE:]) - 25
+
+
+def test_noise_alone_keeps_its_level() -> None:
+    sound = noise(2.0, -50)
+    output = run(EchoCanceller(), sound, np.zeros(len(sound), np.int16))
+    assert level_dbfs(output[LATE:]) == pytest.approx(-50, abs=0.2)
