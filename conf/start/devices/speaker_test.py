@@ -57,7 +57,8 @@ class SpeakerTest:
             speaker.write(make_test_tone())
             end = time.monotonic() + speaker.latency_s
             while time.monotonic() < end and not thread.wait(PERIOD_S):
-                self._meter.update(speaker.read_played(), time.monotonic())
+                if (played := speaker.read_played()) is not None:
+                    self._meter.update(played.samples, time.monotonic())
 
 
 def make_test_tone() -> Samples:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from conf.audio.devices import Speaker
-from conf.audio.samples import SAMPLE_RATE, Samples
+from conf.audio.samples import SAMPLE_RATE, AudioBlock, Samples
 from conf.errors import AudioError
 from conf.start.devices.speaker_test import AMPLITUDE, NOTE_S, NOTES_HZ, SpeakerTest, make_test_tone
 
@@ -23,8 +23,8 @@ class FakeSpeaker:
     def write(self, samples: Samples, /) -> None:
         self.written.append(samples)
 
-    def read_played(self) -> Samples:
-        return self.written[-1]
+    def read_played(self) -> AudioBlock:
+        return AudioBlock(0.0, self.written[-1])
 
     def __enter__(self) -> "FakeSpeaker":
         return self
