@@ -35,6 +35,8 @@ STEP_S = 0.005
 DRAW_STEPS = 8  # 25 images a second
 POLL_STEPS = 2  # sound comes and goes in blocks of 10 ms
 WINDOW_S = 10.0  # over which --kbps is a promise
+HOP, FRAME = 32, 512  # samples: resolution and window of the envelopes that align sounds
+BAND_EDGES = np.round(FRAME / SAMPLE_RATE * 150 * 2 ** (np.arange(-1, 31, 2) / 6)).astype(int)  # bins, up to 4.5 kHz
 SETTLE_S = 18.0  # before figures count: the loss is known, formats are acknowledged
 
 
@@ -224,8 +226,22 @@ def _watch(receiver: ReceiverEndpoint, track: Track, fps: float, result: VoiceCa
 
 
 def align(captured: NDArray[np.floating], heard: NDArray[np.floating], *, max_samples: int) -> int:
-    """Return by how many samples `heard` is later than `captured`: the maximum of their cross-correlation."""
-    size = 1 << (len(captured) + len(heard)).bit_length()
-    spectrum = np.fft.rfft(heard, size) * np.conj(np.fft.rfft(captured, size))
-    correlation = np.fft.irfft(spectrum / (np.abs(spectrum) ** 0.5 + 1.0), size)
-    return int(np.argmax(correlation[:max_samples]))
+    """Return by how many samples `heard` is later than `captured`, to 2 ms.
+
+    Found as the maximum of the cross-correlation of the envelopes in third-octave bands, the measure of STOI: a vocoder
+    does not keep the waveform, whose correlation was wrong by up to 20 ms (STOI .2 too low).
+    """
+    first, second = _envelopes(captured), _envelopes(heard)
+    size = 1 << (len(first) + len(second)).bit_length()
+    spectra = np.fft.rfft(second, size, axis=0) * np.conj(np.fft.rfft(first, size, axis=0))
+    correlation = np.fft.irfft(spectra.sum(axis=1), size)
+    return int(np.argmax(correlation[: max_samples // HOP + 1])) * HOP
+
+
+def _envelopes(sound: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Return (n, len(BAND_EDGES) - 1) amplitudes every HOP samples, each band without its mean and of unit norm."""
+    frames = np.lib.stride_tricks.sliding_window_view(sound, FRAME)[::HOP] * np.hanning(FRAME)
+    power = np.abs(np.fft.rfft(frames, axis=1)) ** 2
+    bands = np.sqrt(np.add.reduceat(power, BAND_EDGES, axis=1)[:, :-1])
+    bands -= bands.mean(axis=0)
+    return np.asarray(bands / (np.linalg.norm(bands, axis=0) + 1e-9))
