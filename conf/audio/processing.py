@@ -23,7 +23,7 @@ BLOCK_SAMPLES = SAMPLE_RATE // 100  # 10 ms, WebRTC's frame
 LOOK_BACK = 2  # blocks
 MISSING = "pywebrtc-audio is missing, so noise and level stay as they are: type  pip install pywebrtc-audio."
 
-# The gain control fills the scale. Codecs need headroom: Codec2's energies end 6 dB lower (STOI of 3200 .03 better),
+# The gain control fills the scale. Codecs need headroom: Codec2's energies end 6 dB lower (STOI .01 better),
 # and what a decoder overshoots was clipped. With it speech has -24 dBFS, near the -26 of ITU-T P.56.
 _HEADROOM = 0.5
 _INITIAL_GAIN = 10 ** (-15 / 20)  # of the sound that enters the gain control
