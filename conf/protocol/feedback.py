@@ -108,6 +108,12 @@ class RoundTripEstimator:
         return min((sample for _, sample in self._samples), default=None)
 
     @property
+    def newest_queueing_s(self) -> float:
+        """The smaller of the last two round trips minus the shortest: as soon as a delay in queues can be told."""
+        recent = [sample for _, sample in list(self._samples)[-2:]]
+        return min(recent) - (self.min_rtt_s or 0.0) if len(recent) == 2 else 0.0
+
+    @property
     def queueing_s(self) -> float:
         """The median of the last five round trips minus the shortest: the delay in queues."""
         recent = sorted(sample for _, sample in list(self._samples)[-self.QUEUEING_SAMPLES :])

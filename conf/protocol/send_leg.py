@@ -188,7 +188,7 @@ class SendLeg:
         self.motion.on_sent(counter, outgoing)
         self.voice.on_sent(counter, outgoing)
         self.participant.on_sent(counter, outgoing)
-        self.budget.round_trip.on_sent(counter, now)
+        self.budget.on_sent(counter, VOICE_HEADERS + len(outgoing.body), now)
 
     def receive_report(self, feedback: messages.Feedback, now: float) -> None:
         """Apply a report from the receiver."""
@@ -221,7 +221,7 @@ class SendLeg:
         )
 
     def _may_send(self, now: float) -> bool:
-        return self._connected and not self.budget.is_stopped(now)
+        return self._connected and not self.budget.is_stopped(now) and not self.budget.is_paused(now)
 
     def _voice_flows(self, now: float) -> bool:
         """Return whether a voice packet is to be expected, for which motion waits."""

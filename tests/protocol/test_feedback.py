@@ -151,6 +151,14 @@ def test_memory_is_bounded_and_the_shortest_round_trip_is_of_the_last_half_minut
 
 @pytest.mark.parametrize(
     ("round_trips", "queueing_s"),
+    [([0.5], 0.0), ([0.1, 0.5], 0.0), ([0.1, 0.5, 0.3], 0.2), ([0.1, 0.3, 0.5, 0.1], 0.0)],
+)
+def test_the_newest_queueing_takes_two_samples(round_trips: list[float], queueing_s: float) -> None:
+    assert estimator(*round_trips).newest_queueing_s == pytest.approx(queueing_s)
+
+
+@pytest.mark.parametrize(
+    ("round_trips", "queueing_s"),
     [
         ([0.1], 0.0),
         ([0.1] * 10 + [0.5] * 5, 0.4),

@@ -1,9 +1,10 @@
 """Congestion control: the rate level to send at, from the receiver's reports. Time is an argument.
 
-Strategy. Down quickly, up slowly. More than 5 % loss over the last seconds or a growing queue is one level down, after
-which the link gets 3 s to show the effect. Ten good seconds are one level up. Each level up that soon had to be taken
-back doubles that time. With voice, loss alone leads down only from 25 %: below that, repetition helps more than a lower
-rate does, and a link that is too slow shows a queue.
+Strategy. Down quickly, up slowly. More than 5 % loss over the last seconds or a queue is one level down, after which
+the link gets 3 s to show the effect. A queue that grows tells what the link can carry: at once down to the level that
+fits it. Ten good seconds are one level up. Each level up that soon had to be taken back doubles that time. With voice,
+loss alone leads down only from 25 %: below that, repetition helps more than a lower rate does, and a link that is too
+slow shows a queue.
 Source: RFC 8085, 3.1 (congestion control of datagrams).
 """
 
@@ -12,6 +13,7 @@ from collections import deque
 from collections.abc import Sequence
 
 from conf.protocol.feedback import Report, RoundTripEstimator
+from conf.protocol.rate_control.delivery_rate import DeliveryRate
 from conf.protocol.rate_control.rate_levels import RATE_LEVELS, RateLevel
 
 MAX_LOSS = 0.05
@@ -95,6 +97,7 @@ class CongestionControl:
         self._top = top
         self._index = max(top, start)
         self._changed_at = now
+        self._settled_at = now + SETTLE_S
         self._good_since = now
         self._recover_s = RECOVER_S
         self._raised_at: float | None = None
@@ -104,12 +107,21 @@ class CongestionControl:
         """The level to send at."""
         return self._levels[self._index]
 
-    def on_report(self, report: Report, round_trip: RoundTripEstimator, now: float) -> None:
-        """Apply a report after `round_trip` has; `level` may change."""
+    def on_report(
+        self, report: Report, round_trip: RoundTripEstimator, now: float, *, delivery: DeliveryRate | None = None
+    ) -> None:
+        """Apply a report after `round_trip` and `delivery` have; `level` may change."""
         self.loss.on_report(report, now)
-        if now < self._changed_at + SETTLE_S:
+        if delivery and delivery.newest_sent_at is not None and delivery.newest_sent_at < self._changed_at:
+            self._settled_at = max(self._settled_at, now + SETTLE_S)  # what arrives was sent before the last change
             return
         queueing, queueing_limit = round_trip.queueing_s, _queueing_limit(round_trip)
+        if delivery and delivery.is_backing_up and round_trip.newest_queueing_s > queueing_limit:
+            self._good_since = now
+            self._step_down(now, delivery.kbps)
+            return
+        if now < self._settled_at:
+            return
         if self.loss.exceeds(self._max_loss) or queueing > queueing_limit:
             self._good_since = now
             self._step_down(now)
@@ -126,12 +138,16 @@ class CongestionControl:
         """Return whether the queue is near its limit: data that can wait should, before the motion loses a level."""
         return round_trip.queueing_s > HIGH_QUEUE_FRACTION * _queueing_limit(round_trip)
 
-    def _step_down(self, now: float) -> None:
+    def _step_down(self, now: float, kbps: float | None = None) -> None:
+        """Go down a level, or to the highest below it that fits `kbps`."""
         if self._raised_at is not None:
             is_soon = now < self._raised_at + BACKOFF_WINDOW_S
             self._recover_s = min(2 * self._recover_s, MAX_RECOVER_S) if is_soon else RECOVER_S
             self._raised_at = None
-        self._move(min(self._index + 1, len(self._levels) - 1), now)
+        index = min(self._index + 1, len(self._levels) - 1)
+        while kbps is not None and index < len(self._levels) - 1 and self._levels[index].kbps > kbps:
+            index += 1
+        self._move(index, now)
 
     def _step_up(self, now: float) -> None:
         if self._index > self._top:
@@ -142,6 +158,7 @@ class CongestionControl:
         if index != self._index:
             self._index = index
             self._changed_at = self._good_since = now
+            self._settled_at = now + SETTLE_S
             self.loss.restart()
 
 

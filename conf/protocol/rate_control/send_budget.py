@@ -7,14 +7,16 @@ leaves room for the voice of the next ten seconds.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from conf.protocol.codec.profiles import NARROWBAND
+from conf.protocol.codec.profiles import NARROWBAND, PROFILES
 from conf.protocol.feedback import Report, RoundTripEstimator
 from conf.protocol.portrait.chunk_budget import CHUNK_BYTES, DEFAULT_KBPS, ChunkBudget
 from conf.protocol.portrait.chunks import CHUNK_HEADER_BYTES
 from conf.protocol.rate_control.circuit_breaker import CircuitBreaker
 from conf.protocol.rate_control.congestion import MAX_LOSS, MAX_VOICE_LOSS, CongestionControl, LossEstimator
+from conf.protocol.rate_control.delivery_rate import DeliveryRate
 from conf.protocol.rate_control.rate_levels import RateLevel, VoiceMode, levels_for
 from conf.protocol.rate_control.rate_limit import RateLimiter
 from conf.protocol.rate_control.repetition import Repetition
@@ -27,6 +29,7 @@ DATAGRAM_OVERHEAD = HEADER_BYTES + 19  # bytes that a datagram has at most besid
 SMOOTHING = 16  # packets: time constant of the mean size of voice packets
 SEAL_BYTES = 14  # framing and seal with a short counter
 VOICE_OVERHEAD = HEADER_BYTES + SEAL_BYTES + 3  # of a voice packet's data: also the fields of its body, and a composite
+MAX_PAUSE_S = 5.0  # in which the link empties its queue after the level has fallen
 MAX_CHUNK_DATAGRAM = DATAGRAM_OVERHEAD + CHUNK_HEADER_BYTES + CHUNK_BYTES
 
 
@@ -46,17 +49,27 @@ class RateOptions:
     voice: VoiceMode = VoiceMode.OFF
 
 
-def highest_level(kbps: float | None, voice: VoiceMode = VoiceMode.OFF) -> int:
-    """Return the index of the highest rate level to use under a limit: the lowest level if none fits."""
-    levels = levels_for(voice)
-    fitting = (i for i, level in enumerate(levels) if kbps is None or level.kbps <= kbps)
-    return max(next(fitting, len(levels) - 1), AUTOMATIC_TOP if voice is VoiceMode.OFF else 0)
+def usable_levels(rate: RateOptions) -> tuple[RateLevel, ...]:
+    """Return the rate levels of the user's choice, without voice if none with voice is within the limit.
 
-
-def usable_voice(rate: RateOptions) -> VoiceMode:
-    """Return the voice codec that the user has chosen, off if no level with voice is within the limit."""
+    Voice sets the cadence of motion: a fixed profile then means the levels whose motion has its precision, if there are
+    any within the limit; otherwise its motion goes beside the voice of all levels.
+    """
     levels = levels_for(rate.voice)
-    return rate.voice if rate.kbps is None or levels[-1].kbps <= rate.kbps else VoiceMode.OFF
+    if rate.voice is VoiceMode.OFF or not _fits(levels[-1], rate.kbps):
+        return levels_for(VoiceMode.OFF)
+    same = tuple(level for level in levels if PROFILES[level.profile].tables == rate.profile)
+    return same if same and _fits(same[-1], rate.kbps) else levels
+
+
+def highest_level(levels: Sequence[RateLevel], kbps: float | None) -> int:
+    """Return the index of the highest rate level to use under a limit: the lowest level if none fits."""
+    fitting = (i for i, level in enumerate(levels) if _fits(level, kbps))
+    return max(next(fitting, len(levels) - 1), 0 if levels[0].voice else AUTOMATIC_TOP)
+
+
+def _fits(level: RateLevel, kbps: float | None) -> bool:
+    return kbps is None or level.kbps <= kbps
 
 
 class SendBudget:
@@ -68,16 +81,21 @@ class SendBudget:
     """
 
     def __init__(self, rate: RateOptions, now: float) -> None:
-        voice = usable_voice(rate)
-        top, max_loss = highest_level(rate.kbps, voice), MAX_LOSS if voice is VoiceMode.OFF else MAX_VOICE_LOSS
+        levels = usable_levels(rate)
+        top, has_voice = highest_level(levels, rate.kbps), levels[0].voice is not None
         self.chunks = ChunkBudget(rate.portrait_kbps or DEFAULT_KBPS)
         self.round_trip = RoundTripEstimator()
         self.jitter_ms: float | None = None
-        self._fixed_level = None if rate.profile == AUTOMATIC else RateLevel(rate.profile, 0.0)
-        self._congestion = CongestionControl(now, top=top, start=top, levels=levels_for(voice), max_loss=max_loss)
+        self._is_modem = rate.profile == NARROWBAND.name
+        is_same = has_voice and all(PROFILES[level.profile].tables == rate.profile for level in levels)
+        self._fixed_level = None if is_same or rate.profile == AUTOMATIC else RateLevel(rate.profile, 0.0)
+        max_loss = MAX_VOICE_LOSS if has_voice else MAX_LOSS
+        self._congestion = CongestionControl(now, top=top, start=top, levels=levels, max_loss=max_loss)
         self._repetition = Repetition(int(self._congestion.level.lossy_first))
         self._limiter = RateLimiter(rate.kbps) if rate.kbps else None
         self._breaker = CircuitBreaker(now)
+        self._delivery = DeliveryRate()
+        self._paused_until = now
         self._packet_bytes: dict[VoiceFormat, float] = {}  # mean of the data, of the newest format
         self._chunk_bytes = 0  # of the chunks that `on_datagrams_sent` has been told of
 
@@ -107,13 +125,30 @@ class SendBudget:
         """Apply a report."""
         self._breaker.on_report(now)
         self.round_trip.on_report(report, now)
-        self._congestion.on_report(report, self.round_trip, now)
+        self._delivery.on_report(report, now)
+        before, backlog_s = self._congestion.level.kbps, self._delivery.backlog_s
+        has_queue = self._delivery.is_backing_up
+        self._congestion.on_report(report, self.round_trip, now, delivery=self._delivery)
+        if self._congestion.level.kbps != before:
+            self._delivery.restart()
+        if self._congestion.level.kbps < before and has_queue:
+            # The new level fits the link too closely to empty the queue, behind which all of it would wait.
+            self._paused_until = now + min(backlog_s, MAX_PAUSE_S)
         self.jitter_ms = float(report.jitter_ms)
         self._repetition.on_report(report, [lossy.loss for lossy in self._congestion.level.lossy], now)
+
+    def on_sent(self, counter: int, wire_bytes: int, now: float) -> None:
+        """Record the counter and the size of a datagram, headers included."""
+        self.round_trip.on_sent(counter, now)
+        self._delivery.on_sent(counter, wire_bytes, now)
 
     def is_stopped(self, now: float) -> bool:
         """Return whether nothing but probes may be sent, as no reports arrive."""
         return self._breaker.is_open(now)
+
+    def is_paused(self, now: float) -> bool:
+        """Return whether motion and voice are dropped until the link has emptied its queue."""
+        return now < self._paused_until
 
     def consume_probe(self, now: float) -> bool:
         """Return whether a probe may be sent although everything else is stopped, and count it."""
@@ -154,7 +189,7 @@ class SendBudget:
         """
         if self.is_stopped(now) or self._congestion.queue_is_high(self.round_trip):
             return False
-        if self._fixed_level and self._fixed_level.profile == NARROWBAND.name:
+        if self._is_modem:
             return False
         if room is not None:
             return room >= MAX_CHUNK_DATAGRAM - DATAGRAM_OVERHEAD + 2

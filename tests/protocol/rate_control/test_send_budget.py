@@ -41,7 +41,7 @@ def report(budget: SendBudget, count: int, *, rtt_s: float = 0.1, begin: float =
     ],
 )
 def test_the_first_level_is_the_highest_within_the_limit_but_at_most_live(kbps: float | None, level: object) -> None:
-    assert RATE_LEVELS[highest_level(kbps)] == level
+    assert RATE_LEVELS[highest_level(RATE_LEVELS, kbps)] == level
     assert SendBudget(RateOptions(kbps=kbps), 0.0).level == level
 
 
@@ -153,9 +153,26 @@ def test_the_voice_is_that_of_the_highest_level_within_the_limit(
     assert chosen is not None or budget.level in RATE_LEVELS
 
 
-def test_a_fixed_profile_leaves_the_voice_to_the_limit() -> None:
-    budget = SendBudget(RateOptions("narrow", kbps=9.6, voice=VoiceMode.AUTOMATIC), 0.0)
-    assert budget.level.profile == "narrow" and budget.voice_format and budget.voice_format.bit_rate == 6000
+@pytest.mark.parametrize(
+    ("profile", "kbps", "motion", "bit_rate"),
+    [
+        ("narrow", None, "narrow", 3200),
+        ("narrow", 16.0, "narrow", 3200),
+        ("narrow", 2.4, "slow", 1200),
+        ("live", None, "voice", 9000),
+        ("live", 9.6, "voice", 6000),
+        ("live", 6.0, "live", 3200),  # no level with voice has its precision
+        ("rich", 16.0, "rich", 9000),
+    ],
+)
+def test_with_voice_a_fixed_profile_means_the_levels_of_its_precision(
+    profile: str, kbps: float | None, motion: str, bit_rate: int
+) -> None:
+    budget = SendBudget(RateOptions(profile, kbps=kbps, voice=VoiceMode.AUTOMATIC), 0.0)
+    assert budget.level.profile == motion and budget.voice_format and budget.voice_format.bit_rate == bit_rate
+    losses(budget, 0.5, 0.0, seconds=60.0)
+    assert (budget.level.profile == "slow") == (profile == "narrow")
+    assert (budget.level.profile == "voice") == (profile == "live" and kbps != 6.0)
 
 
 def losses(budget: SendBudget, fraction: float, begin: float, seconds: float = 30.0) -> float:
@@ -222,3 +239,57 @@ def test_a_chunk_beside_voice_needs_its_own_size_of_room() -> None:
     budget = SendBudget(RateOptions(kbps=16.0, voice=VoiceMode.AUTOMATIC), 0.0)
     size = MAX_CHUNK_DATAGRAM - DATAGRAM_OVERHEAD + 2
     assert budget.allows_chunk(0.0, size) and not budget.allows_chunk(0.0, size - 1)
+
+
+class SlowLink:
+    """A link of a rate with a long queue, and a sender that uses its level. Reports each half second."""
+
+    def __init__(self, kbps: float) -> None:
+        self.budget = SendBudget(RateOptions(voice=VoiceMode.AUTOMATIC), 0.0)
+        self.kbps = kbps
+        self.now = self._free_at = self._next = 0.0
+        self._counter = 0
+        self._arrivals: list[tuple[float, int]] = []
+        self.levels = [self.budget.level.kbps]
+
+    @property
+    def queue_s(self) -> float:
+        """Seconds that a datagram waits in the queue."""
+        return max(0.0, self._free_at - self.now)
+
+    def run(self, seconds: float) -> None:
+        """Let time pass."""
+        for _ in range(round(100 * seconds)):
+            self.now += 0.01
+            voice = self.budget.voice_format
+            assert voice
+            if self.now >= self._next:
+                self._next = self.now + voice.packet_s
+                if not self.budget.is_paused(self.now):
+                    size = round(0.92 * self.budget.level.kbps * 125 * voice.packet_s)
+                    self.budget.on_sent(self._counter, size, self.now)
+                    self._free_at = max(self._free_at, self.now) + size * 8 / 1000 / self.kbps
+                    self._arrivals.append((self._free_at + 0.04, self._counter))
+                    self._counter += 1
+            arrived = [arrival for arrival in self._arrivals if arrival[0] <= self.now]
+            if round(self.now * 100) % 50 == 0 and arrived:
+                at, highest = arrived[-1]
+                self.budget.on_report(Report(highest, 0, 0, 0, round((self.now - at) * 1000)), self.now + 0.04)
+                self.levels.append(self.budget.level.kbps)
+
+
+@pytest.mark.parametrize(("kbps", "level"), [(12.0, 9.6), (7.0, 6.0), (5.0, 4.8), (3.0, 2.4)])
+def test_the_level_of_a_slow_link_is_found_in_one_step_and_its_queue_is_emptied(kbps: float, level: float) -> None:
+    link = SlowLink(kbps)
+    link.run(3.5)
+    assert link.levels[-1] == level == min(link.levels)
+    link.run(6.0)
+    assert min(link.levels) == level and link.queue_s < 0.4
+    link.run(30.0)
+    assert min(link.levels) == level and link.queue_s < 1.2, "what is tried again later is soon taken back"
+
+
+def test_a_fast_link_keeps_its_level() -> None:
+    link = SlowLink(20.0)
+    link.run(30.0)
+    assert set(link.levels) == {16.0}
