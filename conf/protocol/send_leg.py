@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from conf.protocol import messages
 from conf.protocol.codec.profiles import PROFILES
-from conf.protocol.feedback import Report
+from conf.protocol.feedback import Report, RoundTripEstimator
 from conf.protocol.motion.outbound import OutboundMotion
 from conf.protocol.outgoing import OutgoingBody
 from conf.protocol.participant.outbound import OutboundParticipant
@@ -189,6 +189,10 @@ class SendLeg:
         self.voice.on_sent(counter, outgoing)
         self.participant.on_sent(counter, outgoing)
         self.budget.on_sent(counter, VOICE_HEADERS + len(outgoing.body), now)
+
+    def on_path_changed(self) -> None:
+        """Forget the round trip time: the receiver is at another address. Source: RFC 9000, 9.4."""
+        self.budget.round_trip = RoundTripEstimator()
 
     def receive_report(self, feedback: messages.Feedback, now: float) -> None:
         """Apply a report from the receiver."""

@@ -12,7 +12,7 @@ from conf.protocol.receive_leg import ReceiveLeg
 from conf.protocol.send_leg import LinkStatus, SendLeg
 from conf.protocol.session.call_session import CallSession
 from conf.protocol.session.client import SenderSession
-from conf.protocol.session.events import BodyReceived, Connected, Event, LossReason, SessionEnded
+from conf.protocol.session.events import AddressChanged, BodyReceived, Connected, Event, LossReason, SessionEnded
 from conf.protocol.statistics import HEADER_BYTES, RateWindow
 from conf.protocol.voice.formats import VoiceFormat, VoicePacket, VoiceState
 
@@ -124,6 +124,8 @@ class SenderConnection:
                 self.stream = ReceiveLeg(receiver_id=self._calls) if self._two_way else None
                 self._leg = CallLeg(send=self._send, receive=self.stream, sealed_bytes=self._session.sealed_bytes)
                 self._send.start(now)
+            case AddressChanged():
+                self._send.on_path_changed()
             case SessionEnded():
                 self._send.stop()
 

@@ -2,8 +2,11 @@
 
 import random
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
 
 from conf.protocol.address import Address
 from conf.protocol.call_endpoint import CallEndpoint
@@ -174,12 +177,14 @@ def test_a_move_is_found_within_a_round_trip(who: int) -> None:
     link.tick = send_frames(*ends)
     link.run(2)
     moved, other = ends[who], ends[1 - who]
+    round_trip = other._send.budget.round_trip
     old, new = (A, B)[who], ("203.0.113.1", 7)
     link.move(old, new)
     began = link.now
     while other.callers != {new}:
         link.run(0.05)
         assert link.now < began + 0.25, "the first frame from there, a way, and a round trip of 80 ms; steps of 50 ms"
+    assert other._send.budget.round_trip is not round_trip, "the new path has its own"
     link.run(2)
     assert moved.status(link.now).connected and not next(iter(moved.streams.values())).is_silent(link.now)
     assert AddressChanged(next(iter(other.streams)), new) in link.events_of(other)
@@ -229,6 +234,47 @@ def test_who_called_calls_again_where_the_other_end_has_moved_to() -> None:
     link.unreachable = set()
     link.run(6)
     assert b.callers == {new} and len(a.streams) == 1
+
+
+FLOW = st.sampled_from(["face", "still", "no face", "camera off", "nothing"])
+
+
+@pytest.mark.slow
+@settings(max_examples=6, phases=[Phase.generate])
+@given(flows=st.tuples(FLOW, FLOW), seed=st.integers(0, 99))
+@pytest.mark.parametrize("loss", [0.0, 0.1, 0.3])
+def test_counters_stay_short_both_ways_and_reports_call_for_no_report(
+    loss: float, flows: tuple[str, str], seed: int
+) -> None:
+    """Whatever each end sends. Two ends with little to say send little: reports do not answer reports."""
+    link, *ends = connected()
+    generator = random.Random(seed)
+    link.delays = lambda _: [0.04] if generator.random() >= loss else []
+    senders = [_sender(end, flow) for end, flow in zip(ends, flows, strict=True)]
+
+    def tick(now: float) -> None:
+        for send in senders:
+            send(now)
+
+    link.tick = tick
+    link.run(14)
+    data = [(at, datagram) for at, _, _, datagram in link.sent if datagram[0] == 0x94]
+    assert all(datagram[3] < 0x80 for _, datagram in data), "a counter of more than one byte"
+    late = sum(at > BEGIN + 8 for at, _ in data)
+    if "face" not in flows:
+        assert late < 7 * 8, "keep-alives or the newest frame again, and a few reports"
+    if flows == ("nothing", "nothing"):
+        assert late < 10, "a change of the round trip time and its reports"
+
+
+def _sender(end: CallEndpoint, flow: str) -> Callable[[float], None]:
+    return {
+        "face": lambda now: end.send_frame(talk(now), now),
+        "still": lambda now: end.send_frame(replace(talk(0.0), timestamp=now), now),
+        "no face": lambda now: end.send_no_face(now, now),
+        "camera off": end.send_camera_off,
+        "nothing": lambda now: None,
+    }[flow]
 
 
 @pytest.mark.slow

@@ -17,6 +17,7 @@ from conf.audio.samples import SAMPLE_RATE, AudioBlock, Samples
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.rate_control.rate_levels import VoiceMode
 from conf.protocol.rate_control.send_budget import RateOptions
+from conf.protocol.receive_leg import ReceiveLeg
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.sender_connection import SenderConnection
 from conf.protocol.session.client import SenderSession
@@ -164,7 +165,7 @@ def call(
             result.shown += [(now, playout.frame.displacements) for playout in due if playout]
         if track is not None and receiver.streams and not watched:
             watched = True
-            _watch(receiver, track, fps, result)
+            watch(receiver.streams, track, fps, result)
     return result
 
 
@@ -207,9 +208,9 @@ def _timed(task: Callable[..., None], *arguments: object) -> float:
     return time.process_time() - start
 
 
-def _watch(receiver: ReceiverEndpoint, track: Track, fps: float, result: VoiceCall) -> None:
-    """Compare each frame that a stream receives with the frame captured nearest to its time."""
-    for stream in receiver.streams.values():
+def watch(streams: dict[int, ReceiveLeg], track: Track, fps: float, result: VoiceCall) -> None:
+    """Compare each frame that the streams receive with the frame captured nearest to its time."""
+    for stream in streams.values():
         add = stream.motion.buffer.add
 
         def compare(frame: MotionFrame, now: float, add: Callable[[MotionFrame, float], None] = add) -> None:
