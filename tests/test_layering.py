@@ -29,7 +29,7 @@ MAY_IMPORT = {
     "sender": {"transport", "audio", "face", "protocol"},
     "receiver": {"output", "render", "transport", "audio", "face", "protocol"},
     "animator": {"output", "render", "face"},
-    "call": {"receiver", "sender", "render", "transport", "protocol"},
+    "call": {"receiver", "sender", "render", "transport", "face", "protocol"},
     "start": {"sender", "render", "transport", "audio", "protocol", "settings"},
     "commands": {
         *("start", "animator", "call", "receiver", "sender", "mesh_fitting", "output", "render", "transport"),

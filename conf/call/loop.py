@@ -3,10 +3,12 @@
 import contextlib
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from conf.call.capture_thread import CaptureThread
 from conf.call.events import describe_event
 from conf.call.local_state import LocalState
+from conf.call.self_view import SelfView
 from conf.call.shared_objects import SharedObjectSender
 from conf.errors import NetworkError
 from conf.protocol.call_endpoint import CallEndpoint
@@ -22,6 +24,22 @@ from conf.transport.udp import UdpSocket
 POLL_S = 0.01  # the voice must be polled so often, and what was captured must not wait for long
 
 
+@dataclass(frozen=True)
+class LocalEnd:
+    """What belongs to the person at this end.
+
+    state : what is switched on; keys and buttons may change it
+    objects : of the portrait, whose sending the loop allows and forbids; self_view : is told what is sent
+    voice : None to send none
+    """
+
+    capture: CaptureThread
+    state: LocalState
+    objects: SharedObjectSender
+    self_view: SelfView
+    voice: VoiceSender | None = None
+
+
 class CallLoop:
     """One end of a call of two. A program calls `run`, or `step` from a loop of its own, then `close`.
 
@@ -34,31 +52,19 @@ class CallLoop:
         self,
         endpoint: CallEndpoint,
         socket: UdpSocket,
-        capture: CaptureThread,
-        state: LocalState,
-        objects: SharedObjectSender,
+        local: LocalEnd,
         *,
         display: CallDisplay | None = None,
         sound: CallSound | None = None,
-        voice: VoiceSender | None = None,
     ) -> None:
-        """Compose a loop.
-
-        state : what is switched on; keys and buttons of the display may change it
-        objects : of the portrait; the loop allows and forbids their sending
-        display : None to draw nothing; sound : what the other's voice is heard through, None for silence
-        voice : one's own, None to send none
-        """
+        """display : None to draw nothing; sound : what the other's voice is heard through, None for silence"""
         self.connected_at: float | None = None
         self.drawn_at: float | None = None
         self._endpoint = endpoint
         self._socket = socket
-        self._capture = capture
-        self._state = state
-        self._objects = objects
+        self._local = local
         self._display = display
-        self._voice = VoicePoller(voice)
-        self._voice_sender = voice
+        self._voice = VoicePoller(local.voice)
         self._is_calling = socket.remote is not None
         peers = None if self._is_calling else lambda: endpoint.callers
         self._exchange = DatagramExchange(socket, endpoint, peers=peers, lock=sound.lock if sound else None)
@@ -68,7 +74,7 @@ class CallLoop:
     @property
     def is_over(self) -> bool:
         """Whether somebody has hung up or the source has ended; who waits for calls goes on waiting."""
-        return self._capture.ended or self._is_hung_up or (self._display is not None and self._display.is_over)
+        return self._local.capture.ended or self._is_hung_up or (self._display is not None and self._display.is_over)
 
     def run(
         self,
@@ -93,15 +99,16 @@ class CallLoop:
         """
         is_flood = self._exchange.receive(now)
         self._apply_state(now)
-        for captured in self._capture.drain():
-            if self._state.camera:
+        for captured in self._local.capture.drain():
+            if self._local.state.camera:
                 send_motion(self._endpoint, captured, now)
-        self._voice.poll(self._capture.source_time(now), self._endpoint, now)
+                self._local.self_view.sent = captured.motion
+        self._voice.poll(self._local.capture.source_time(now), self._endpoint, now)
         self._exchange.send(now)
         self._handle_events(now)
         if self._display is None:
             return now + POLL_S
-        note = self._exchange.note or self._capture.note or self._voice.note
+        note = self._exchange.note or self._local.capture.note or self._voice.note
         self._display.show_faults(note, now, in_call=bool(self._endpoint.callers))
         due = self._display.step(now, is_flood=is_flood)
         if self.drawn_at is None and self._display.shows_somebody:
@@ -115,20 +122,23 @@ class CallLoop:
 
     def _apply_state(self, now: float) -> None:
         """Carry out the switches."""
-        if fault := self._capture.pop_fault():
-            self._state.camera = False
+        if fault := self._local.capture.pop_fault():
+            self._local.state.camera = False
             self._report(fault, now)
         connected = self._endpoint.status(now).connected
-        if not self._state.camera:
-            self._capture.set_mode(CaptureMode.OFF)
+        if not self._local.state.camera:
+            self._local.capture.set_mode(CaptureMode.OFF)
             self._endpoint.send_camera_off(now)
+            self._local.self_view.clear()
         else:
-            self._capture.set_mode(CaptureMode.ON if connected else CaptureMode.PREVIEW)
-        self._objects.is_allowed = self._state.portrait
-        self._capture.set_portrait(is_allowed=self._state.portrait)
-        self._capture.set_fps(self._endpoint.outbound.profile.fps)
-        if self._voice_sender:
-            self._voice_sender.muted = not self._state.microphone
+            self._local.capture.set_mode(CaptureMode.ON if connected else CaptureMode.PREVIEW)
+        self._local.objects.is_allowed = self._local.state.portrait
+        self._local.capture.set_portrait(is_allowed=self._local.state.portrait)
+        self._local.capture.set_fps(self._endpoint.outbound.profile.fps)
+        if self._voice.note:
+            self._local.state.has_microphone = False
+        if self._local.voice:
+            self._local.voice.muted = not self._local.state.microphone
 
     def _handle_events(self, now: float) -> None:
         self.peer_name = self._endpoint.remote_state.name or self.peer_name

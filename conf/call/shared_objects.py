@@ -1,6 +1,7 @@
 """The portrait's objects between the thread that captures and the loop that sends."""
 
 import threading
+from collections.abc import Callable
 
 from conf.protocol.portrait.chunk_budget import ChunkBudget
 from conf.protocol.portrait.object_sender import ObjectSender
@@ -12,15 +13,18 @@ class SharedObjectSender(ObjectSender):
     is_allowed : whether images of the person may be sent now
     """
 
-    def __init__(self, *, is_allowed: bool = False) -> None:
+    def __init__(self, *, on_object: Callable[[bytes], None] = lambda data: None) -> None:
+        """on_object : called with each object that is to be sent, by the thread that fills"""
         super().__init__()
-        self.is_allowed = is_allowed
+        self.is_allowed = False
+        self._on_object = on_object
         self._lock = threading.RLock()
 
     def send_object(self, slot: int, data: bytes, *, priority: int) -> None:
         """Send an object as ObjectSender does."""
         with self._lock:
             super().send_object(slot, data, priority=priority)
+        self._on_object(data)
 
     def cancel(self, slot: int) -> None:
         """Stop sending the object of a slot, if it has one."""

@@ -152,18 +152,19 @@ def call(options: CallOptions, *, began: float) -> CallFigures:
     Raises NetworkError, CameraError, ModelError, FileFormatError, AudioError, GraphicsError, RecordingError.
     """
     from conf.call.capture_thread import CaptureThread
+    from conf.call.composer import CallComposer
     from conf.call.figures import CallTimes, call_figures
     from conf.call.local_state import LocalState
-    from conf.call.loop import CallLoop
+    from conf.call.loop import CallLoop, LocalEnd
     from conf.call.self_view import SelfView
     from conf.call.shared_objects import SharedObjectSender
+    from conf.call.view import Waiting
     from conf.face.control_points import CONTROL_POINT_COUNT
     from conf.face.loading import load_face
     from conf.protocol.address import format_address
     from conf.protocol.call_endpoint import CallEndpoint
     from conf.protocol.messages import StreamParameters
     from conf.receiver.call_display import CallDisplay
-    from conf.receiver.frame_composer import FrameComposer
     from conf.sender.face_capture import CaptureMode, FaceCapture
     from conf.transport.udp import UdpSocket
 
@@ -172,7 +173,8 @@ def call(options: CallOptions, *, began: float) -> CallFigures:
             socket = stack.enter_context(UdpSocket.bind(*options.listen))
         else:
             socket = stack.enter_context(UdpSocket.open_to(*options.remote))
-        objects = SharedObjectSender()
+        self_view = SelfView()
+        objects = SharedObjectSender(on_object=self_view.objects.append)
         parameters = StreamParameters(*CAMERA_SIZE, FPS, CONTROL_POINT_COUNT, FAPU)
         endpoint = CallEndpoint(
             code=options.code,
@@ -184,7 +186,6 @@ def call(options: CallOptions, *, began: float) -> CallFigures:
             portrait=objects,
             name=options.name,
         )
-        self_view = SelfView()
         with _connecting(socket, endpoint) as early:
             source, voice = stack.enter_context(
                 open_source(options.capture, objects, options.on_note, viewer=lambda *_: nullcontext(self_view.show))
@@ -194,27 +195,32 @@ def call(options: CallOptions, *, began: float) -> CallFigures:
             if model.mesh.notes:
                 options.on_note(f"{options.face}: {'; '.join(model.mesh.notes)}")
         if options.remote is None:
-            idle_text = f"listening on {format_address(socket.address)}   code  {options.code}"
+            waiting = Waiting(format_address(socket.address), options.code)
         else:
-            idle_text = f"calling {format_address(options.remote)}"
-        window, loop_options = stack.enter_context(open_display(options.display, endpoint.streams, idle_text=idle_text))
-        composer = FrameComposer(
+            waiting = Waiting(format_address(options.remote))
+        window, loop_options = stack.enter_context(open_display(options.display, endpoint.streams))
+        state = LocalState(portrait=options.portrait, has_microphone=voice is not None)
+        capture = FaceCapture(source, endpoint.outbound.profile.fps, mode=CaptureMode.PREVIEW)
+        thread = CaptureThread(capture)
+        composer = CallComposer(
             window,
             model,
             endpoint,
-            idle_text=loop_options.idle_text,
+            state,
+            self_view,
+            waiting=waiting,
+            has_face=lambda: thread.has_face,
             draw_clock=loop_options.draw_clock,
             sound=loop_options.sound,
+            is_interactive=options.display.headless is None,
         )
         display = CallDisplay(window, composer, loop_options)
-        state = LocalState(portrait=options.portrait, has_microphone=voice is not None)
-        capture = FaceCapture(source, endpoint.outbound.profile.fps, mode=CaptureMode.PREVIEW)
-        with CaptureThread(capture) as thread:
-            loop = CallLoop(
-                endpoint, socket, thread, state, objects, display=display, sound=loop_options.sound, voice=voice
-            )
+        stack.callback(display.close)
+        with thread:
+            local = LocalEnd(thread, state, objects, self_view, voice)
+            loop = CallLoop(endpoint, socket, local, display=display, sound=loop_options.sound)
             if options.remote is None:
-                options.on_ready(idle_text)
+                options.on_ready(f"listening on {waiting.address}, code {options.code}")
             try:
                 with until_interrupted() as should_continue:
                     loop.run(seconds=options.seconds, should_continue=should_continue)

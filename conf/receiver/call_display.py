@@ -45,7 +45,7 @@ class Composer(Protocol):
 
     @property
     def shows_somebody(self) -> bool: ...
-
+    def report(self, text: str, now: float, /) -> None: ...
     def draw(self, now: float, /) -> None: ...
     def present(self, now: float, /) -> None: ...
     def release(self) -> None: ...
@@ -97,7 +97,7 @@ class CallDisplay:
 
     def report(self, text: str, now: float) -> None:
         """Show a text in the window and on the terminal."""
-        self._composer.controls.show_toast(text, now)
+        self._composer.report(text, now)
         if self._options.on_event:
             self._options.on_event(text)
 

@@ -61,6 +61,10 @@ class FrameComposer(GpuObject):
         """Whether the last frame shows a participant's motion."""
         return any(frame is not None for frame in self._frames.values())
 
+    def report(self, text: str, now: float) -> None:
+        """Show what has happened."""
+        self.controls.show_toast(text, now)
+
     def draw(self, now: float) -> None:
         """Process input and draw the frame at `now`; the window still has to present it."""
         if self._draw_clock is None:

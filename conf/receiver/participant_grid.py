@@ -69,6 +69,7 @@ class ParticipantGrid(GpuObject):
         self._portraits: dict[int, PortraitRenderer] = {}
         self._objects: dict[int, int] = {}  # received, of each participant's portrait
         self._cache: CellCache | None = None
+        self._insets: dict[int, AutoFraming] = {}  # by participants that are drawn beside those of `draw`
 
     def receive_portrait_object(self, participant: int, data: bytes) -> None:
         """Add an object of a participant's portrait; an invalid one is ignored."""
@@ -83,7 +84,7 @@ class ParticipantGrid(GpuObject):
         Returns the cell of each participant.
         """
         self._framing = {participant: self._framing.get(participant, AutoFraming()) for participant in frames}
-        for gone in self._portraits.keys() - frames.keys():
+        for gone in self._portraits.keys() - frames.keys() - self._insets.keys():
             self._portraits.pop(gone).release()
             self._objects.pop(gone)
         self._renderer.scale = self.detail.scale
@@ -100,6 +101,19 @@ class ParticipantGrid(GpuObject):
             self._draw_cell(participant, content, cells[participant], self._window.framebuffer)
         self._window.framebuffer.viewport = (0, 0, *self._window.size)
         return {participant: cells[participant] for participant in frames}
+
+    def draw_inset(self, participant: int, frame: MotionFrame, cell: Viewport, now: float, *, photo: bool) -> None:
+        """Draw one more participant over the image, centred, into a cell of it.
+
+        photo : draw the portrait once it has arrived
+        """
+        area, view = FrameArea.of(cell[2:]), ViewState(portrait=photo)
+        pose = HeadPose.from_vector(frame.pose)
+        framing = self._insets.setdefault(participant, AutoFraming())
+        if not self._shows_photo(participant, frame, view):
+            pose = framing.frame(pose, now, area)
+        self._draw_cell(participant, CellContent(frame.displacements, pose, view), cell, self._window.framebuffer)
+        self._window.framebuffer.viewport = (0, 0, *self._window.size)
 
     def release(self) -> None:
         for owned in (self._renderer, *self._portraits.values(), *([self._cache] if self._cache else [])):

@@ -134,19 +134,29 @@ def stats_size(overlay: ImGuiOverlay, stats: CallStats, *, is_open: bool) -> Siz
     """Return the size of the line, or of the panel if it is open. Call it inside `overlay.frame`."""
     if is_open:
         return padded(WIDTH * overlay.scale, _panel_height(overlay, stats))
-    return padded(_line_width(fitting_parts(line_parts(stats), overlay), overlay.scale), lines_height(1))
+    return line_size(overlay, line_parts(stats))
+
+
+def line_size(overlay: ImGuiOverlay, parts: list[LinePart]) -> Size:
+    """Return the size of a line of figures, as far as they fit. Call it inside `overlay.frame`."""
+    return padded(_line_width(fitting_parts(parts, overlay), overlay.scale), lines_height(1))
 
 
 def draw_stats_line(overlay: ImGuiOverlay, stats: CallStats) -> None:
     """Draw the line in the upper left corner. Call it inside `overlay.frame`."""
-    width, height = stats_size(overlay, stats, is_open=False)
+    draw_line(overlay, line_parts(stats))
+
+
+def draw_line(overlay: ImGuiOverlay, parts: list[LinePart]) -> None:
+    """Draw a line of figures in the upper left corner. Call it inside `overlay.frame`."""
+    width, height = line_size(overlay, parts)
     padding = imgui.get_style().window_padding
     scale = overlay.scale
     with panel(
         "stats line", (MARGIN * scale, MARGIN * scale), (0.0, 0.0), (width - 2 * padding.x, height - 2 * padding.y)
     ):
         left = padding.x
-        for number, part in enumerate(fitting_parts(line_parts(stats), overlay)):
+        for number, part in enumerate(fitting_parts(parts, overlay)):
             if number:
                 imgui.same_line(left)
             _coloured(part.colour or TEXT, part.text)
@@ -156,13 +166,17 @@ def draw_stats_line(overlay: ImGuiOverlay, stats: CallStats) -> None:
             left += _part_width(part, scale) + LINE_GAP * scale
 
 
-def draw_stats(overlay: ImGuiOverlay, stats: CallStats) -> None:
-    """Draw the panel in the upper left corner. Call it inside `overlay.frame`."""
+def draw_stats(overlay: ImGuiOverlay, stats: CallStats, *, top: float | None = None) -> None:
+    """Draw the panel at the left edge. Call it inside `overlay.frame`.
+
+    top : its upper edge, pixels; None for the corner
+    """
     scale = overlay.scale
+    top = MARGIN * scale if top is None else top
     is_small = _is_small(overlay)
     lines = stat_lines(stats)[: SMALL_ROWS if is_small else None]
     height = _panel_height(overlay, stats)
-    with panel("stats", (MARGIN * scale, MARGIN * scale), (0.0, 0.0), (WIDTH * scale, height)):
+    with panel("stats", (MARGIN * scale, top), (0.0, 0.0), (WIDTH * scale, height)):
         _coloured(STATE_COLOURS.get(stats.state, ACCENT), stats.state)
         _right(f"{stats.fps:.0f} fps", MUTED)
         imgui.push_font(overlay.bold, TITLE_PX)

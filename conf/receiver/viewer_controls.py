@@ -1,6 +1,6 @@
 """The viewer's controls: keys, view, pause, emotions, saved images, recordings."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,9 +23,10 @@ from conf.render.window.input_events import Event, KeyPressed, apply_camera_even
 TOAST_S = 3.0
 VIDEO_FPS = 30.0
 
+KeyTable = Mapping[str, tuple[str, str]]
 # key -> (action, help text); keys with an empty help text share that of another key. Actions that are the name of a
 # switch of ViewState toggle it.
-KEYS = {
+KEYS: KeyTable = {
     "space": ("pause", "pause and go on"),
     "w": ("wireframe", "wireframe"),
     "p": ("points", "control points"),
@@ -53,26 +54,31 @@ MOUSE_HELP = (("drag", "turn the head"), ("wheel", "zoom"), ("shift + drag", "mo
 KEY_LABELS = {"space": "Space", "home": "Home", "escape": "Esc"}
 
 
-def action_of(event: Event) -> str | None:
+def action_of(event: Event, keys: KeyTable = KEYS) -> str | None:
     """Return the action of a key, None for other keys and events."""
-    return KEYS.get(event.key, (None, ""))[0] if isinstance(event, KeyPressed) else None
+    return keys.get(event.key, (None, ""))[0] if isinstance(event, KeyPressed) else None
 
 
-def apply_view_event(view: ViewState, event: Event) -> ViewState:
+def apply_view_event(view: ViewState, event: Event, keys: KeyTable = KEYS) -> ViewState:
     """Return the view changed by a key or the mouse; unchanged by other events."""
-    action = action_of(event)
+    action = action_of(event, keys)
     if action in TOGGLES:
         return view.toggled(str(action))
     return view.reset() if action == "reset" else apply_camera_event(view, event)
 
 
-def help_lines() -> list[tuple[str, str]]:
+def help_lines(keys: KeyTable = KEYS) -> list[tuple[str, str]]:
     """Return keys and mouse gestures with their help texts; keys with the same action are on one line."""
-    keys: dict[str, list[str]] = {}
-    for key, (action, _) in KEYS.items():
-        keys.setdefault(action, []).append(KEY_LABELS.get(key, key.upper()))
-    texts = {action: text for action, text in KEYS.values() if text}
-    return [(", ".join(keys[action]), text) for action, text in texts.items()] + list(MOUSE_HELP)
+    labels: dict[str, list[str]] = {}
+    for key, (action, _) in keys.items():
+        labels.setdefault(action, []).append(key_label(key))
+    texts = {action: text for action, text in keys.values() if text}
+    return [(", ".join(labels[action]), text) for action, text in texts.items()] + list(MOUSE_HELP)
+
+
+def key_label(key: str) -> str:
+    """Return the name of a key for the user."""
+    return KEY_LABELS.get(key, key.upper())
 
 
 class ViewerControls:
@@ -83,8 +89,20 @@ class ViewerControls:
     reports : lines for the terminal: the full path of each file written, and why the last one could not be
     """
 
-    def __init__(self, window: Window, folder: Path | None = None, *, sound: CallSound | None = None) -> None:
-        """folder : of images and recordings; None is the current folder. sound : of the call, None if it is silent"""
+    def __init__(
+        self,
+        window: Window,
+        folder: Path | None = None,
+        *,
+        sound: CallSound | None = None,
+        keys: KeyTable = KEYS,
+        intercept: Callable[[Event, float], bool] = lambda event, now: False,
+    ) -> None:
+        """Watch a window.
+
+        folder : of images and recordings; None is the current folder. sound : of the call, None if it is silent
+        intercept : called with each event and the time, returns whether it has been dealt with
+        """
         self.view = ViewState()
         self.paused = False
         self.quit_requested = False
@@ -95,6 +113,8 @@ class ViewerControls:
         self._window = window
         self._folder = folder or Path()
         self._sound = sound
+        self._keys = keys
+        self._intercept = intercept
         self._toast = ("", 0.0)
         self._save_requested = False
         self._video: VideoWriter | None = None
@@ -106,6 +126,11 @@ class ViewerControls:
         """Whether the next frame is saved or recorded."""
         return self._save_requested or self._video is not None
 
+    @property
+    def is_recording(self) -> bool:
+        """Whether a clip is being recorded."""
+        return self._video is not None
+
     def recordings(self, now: float) -> list[tuple[str, float]]:
         """Return the key of each running recording and the seconds since its start."""
         started = (("R", self._video, self._video_since), ("D", self._motion, self._motion_since))
@@ -114,32 +139,42 @@ class ViewerControls:
     def process_events(self, now: float) -> None:
         """Carry out the input events since the last frame."""
         for event in self._window.poll():
-            self.view = apply_view_event(self.view, event)
-            match action_of(event):
-                case "wireframe" | "points" as action if self.shows_photo and getattr(self.view, action):
-                    self.show_toast(f"the photo has no {HEAD_ONLY[action]}: V shows the head", now)
-                case "quit":
-                    self.quit_requested = True
-                case "pause":
-                    self.paused = not self.paused
-                case "save image":
-                    self._save_requested = True
-                case "record video":
-                    self._video_since = now
-                    self._try(self._toggle_video, now)
-                case "record motion":
-                    self._motion_since = now
-                    self._try(self._toggle_motion, now)
-                case "mute sound":
-                    self._try(self._toggle_sound, now)
-                case "louder":
-                    self._try(lambda: self._change_volume(+1), now)
-                case "quieter":
-                    self._try(lambda: self._change_volume(-1), now)
-                case "full screen":
-                    self._window.toggle_full_screen()
-                case "emotion" if isinstance(event, KeyPressed):
-                    self._play_emotion(int(event.key) - 1, now)
+            if self._intercept(event, now):
+                continue
+            self.view = apply_view_event(self.view, event, self._keys)
+            if (action := action_of(event, self._keys)) is not None and isinstance(event, KeyPressed):
+                self.run_action(action, now, key=event.key)
+
+    def run_action(self, action: str, now: float, *, key: str = "") -> None:
+        """Carry out an action of the table of keys; those of the view are left to `apply_view_event`.
+
+        key : that was pressed
+        """
+        match action:
+            case "wireframe" | "points" if self.shows_photo and getattr(self.view, action):
+                self.show_toast(f"the photo has no {HEAD_ONLY[action]}: V shows the head", now)
+            case "quit":
+                self.quit_requested = True
+            case "pause":
+                self.paused = not self.paused
+            case "save image":
+                self._save_requested = True
+            case "record video":
+                self._video_since = now
+                self._try(self._toggle_video, now)
+            case "record motion":
+                self._motion_since = now
+                self._try(self._toggle_motion, now)
+            case "mute sound":
+                self._try(self._toggle_sound, now)
+            case "louder":
+                self._try(lambda: self._change_volume(+1), now)
+            case "quieter":
+                self._try(lambda: self._change_volume(-1), now)
+            case "full screen":
+                self._window.toggle_full_screen()
+            case "emotion":
+                self._play_emotion(int(key) - 1, now)
 
     def show_toast(self, text: str, now: float) -> None:
         """Show a message for TOAST_S seconds."""

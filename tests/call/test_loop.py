@@ -6,7 +6,8 @@ from typing import Any
 import pytest
 
 from conf.call.local_state import LocalState
-from conf.call.loop import CallLoop
+from conf.call.loop import CallLoop, LocalEnd
+from conf.call.self_view import SelfView
 from conf.call.shared_objects import SharedObjectSender
 from conf.errors import NetworkError
 from conf.protocol.address import Address
@@ -134,14 +135,13 @@ class End:
         self.capture, self.display, self.voice = FakeCapture(), FakeDisplay(), FakeVoice()
         self.display.endpoint = self.endpoint
         self.state = LocalState()
+        self.self_view = SelfView()
+        self.local = LocalEnd(self.capture, self.state, self.objects, self.self_view, self.voice)  # type: ignore[arg-type]
         self.loop = CallLoop(
             self.endpoint,
             self.socket,  # type: ignore[arg-type]
-            self.capture,  # type: ignore[arg-type]
-            self.state,
-            self.objects,
+            self.local,
             display=self.display,  # type: ignore[arg-type]
-            voice=self.voice,  # type: ignore[arg-type]
         )
 
     def step(self, now: float) -> float:
@@ -269,9 +269,7 @@ def test_without_a_display_a_call_is_held_all_the_same() -> None:
     stage.b.loop = CallLoop(
         stage.b.endpoint,
         stage.b.socket,  # type: ignore[arg-type]
-        stage.b.capture,  # type: ignore[arg-type]
-        stage.b.state,
-        stage.b.objects,
+        stage.b.local,
     )
     stage.run(2.0)
     assert stage.a.received > 10 and stage.a.endpoint.remote_state.camera is CameraState.ON

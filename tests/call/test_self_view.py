@@ -21,7 +21,8 @@ def test_the_image_is_mirrored_and_small(size: tuple[int, int]) -> None:
     assert image is not None and image.flags.c_contiguous
     assert image.shape[0] == min(HEIGHT, size[0])
     assert image.shape[1] / image.shape[0] == pytest.approx(size[1] / size[0], rel=0.01)
-    assert image[:, : image.shape[1] // 2 - 2].max() == 0 and image[:, image.shape[1] // 2 + 2 :].min() == 255
+    middle = image.shape[1] // 2
+    assert image[:, : middle - 2, :3].max() == 0 and image[:, middle + 2 :].min() == 255 == image[..., 3].min()
 
 
 def test_an_image_that_was_shown_is_not_changed_by_the_next() -> None:

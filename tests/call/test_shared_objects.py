@@ -19,7 +19,8 @@ def test_nothing_is_sent_until_images_are_allowed() -> None:
 
 
 def test_an_object_arrives_and_is_known_to_have_arrived() -> None:
-    objects, receiver = SharedObjectSender(is_allowed=True), ObjectReceiver(7)
+    objects, receiver = SharedObjectSender(), ObjectReceiver(7)
+    objects.is_allowed = True
     objects.send_object(3, bytes(500), priority=1)
     budget, received, now = ChunkBudget(40.0), None, 0.0
     while received is None:
@@ -38,7 +39,8 @@ def test_an_object_arrives_and_is_known_to_have_arrived() -> None:
 
 
 def test_two_threads_may_fill_and_send_at_once() -> None:
-    objects, budget = SharedObjectSender(is_allowed=True), ChunkBudget(1e6)
+    objects, budget = SharedObjectSender(), ChunkBudget(1e6)
+    objects.is_allowed = True
     errors: list[Exception] = []
 
     def fill() -> None:

@@ -17,9 +17,12 @@ class FakeComposer:
         self.controls = SimpleNamespace(
             quit_requested=False,
             reports=["saved conf.jpg"],
-            show_toast=lambda text, now: self.toasts.append(text),
+            show_toast=self.report,
             close=lambda: self.log.append("close"),
         )
+
+    def report(self, text: str, now: float) -> None:
+        self.toasts.append(text)
 
     def draw(self, now: float) -> None:
         self.log.append(("draw", now))

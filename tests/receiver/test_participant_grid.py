@@ -197,3 +197,23 @@ def test_the_grid_tells_whether_a_photo_is_drawn(
         shown.append(grid.shows_photo)
     grid.release()
     assert shown == [True, False, False, False]
+
+
+@pytest.mark.slow
+def test_an_inset_is_drawn_over_the_image_and_keeps_its_portrait(window: OffscreenWindow, face: FaceModel) -> None:
+    grid = ParticipantGrid(window, face)
+    cell = (10, 20, 48, 36)
+    window.begin()
+    grid.draw({0: motion()}, ViewState(), 0.0)
+    before = window.read().astype(int)
+    grid.receive_portrait_object(-2, b"no object")
+    grid.draw_inset(-2, motion(), cell, 0.0, photo=True)
+    after = window.read().astype(int)
+    x, y, w, h = cell
+    inside = np.zeros(after.shape[:2], bool)
+    inside[SIZE[1] - y - h : SIZE[1] - y, x : x + w] = True
+    changed = (after != before).any(axis=2)
+    assert changed[inside].mean() > 0.3 and not changed[~inside].any()
+    grid.draw({0: motion()}, ViewState(), 0.1)
+    assert -2 in grid._portraits
+    grid.release()

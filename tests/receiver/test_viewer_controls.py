@@ -317,3 +317,21 @@ def test_the_help_lists_every_key_and_the_mouse() -> None:
     assert lines["drag"] == "turn the head"
     listed = {key for keys in lines for key in keys.split(", ")}
     assert len(listed) == len(KEYS) + 3
+
+
+def test_another_table_of_keys_and_an_owner_that_takes_events(
+    monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow
+) -> None:
+    taken: list[Event] = []
+
+    def intercept(event: Event, now: float) -> bool:
+        taken.append(event)
+        return event == KeyPressed("q")
+
+    keys = {"i": ("stats", "figures"), "q": ("quit", "hang up")}
+    viewer = ViewerControls(window, keys=keys, intercept=intercept)
+    press(monkeypatch, viewer, window, "m", "i", "q")
+    assert viewer.view.stats and not viewer.quit_requested and len(taken) == 3
+    assert help_lines(keys)[:2] == [("I", "figures"), ("Q", "hang up")]
+    viewer.run_action("quit", 0.0)
+    assert viewer.quit_requested and not viewer.is_recording

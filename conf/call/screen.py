@@ -1,0 +1,129 @@
+"""What one frame of a call shows over the faces: words, buttons, one's own image."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from conf.call.controls import ButtonPlace
+from conf.call.layout import CallLayout, CallSizes, lay_out_call
+from conf.call.notice import draw_notice, notice_size
+from conf.call.self_picture import SelfPicture
+from conf.call.toolbar import Button, draw_toolbar, place_buttons, toolbar_sizes
+from conf.call.view import Notice
+from conf.receiver.call_stats import CallStats
+from conf.receiver.panel_layout import MARGIN, Rect, shorten
+from conf.receiver.stats_overlay import LinePart, draw_line, draw_stats, line_size, stats_size
+from conf.render.ui.hud import (
+    draw_help,
+    draw_label,
+    draw_recording_sign,
+    draw_toast,
+    figure_width,
+    help_size,
+    label_size,
+    padded,
+    sign_size,
+    toast_size,
+)
+from conf.render.ui.imgui_overlay import ImGuiOverlay
+
+HELP_OPACITY = 0.88
+NAME_WIDTH = 0.45  # of the window's width, at most
+
+
+@dataclass(frozen=True)
+class CallScreen:
+    """The content of a frame; its methods are called inside `overlay.frame`.
+
+    status : the line about the call; stats : what it costs, None while that is closed
+    name : of the other participant and what is to be known, "" for nothing
+    own_aspect : of one's own image, None to show none; own_caption : what is to be known of oneself
+    messages : from top to bottom; recordings : key and running seconds of each
+    """
+
+    status: list[LinePart]
+    stats: CallStats | None = None
+    name: str = ""
+    own_aspect: float | None = None
+    own_caption: str = ""
+    messages: Sequence[str] = ()
+    notice: Notice | None = None
+    buttons: Sequence[Button] = ()
+    help: Sequence[tuple[str, str]] = ()
+    recordings: Sequence[tuple[str, float]] = ()
+
+    def layout(self, overlay: ImGuiOverlay) -> CallLayout:
+        """Return where everything stands."""
+        buttons = self._fitting_buttons(overlay)
+        width = _message_width(overlay)
+        return lay_out_call(
+            overlay.size,
+            overlay.scale,
+            CallSizes(
+                status=line_size(overlay, self.status),
+                toolbar=toolbar_sizes(buttons, overlay.scale)[0] if buttons else None,
+                stats=stats_size(overlay, self.stats, is_open=True) if self.stats else None,
+                notice=notice_size(overlay, self.notice) if self.notice else None,
+                recording=sign_size(overlay, [*self.recordings]) if self.recordings else None,
+                help=help_size(overlay, [*self.help]) if self.help else None,
+                self_aspect=self.own_aspect,
+                name=label_size(self._shown_name(overlay)) if self.name else None,
+                messages=[toast_size(text, max_width=width) for text in self.messages],
+            ),
+        )
+
+    def draw_captured(self, overlay: ImGuiOverlay, layout: CallLayout) -> None:
+        """Draw what saved images and recordings show: who it is."""
+        if layout.name:
+            draw_label(self._shown_name(overlay), (layout.name.left, layout.name.top))
+
+    def draw_others(
+        self, overlay: ImGuiOverlay, layout: CallLayout, own: SelfPicture, *, is_own_drawn: bool, hovered: str | None
+    ) -> list[ButtonPlace]:
+        """Draw all else and return where the buttons are.
+
+        own : one's own image; is_own_drawn : the face is there already; hovered : action of the button under the mouse
+        """
+        if layout.own:
+            own.draw(overlay, layout.own, self.own_caption, is_drawn=is_own_drawn)
+        if layout.status:
+            draw_line(overlay, self.status)
+        if layout.stats and self.stats:
+            draw_stats(overlay, self.stats, top=layout.stats.top)
+        if layout.notice and self.notice:
+            draw_notice(overlay, self.notice, (layout.notice.left, layout.notice.top))
+        if layout.recording:
+            draw_recording_sign(overlay, [*self.recordings], (layout.recording.left, layout.recording.top))
+        if layout.help:
+            draw_help(overlay, [*self.help], _centre(layout.help), opacity=HELP_OPACITY)
+        for number, (text, rect) in enumerate(zip(self.messages, layout.messages, strict=True)):
+            if rect:
+                anchor = rect.left + rect.width / 2, rect.bottom
+                draw_toast(text, anchor, max_width=_message_width(overlay), name=f"message {number}")
+        return self._draw_buttons(overlay, layout.toolbar, hovered)
+
+    def _draw_buttons(self, overlay: ImGuiOverlay, rect: Rect | None, hovered: str | None) -> list[ButtonPlace]:
+        buttons = self._fitting_buttons(overlay)
+        if rect is None or not buttons:
+            return []
+        places = place_buttons(rect, toolbar_sizes(buttons, overlay.scale)[1], overlay.scale)
+        draw_toolbar(overlay, buttons, places, hovered=hovered)
+        return [ButtonPlace(button.action, place) for button, place in zip(buttons, places, strict=True)]
+
+    def _fitting_buttons(self, overlay: ImGuiOverlay) -> list[Button]:
+        """Return the buttons, without the names of their keys if there is no room for them."""
+        room = overlay.size[0] - 2 * MARGIN * overlay.scale
+        if not self.buttons or toolbar_sizes(self.buttons, overlay.scale)[0][0] <= room:
+            return [*self.buttons]
+        return [replace(button, key="") for button in self.buttons]
+
+    def _shown_name(self, overlay: ImGuiOverlay) -> str:
+        return shorten(self.name, NAME_WIDTH * overlay.size[0] - padded(0, 0)[0], figure_width)
+
+
+def _message_width(overlay: ImGuiOverlay) -> float:
+    """Return the width in pixels after which a message is wrapped."""
+    return max(0.6 * overlay.size[0] - padded(0, 0)[0], 1.0)
+
+
+def _centre(rect: Rect) -> tuple[float, float]:
+    return rect.left + rect.width / 2, rect.top + rect.height / 2
