@@ -17,10 +17,11 @@ from conf.face.fitting.eye_detection import without_eye_covers
 from conf.face.fitting.eye_opening import open_eyes
 from conf.face.fitting.eyeball_insertion import insert_eyeballs
 from conf.face.fitting.lip_cut import cut_lips, has_open_lips
+from conf.face.fitting.lip_rim import sharpen_lip_rim
 from conf.face.fitting.mouth_cavity import add_mouth_cavity
 from conf.face.fitting.painted_eyes import keep_painted_eyes
 from conf.face.fitting.part_detection import DetectedParts, detect_parts
-from conf.face.fitting.teeth_insertion import insert_teeth
+from conf.face.fitting.teeth_insertion import complete_teeth
 from conf.face.formats.mtl import MeshMaterial
 from conf.face.head_pose import ES0_CM
 from conf.face.mesh.depth_profiles import LabelledMesh
@@ -33,7 +34,6 @@ from conf.face.mesh.surface_graph import SurfaceGraph
 from conf.face.similarity import SimilarityTransform, fit_similarity
 
 MAX_POINT_DISTANCE_CM = 1.5  # median from point to vertex; half a triangle of the coarsest face
-TOOTH_GROUPS = ("teeth_upper", "teeth_lower")
 MAX_TILT = np.radians(20)  # a face rotated by less stays as it is
 
 
@@ -107,10 +107,9 @@ def _complete(mesh: Mesh, points: NDArray[np.float64]) -> tuple[Mesh, NDArray[np
         mesh = add_mouth_cavity(mesh, points)
         is_added = "mouth" in mesh.groups
         remarks.append("no inside of the mouth: " + ("put in" if is_added else "an open mouth may show a hole"))
-    if not any(group in mesh.groups for group in TOOTH_GROUPS):
-        remarks.append("no teeth: put in")
-        mesh = insert_teeth(mesh, points, outwards=faces_viewer(points[:, :2], mesh.vertices, mesh.triangles))
-    return mesh, points, detected, remarks
+    mesh = sharpen_lip_rim(mesh)
+    mesh, remark = complete_teeth(mesh, points, outwards=faces_viewer(points[:, :2], mesh.vertices, mesh.triangles))
+    return mesh, points, detected, remarks if remark is None else [*remarks, remark]
 
 
 def _with_texture_as_material(mesh: Mesh) -> Mesh:

@@ -2,7 +2,8 @@
 
 Strategy. Modellers keep what moves by itself in components of their own. An eyeball is the component around a pupil
 that fits a sphere; teeth and tongue are the small components behind the lips. The inside of the mouth is usually
-connected with the skin: it is what can be reached from behind the lips without coming near the line between them.
+connected with the skin: it is what can be reached from behind the lips without coming near the line between them, and
+the side of the lips that faces away from the viewer.
 """
 
 from dataclasses import dataclass
@@ -20,8 +21,9 @@ from conf.face.control_points import (
 from conf.face.deformation.rig_builder import EYES
 from conf.face.fitting.eye_detection import Components, find_eyeball
 from conf.face.mesh.mesh import Mesh
-from conf.face.mesh.raycast import cast_front_rays
+from conf.face.mesh.raycast import cast_front_rays, faces_viewer
 from conf.face.mesh.surface_graph import SurfaceGraph, component_labels, triangle_edges
+from conf.face.mesh.winding import triangle_normals
 
 # Model centimetres, 6.4 between the pupils.
 _MOUTH_SIDE = 2.0  # extent of teeth and tongue beside the corners of the mouth, and relative to the line of the lips
@@ -132,7 +134,25 @@ def _mouth_inside(mesh: Mesh, points: NDArray[np.float64], skin: NDArray[np.bool
     reached = off_lips & np.isin(labels, labels[seeds[off_lips[seeds]]])
     if not reached.any() or (np.abs(offsets[reached]).max(axis=0) > _MOUTH_BOX).any():
         return np.empty(0, np.int64)
-    return np.flatnonzero(reached[mesh.triangles].any(axis=1))
+    return _with_inner_lips(mesh, skin & ~off_lips, np.asarray(reached[mesh.triangles].any(axis=1)))
+
+
+def _with_inner_lips(mesh: Mesh, lips: NDArray[np.bool_], inside: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return the triangles inside the mouth, and those of the lips next to them that face away from the viewer.
+
+    lips : (V,) vertices near the line between the lips; inside : (F,) triangles farther in
+    """
+    faces_away = triangle_normals(mesh.vertices, mesh.triangles)[:, 2] < 0
+    if not faces_viewer(mesh.vertices[lips, :2], mesh.vertices, mesh.triangles):
+        faces_away = ~faces_away
+    while True:
+        touched = np.zeros(len(mesh.vertices), np.bool_)
+        touched[mesh.triangles[inside]] = True
+        added = ~inside & faces_away & (lips | touched)[mesh.triangles].all(axis=1)
+        added &= touched[mesh.triangles].sum(axis=1) >= 2  # share an edge
+        if not added.any():
+            return np.flatnonzero(inside)
+        inside = inside | added
 
 
 def _distance_to_seam(vertices: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -33,9 +33,8 @@ def on_its_back() -> np.ndarray:
 @pytest.mark.slow
 def test_a_face_is_transformed_to_model_centimetres_and_back(unprepared: Mesh, prepared: PreparedFace) -> None:
     np.testing.assert_allclose(prepared.points, default_points(), atol=0.02)
-    np.testing.assert_allclose(
-        prepared.file_to_model.inverse_apply(prepared.mesh.vertices), unprepared.vertices, atol=1e-9
-    )
+    positions = prepared.file_to_model.inverse_apply(prepared.mesh.vertices)
+    np.testing.assert_allclose(positions[: len(unprepared.vertices)], unprepared.vertices, atol=1e-9)
 
 
 def test_eyes_and_jaw_are_rigged(prepared: PreparedFace) -> None:
@@ -54,7 +53,7 @@ def test_the_default_texture_replaces_a_missing_one_only(unprepared: Mesh, prepa
     textured = replace(unprepared, texture=DEFAULT_HEAD.with_name("skin.webp"))
     kept = prepare_face(textured, default_points() @ on_its_back().T * 10).mesh
     assert kept.texture == textured.texture
-    assert kept.uvs is textured.uvs
+    np.testing.assert_array_equal(kept.uvs[: len(textured.uvs)], textured.uvs)
     assert {"eye_l", "mouth", "tongue"} <= set(kept.groups)
 
 
