@@ -58,7 +58,7 @@ def find_eyeball(components: Components, pupil: NDArray[np.float64], assigned: s
     centres, extent = (components.low + components.high) / 2, components.high - components.low
     near = np.linalg.norm(centres[:, :2] - pupil[:2], axis=1) < _MAX_OFFSET
     near &= (extent[:, :2] > _RADIUS[0]).all(axis=1) & (extent < 2 * _RADIUS[1]).all(axis=1)
-    best: tuple[float, NDArray[np.float64]] | None = None
+    best: tuple[float, NDArray[np.float64], int] | None = None
     for label in np.flatnonzero(near).tolist():
         if label in assigned:
             continue
@@ -67,12 +67,12 @@ def find_eyeball(components: Components, pupil: NDArray[np.float64], assigned: s
         fits = _RADIUS[0] < radius < _RADIUS[1] and error < _MAX_SPHERE_ERROR * radius and centre[2] < pupil[2]
         fits = fits and extent[label, :2].min() > _MIN_WIDTH * radius
         if fits and _PUPIL_DEPTH[0] < depth < _PUPIL_DEPTH[1] and (best is None or radius > best[0]):
-            best = radius, centre
+            best = radius, centre, label
     if best is None:
         return None
-    radius, centre = best
-    own = _within(components, centre, _IRIS_RADIUS * radius, assigned)
-    return Eyeball(centre, radius, own)
+    radius, centre, label = best
+    own = {label, *_within(components, centre, _IRIS_RADIUS * radius, assigned)}  # an ellipsoid is not within
+    return Eyeball(centre, radius, sorted(own))
 
 
 def without_eye_covers(

@@ -69,3 +69,13 @@ def test_a_sphere_is_fitted_exactly() -> None:
     np.testing.assert_allclose(
         [*(centre - default_joints().eyes["eye_l"]), radius, error], [0, 0, 0, 1.3, 0], atol=1e-9
     )
+
+
+def test_an_eyeball_that_is_no_sphere_belongs_to_its_eye() -> None:
+    """A head scaled in one direction has ellipsoids, which reach beyond the sphere that fits them."""
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=1.4)
+    vertices = np.asarray(ball.vertices) * [1.35, 1.0, 1.0] + [3.2, 2.8, 2.0]
+    components = Components.of(vertices, np.zeros(len(vertices), np.int32))
+    eyeball = find_eyeball(components, np.array([3.2, 2.8, 3.4]), set())
+    assert eyeball is not None
+    assert eyeball.components == [0]
