@@ -163,6 +163,14 @@ def test_ctrl_c_prints_nothing_at_any_moment(moment: str) -> None:
     assert result.returncode in (130, -signal.SIGINT)  # a shell reports both as 130
 
 
+def test_the_handler_of_ctrl_c_is_set_before_anything_is_imported() -> None:
+    """What Python has not loaded by itself takes time in which Ctrl-C prints its traceback."""
+    code = "import os, sys; loaded = {*sys.modules}; import conf.__main__; print(*sorted({*sys.modules} - loaded))"
+    environment = os.environ | {"PYTHONPATH": str(Path(cli.__file__).parents[1])}
+    result = subprocess.run([sys.executable, "-S", "-c", code], capture_output=True, text=True, env=environment)
+    assert result.stdout.split() == ["conf", "conf.__main__"]
+
+
 def interrupted(*swallowed_by: type[BaseException]) -> None:
     """Interrupt the program; the exceptions named are swallowed, as a library may do."""
     try:
