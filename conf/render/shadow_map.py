@@ -18,9 +18,11 @@ from conf.render.shader_programs import DrawCall, to_column_major
 
 SIZE = 256  # pixels a side
 EXTENT_CM = 18.0  # half of the side of the square, around the face's origin, that the map covers
-# The map is redrawn after a rotation, rad, or a movement, cm, of more than this: far less than a shadow's soft edge.
+# The map is redrawn after a rotation, rad, or a movement, cm, of more than this: a third of a centimetre at the edge of
+# the head, where the edge of a shadow is two centimetres wide (`SOFT` in face_shadowed.vert.glsl). Lips that talk move
+# by a tenth from frame to frame.
 REDRAW_ANGLE = 0.03
-REDRAW_DISTANCE_CM = 0.12
+REDRAW_DISTANCE_CM = 0.3
 MAX_MAPS = 10  # of 0.3 MB; one more than participants of a call
 
 
