@@ -1,5 +1,12 @@
-"""Decide which frames of a source are sent, and when: a clip at its own speed, a fast camera at a reduced rate."""
+"""Decide which frames of a source are sent, and when: a clip at its own speed, a fast camera at a reduced rate.
 
+Frames go to the receiver with times in ticks, 1/fps apart. Those near a tick of the first frame's are selected, also
+after a gap: others would be shown up to half a tick too early or too late, and lips would leave the voice by as much.
+"""
+
+import math
+
+TOLERANCE = 1e-6  # of a tick
 MAX_LAG_S = 0.25  # a clip's frame later than this is dropped, so that the call keeps up with the clock
 
 
@@ -9,6 +16,7 @@ class FramePacer:
     def __init__(self, fps: float) -> None:
         self.fps = fps  # may be changed between frames
         self._offset: float | None = None  # our clock minus the source's
+        self._origin = 0.0  # timestamp of the first frame
         self._due = float("-inf")  # timestamp of the next frame to send
         self._previous: float | None = None
 
@@ -23,15 +31,19 @@ class FramePacer:
         """
         if self._offset is None:
             self._offset = now - timestamp
-            self._due = timestamp
+            self._due = self._origin = timestamp
         source_interval = timestamp - self._previous if self._previous is not None else 0.0
         self._previous = timestamp
         if timestamp < self._due - source_interval / 2:
             return None
         delay = timestamp + self._offset - now
         if delay < -MAX_LAG_S:
+            self._due = self._tick_after(timestamp + source_interval / 2)
             return None
-        interval = 1 / self.fps
         # The frames after a gap in the source are not sent in a burst.
-        self._due = max(self._due + interval, timestamp + interval / 2)
+        self._due = max(self._tick_after(self._due + 0.5 / self.fps), self._tick_after(timestamp + 0.5 / self.fps))
         return max(delay, 0.0)
+
+    def _tick_after(self, timestamp: float) -> float:
+        """Return the first tick that is not before a timestamp."""
+        return self._origin + math.ceil((timestamp - self._origin) * self.fps - TOLERANCE) / self.fps

@@ -25,6 +25,18 @@ def test_a_clip_read_ahead_is_delayed_to_its_own_speed() -> None:
     assert now == pytest.approx(50 + 29 / 15)
 
 
+@pytest.mark.parametrize("source_fps", [25.0, 30.0])
+def test_after_a_stall_frames_are_as_near_to_their_ticks_as_before(source_fps: float) -> None:
+    fps = 1 / 0.06
+    pacer, now, errors = FramePacer(fps), 10.0, list[float]()
+    for i in range(600):
+        timestamp = i / source_fps
+        now = max(now + 0.01, 10 + timestamp) + (0.61 if i in (100, 233, 391) else 0.0)
+        if pacer.delay_for(timestamp, now) is not None:
+            errors.append(timestamp * fps - round(timestamp * fps))
+    assert len(errors) > 200 and np.abs(errors).max() / fps <= 0.5 / source_fps + 1e-6
+
+
 def test_late_frames_are_dropped_until_the_clip_has_caught_up() -> None:
     pacer = FramePacer(15)
     assert pacer.delay_for(0.0, 10.0) == 0
