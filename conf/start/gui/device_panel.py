@@ -77,9 +77,10 @@ def _draw_level(device: MicrophoneMeter | SpeakerTest | None) -> None:
 def _draw_errors(controller: StartController) -> None:
     """Draw what is wrong with the sound, in a part of the panel that is kept free for it: nothing moves."""
     top = imgui.get_cursor_pos_y()
-    for device in (controller.microphone, controller.speaker_test):
-        if device is not None and device.error:
-            draw_error(device.error)
+    devices = (controller.microphone, controller.speaker_test)
+    errors = [device.error for device in devices if device is not None and device.error]
+    for error in errors:
+        draw_error(error, lines=ERROR_LINES // len(errors))
     bottom = top + ERROR_LINES * imgui.get_text_line_height_with_spacing()
     imgui.dummy(imgui.ImVec2(0, max(0.0, bottom - imgui.get_cursor_pos_y())))
 

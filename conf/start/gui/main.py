@@ -9,8 +9,7 @@ from imgui_bundle import imgui, imgui_ctx
 
 from conf.render.gpu_object import GpuObject
 from conf.render.ui.imgui_overlay import ACCENT, MUTED, TITLE_PX, ImGuiOverlay
-from conf.render.ui.theme import column
-from conf.render.ui.wrapped_text import warning
+from conf.render.ui.theme import AMBER, column
 from conf.start.controller import StartController
 from conf.start.gui.call_panel import draw_call_panel
 from conf.start.gui.device_panel import draw_device_panel
@@ -83,13 +82,16 @@ def _draw_footer(controller: StartController) -> None:
 
 
 def _draw_notice(text: str) -> None:
-    """Draw a text in two lines at most, the whole of it while the mouse rests there."""
-    wrap = imgui.get_content_region_avail().x
-    lines = 1 if imgui.calc_text_size(text).x <= wrap else 2
-    imgui.set_cursor_pos_y((imgui.get_window_height() - lines * imgui.get_font_size()) / 2)
-    corner, height = imgui.get_cursor_screen_pos(), lines * imgui.get_font_size()
-    imgui.push_clip_rect(corner, imgui.ImVec2(corner.x + wrap, corner.y + height), True)
-    warning(text)
-    imgui.pop_clip_rect()
-    if imgui.get_item_rect_size().y > height:
+    """Draw a text in two lines at most, in the middle of the row; the whole of it while the mouse rests there."""
+    wrap, line = imgui.get_content_region_avail().x, imgui.get_font_size()
+    height = imgui.calc_text_size(text, wrap_width=wrap).y
+    shown = min(height, 2 * line)
+    top = imgui.get_window_pos().y + (imgui.get_window_height() - shown) / 2
+    corner = imgui.ImVec2(imgui.get_cursor_screen_pos().x, top)
+    imgui.dummy(imgui.ImVec2(wrap, imgui.get_frame_height()))
+    if height > shown:
         show_tooltip(text)
+    draw_list, colour = imgui.get_window_draw_list(), imgui.get_color_u32(imgui.ImVec4(*AMBER))
+    draw_list.push_clip_rect(corner, imgui.ImVec2(corner.x + wrap, top + shown), True)
+    draw_list.add_text(imgui.get_font(), line, corner, colour, text, wrap_width=wrap)
+    draw_list.pop_clip_rect()

@@ -36,14 +36,24 @@ def show_tooltip(text: str) -> None:
 
     Not for one that the keyboard has reached, nor while something is typed: the text would cover the next rows.
     """
-    if not imgui.get_io().want_text_input and imgui.is_item_hovered(
-        imgui.HoveredFlags_.for_tooltip | imgui.HoveredFlags_.no_nav_override
-    ):
+    io = imgui.get_io()
+    if io.want_text_input or io.nav_visible:
+        return
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip | imgui.HoveredFlags_.no_nav_override):
+        _place_tooltip()
         imgui.begin_tooltip()
         imgui.push_text_wrap_pos(TOOLTIP_EMS * imgui.get_font_size())
         imgui.text_unformatted(text)
         imgui.pop_text_wrap_pos()
         imgui.end_tooltip()
+
+
+def _place_tooltip() -> None:
+    """Put the next tooltip beside the mouse, inside of the window. After a key ImGui would leave it elsewhere."""
+    mouse, size, gap = imgui.get_mouse_pos(), imgui.get_io().display_size, imgui.get_font_size()
+    is_right, is_low = mouse.x > size.x / 2, mouse.y > size.y / 2
+    at = imgui.ImVec2(mouse.x + (-gap if is_right else gap), mouse.y + (-gap if is_low else gap))
+    imgui.set_next_window_pos(at, imgui.Cond_.always, imgui.ImVec2(float(is_right), float(is_low)))
 
 
 def label(text: str) -> None:
@@ -72,11 +82,17 @@ def text_field(text: str, value: str, *, hint: str = "", error: str = "") -> Fie
     return FieldInput(new, entered, left)
 
 
-def draw_error(text: str) -> None:
-    """Draw a sentence below the widgets of rows, in a warning colour."""
+def draw_error(text: str, *, lines: int | None = None) -> None:
+    """Draw a sentence below the widgets of rows, in a warning colour.
+
+    lines : 1 to shorten it to one, and show the whole while the mouse rests there
+    """
     imgui.dummy(imgui.ImVec2(0, 0))
     next_column()
-    warning(text)
+    short = shortened(text, imgui.get_content_region_avail().x) if lines == 1 else text
+    warning(short)
+    if short != text:
+        show_tooltip(text)
 
 
 def combo_box(text: str, choices: Sequence[Choice], setting: str | None) -> str | None:
