@@ -19,7 +19,7 @@ from conf.start.devices.microphone_meter import MicrophoneMeter
 from conf.start.devices.speaker_test import SpeakerTest
 from conf.start.recent_calls import RecentCall, add_recent_call, load_recent_calls, save_recent_calls
 from conf.start.state import CallTarget, StartState
-from conf.transport.local_addresses import find_local_addresses
+from conf.transport.local_addresses import find_local_addresses, is_port_free
 
 DEFAULT_CAMERA = "0"
 KEPT_ASIDE = "the former settings file could not be read; it is kept as {}"
@@ -178,7 +178,7 @@ class StartController:
     def wait_for_call(self) -> None:
         """Wait for a call with a new code, unless the port has an error."""
         self.enter_name()
-        self.state = self.state.wait(generate_code(self._random))
+        self.state = self.state.wait(generate_code(self._random), is_port_free)
         self._start()
 
     def hang_up(self) -> None:

@@ -1,5 +1,6 @@
 """What the start window shows, without a window: the page, what was typed and what is wrong with it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -11,6 +12,7 @@ Page = Literal["home", "waiting", "calling"]
 NO_ADDRESS = "type the address that the other one's window shows"
 NO_CODE = "type the code that the other one's window shows"
 NO_PORT = "a port is a number from 1 to 65535"
+USED_PORT = "another program uses port {port}: choose another"
 
 
 @dataclass(frozen=True)
@@ -82,11 +84,16 @@ class StartState:
             return state
         return replace(state, page="calling", target=CallTarget(host, port, code), connected=False)
 
-    def wait(self, code: str, /) -> "StartState":
-        """Return the state that waits for a call with a new code, or with the error of the port."""
+    def wait(self, code: str, is_free: Callable[[int], bool], /) -> "StartState":
+        """Return the state that waits for a call with a new code, or with the error of the port.
+
+        is_free : whether a port can be used
+        """
         text = self.port.strip()
         if not (text.isdecimal() and 1 <= int(text) <= 65535):
             return replace(self, port_error=NO_PORT, notice="")
+        if not is_free(int(text)):
+            return replace(self, port_error=USED_PORT.format(port=int(text)), notice="")
         target = CallTarget(None, int(text), code)
         return replace(self, page="waiting", port_error="", notice="", target=target, connected=False)
 

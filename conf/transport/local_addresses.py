@@ -1,8 +1,11 @@
-"""The addresses of this machine that others can call."""
+"""Addresses and ports of this machine at which others can call it."""
 
 import ipaddress
 import socket
 from collections.abc import Iterable
+
+from conf.errors import NetworkError
+from conf.transport.udp import UdpSocket
 
 # Reserved for documentation (RFC 5737, RFC 3849): nobody's. A datagram socket that is connected there sends nothing,
 # but the system chooses the local address of the default route.
@@ -13,6 +16,15 @@ _PORT = 9
 def find_local_addresses() -> tuple[str, ...]:
     """Return the addresses of this machine in its networks, that of the default route first; none without a network."""
     return usable_addresses([*_of_default_route(), *_of_host_name()])
+
+
+def is_port_free(port: int, /) -> bool:
+    """Return whether no other program listens on a UDP port of this machine."""
+    try:
+        with UdpSocket.bind("", port):
+            return True
+    except NetworkError:
+        return False
 
 
 def usable_addresses(addresses: Iterable[str], /) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from tests.support.imgui_stage import stage
 
 __all__ = ["stage"]
 
+USED_PORT = 5999
 DEVICES = DeviceLists(
     (CameraDevice(0, "Integrated"), CameraDevice(2, "USB")), (SoundDevice(0, "Headset"),), (SoundDevice(0, "HDMI"),)
 )
@@ -118,6 +119,7 @@ def devices(monkeypatch: pytest.MonkeyPatch) -> dict[str, list[str | None]]:
         monkeypatch.setattr(controller_module, name, type(name, (FakeDevice,), {"opened": opened[name]}))
     monkeypatch.setattr(controller_module, "find_devices", lambda: DEVICES)
     monkeypatch.setattr(controller_module, "find_local_addresses", lambda: ("192.0.2.2", "2001:db8::2"))
+    monkeypatch.setattr(controller_module, "is_port_free", lambda port: port != USED_PORT)
     return opened
 
 

@@ -10,7 +10,7 @@ from conf.settings import Settings, load_settings
 from conf.start.controller import STILL_BUSY
 from conf.start.recent_calls import load_recent_calls
 from conf.start.state import CallTarget, StartState
-from tests.start.conftest import DEVICES, Stand
+from tests.start.conftest import DEVICES, USED_PORT, Stand
 
 CODE = "acorn-tulip-river-42"
 Opened = dict[str, list[str | None]]
@@ -95,8 +95,10 @@ def test_a_call_is_made_with_all_devices_released(stand: Stand, devices: Opened)
 
 def test_a_field_with_an_error_starts_no_call(stand: Stand) -> None:
     stand.controller.call()
-    stand.controller.state = stand.controller.state.with_field("port", "x")
-    stand.controller.wait_for_call()
+    for port in ("x", str(USED_PORT)):
+        stand.controller.state = stand.controller.state.with_field("port", port)
+        stand.controller.wait_for_call()
+        assert stand.controller.state.port_error
     assert not stand.calls and stand.controller.state.page == "home" and stand.controller.camera is not None
 
 

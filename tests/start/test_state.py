@@ -9,6 +9,12 @@ from hypothesis import strategies as st
 from conf.start.state import NO_ADDRESS, NO_CODE, NO_PORT, CallTarget, StartState
 
 CODE = "acorn-tulip-river-42"
+
+
+def is_free(port: int) -> bool:
+    return port != 5999
+
+
 TYPED = StartState(address=" 10.0.0.7 ", code="Acorn Tulip, river 42", notice="nobody answered")
 
 
@@ -44,7 +50,7 @@ def test_whatever_is_typed_gives_a_call_or_an_error(address: str, code: str) -> 
 
 
 def test_waiting_shows_a_code_until_the_call_has_ended() -> None:
-    state = TYPED.wait(CODE)
+    state = TYPED.wait(CODE, is_free)
     assert (state.page, state.target, state.notice) == ("waiting", CallTarget(None, 5005, CODE), "")
     ended = state.connect().end_call("")
     assert (ended.page, ended.target, ended.connected) == ("home", None, False)
@@ -53,9 +59,10 @@ def test_waiting_shows_a_code_until_the_call_has_ended() -> None:
 
 @pytest.mark.parametrize("port", ["", "0", "65536", "50x", "-1", "\N{SUPERSCRIPT TWO}"])
 def test_a_port_is_a_number(port: str) -> None:
-    state = StartState(port=port).wait(CODE)
+    state = StartState(port=port).wait(CODE, is_free)
     assert (state.page, state.port_error) == ("home", NO_PORT)
-    assert StartState(port=" 6001 ").wait(CODE).target == CallTarget(None, 6001, CODE)
+    assert StartState(port="5999").wait(CODE, is_free).port_error == "another program uses port 5999: choose another"
+    assert StartState(port=" 6001 ").wait(CODE, is_free).target == CallTarget(None, 6001, CODE)
 
 
 def test_a_code_is_kept_until_it_was_of_use() -> None:
@@ -81,5 +88,10 @@ def test_a_name_is_checked_when_it_is_entered() -> None:
 
 def test_errors_and_notice_can_be_cleared() -> None:
     assert not StartState(address="h").complains
-    for state in StartState().call(), StartState(port="x").wait(CODE), StartState(name="a\nb").enter_name(), TYPED:
+    for state in (
+        StartState().call(),
+        StartState(port="x").wait(CODE, is_free),
+        StartState(name="a\nb").enter_name(),
+        TYPED,
+    ):
         assert state.complains and not state.without_complaints().complains

@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from conf.transport.local_addresses import find_local_addresses, usable_addresses
+from conf.transport.local_addresses import find_local_addresses, is_port_free, usable_addresses
+from conf.transport.udp import UdpSocket
 
 
 def test_addresses_that_no_other_machine_can_use_are_left_out() -> None:
@@ -34,3 +35,9 @@ def test_the_address_of_the_default_route_comes_first(monkeypatch: pytest.Monkey
     other = (socket.AF_INET, socket.SOCK_DGRAM, 0, "", ("10.0.0.9", 0))
     monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: [other])
     assert find_local_addresses() == ("10.0.0.2", "10.0.0.9")
+
+
+def test_a_port_that_another_socket_has_is_not_free() -> None:
+    with UdpSocket.bind("", 0) as taken:
+        assert not is_port_free(taken.address[1])
+    assert is_port_free(0)

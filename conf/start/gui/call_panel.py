@@ -44,7 +44,7 @@ def _draw_recent_calls(controller: StartController, now: datetime) -> None:
         hint(NO_CALLS)
         return
     below = imgui.get_frame_height_with_spacing()
-    if imgui.begin_child("recent calls", imgui.ImVec2(0, -below)):
+    if imgui.begin_child("recent calls", imgui.ImVec2(0, -below), imgui.ChildFlags_.nav_flattened):
         for number, call in enumerate(controller.recent):
             text = f"{call.name}  {call.address}" if call.name and call.address else call.name or call.address
             tooltip = "recent call" if call.address else "received call"

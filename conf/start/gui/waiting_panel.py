@@ -38,7 +38,7 @@ class WaitingPanel:
             return None
         width = min(imgui.get_content_region_avail().x, WIDTH_EMS * imgui.get_font_size())
         imgui.set_cursor_pos_x((imgui.get_window_width() - width) / 2)
-        imgui.begin_child("waiting", imgui.ImVec2(width, 0))
+        imgui.begin_child("waiting", imgui.ImVec2(width, 0), imgui.ChildFlags_.nav_flattened)
         if target.host is None and not state.connected:
             copied = self._draw_code(target, overlay, now) or self._draw_addresses(controller, target, now)
         else:
