@@ -4,10 +4,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from conf.render.window.input_events import Event, KeyPressed, MouseButton, MouseMoved
+from conf.render.window.input_events import Event, KeyPressed, KeyStateChanged, MouseButton, MouseMoved, TextInput
 from conf.render.window.offscreen import OffscreenWindow
 from conf.start.app import StartApp
 from conf.start.gui.waiting_panel import WaitingPanel
+from conf.start.state import CallTarget
 from tests.start.conftest import Stand
 
 
@@ -51,6 +52,45 @@ def test_escape_ends_waiting_and_then_closes_the_window(app: StartApp, window: S
     window.events = [KeyPressed("escape")]
     app.step(0.3)
     assert window.should_close and not window.close_on_escape
+
+
+def press(app: StartApp, window: ScriptedWindow, key: str) -> None:
+    """Press and release a key; ImGui needs some frames for it."""
+    window.events = [KeyStateChanged(key, True)]
+    app.step(0.0)
+    window.events = [KeyStateChanged(key, False)]
+    for _ in range(3):
+        app.step(0.0)
+
+
+def test_all_pages_are_operated_by_keys_alone(app: StartApp, window: ScriptedWindow, stand: Stand) -> None:
+    for _ in range(3):
+        app.step(0.0)
+    for text in ("host", "acorn tulip river 42"):
+        press(app, window, "tab")
+        window.events = [TextInput(text)]
+        app.step(0.0)
+    press(app, window, "tab")
+    press(app, window, "enter")  # Call
+    assert stand.calls[0].target == CallTarget("host", 5005, "acorn-tulip-river-42")
+    press(app, window, "enter")  # Cancel
+    assert stand.calls[0].hung_up == 1
+    stand.calls[0].is_running = False
+    for _ in range(3):
+        app.step(0.0)
+    for _ in range(4):  # from the address to Wait for a call
+        press(app, window, "tab")
+    press(app, window, "enter")
+    assert stand.controller.state.page == "waiting" and stand.controller.state.target is not None
+    press(app, window, "enter")
+    assert window.clipboard == stand.controller.state.target.code
+    press(app, window, "tab")
+    press(app, window, "enter")
+    assert window.clipboard == "192.0.2.2"
+    for _ in range(2):
+        press(app, window, "tab")
+    press(app, window, "enter")
+    assert stand.calls[1].hung_up == 1
 
 
 def test_escape_clears_errors_first(app: StartApp, window: ScriptedWindow, stand: Stand) -> None:

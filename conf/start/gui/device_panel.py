@@ -63,7 +63,8 @@ def _draw_speaker(controller: StartController, devices: DeviceLists) -> None:
         controller.test_speaker()
     imgui.same_line()
     imgui.begin_disabled(controller.devices is None)
-    if button("Search again" if controller.devices is not None else f"{SEARCHING}##Search again"):
+    text = "Search again" if controller.devices is not None else SEARCHING
+    if button(f"{text}###search"):
         controller.find_devices()
     imgui.end_disabled()
 

@@ -21,6 +21,7 @@ def scale_of(size: tuple[int, int], pixel_ratio: float) -> float:
 class Layout:
     """Rectangles in window pixels. page : between header and footer"""
 
+    window: Rect
     header: Rect
     left: Rect
     right: Rect
@@ -34,6 +35,7 @@ class Layout:
         header, footer = round(HEADER_PX * scale), round(FOOTER_PX * scale)
         middle, half = max(1, height - header - footer), width // 2
         return cls(
+            window=Rect(0, 0, width, height),
             header=Rect(0, 0, width, header),
             left=Rect(0, header, half, middle),
             right=Rect(half, header, width - half, middle),

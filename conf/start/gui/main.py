@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import datetime
 
 import moderngl
@@ -9,6 +11,7 @@ from imgui_bundle import imgui, imgui_ctx
 
 from conf.render.gpu_object import GpuObject
 from conf.render.ui.imgui_overlay import ACCENT, MUTED, TITLE_PX, ImGuiOverlay
+from conf.render.ui.rectangle import Rect
 from conf.render.ui.theme import AMBER, column
 from conf.start.controller import StartController
 from conf.start.gui.call_panel import draw_call_panel
@@ -42,21 +45,23 @@ class StartGui(GpuObject):
         """
         scale = self._overlay.scale
         with imgui_ctx.push_style_var(imgui.StyleVar_.frame_padding, imgui.ImVec2(*FRAME_PADDING_PX) * scale):
-            return self._draw_page(controller, layout, now, local_time)
+            # each page has its own name: otherwise ImGui looks for the control that the keyboard had reached before
+            with column(controller.state.page, layout.window, imgui.WindowFlags_.no_scrollbar):
+                return self._draw_page(controller, layout, now, local_time)
 
     def _draw_page(self, controller: StartController, layout: Layout, now: float, local_time: datetime) -> str | None:
         copied = None
-        with column("header", layout.header, imgui.WindowFlags_.no_scrollbar):
+        with part("header", layout.header, imgui.WindowFlags_.no_scrollbar):
             self._draw_header()
         if controller.state.page == "home":
-            with column("call", layout.left):
+            with part("call", layout.left):
                 draw_call_panel(controller, local_time)
-            with column("devices", layout.right):
+            with part("devices", layout.right):
                 draw_device_panel(controller, self._overlay, self._picture)
         else:
-            with column("page", layout.page):
+            with part("page", layout.page):
                 copied = self._waiting.draw(controller, self._overlay, now)
-        with column("footer", layout.footer, imgui.WindowFlags_.no_scrollbar):
+        with part("footer", layout.footer, imgui.WindowFlags_.no_scrollbar):
             _draw_footer(controller)
         return copied
 
@@ -68,6 +73,15 @@ class StartGui(GpuObject):
         imgui.same_line()
         imgui.set_cursor_pos_y(imgui.get_cursor_pos_y() + 0.75 * (height - imgui.get_font_size()))
         imgui.text_colored(imgui.ImVec4(*MUTED), SUBTITLE)
+
+
+@contextmanager
+def part(name: str, rect: Rect, flags: int = 0) -> Iterator[None]:
+    """Open a part of the window. The Tab key goes through all parts, in the order in which they are drawn."""
+    imgui.set_cursor_screen_pos(imgui.ImVec2(rect.x, rect.y))
+    child_flags = imgui.ChildFlags_.nav_flattened | imgui.ChildFlags_.always_use_window_padding
+    with imgui_ctx.begin_child(name, imgui.ImVec2(rect.width, rect.height), child_flags, flags):
+        yield
 
 
 def _draw_footer(controller: StartController) -> None:

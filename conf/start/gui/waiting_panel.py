@@ -63,7 +63,8 @@ class WaitingPanel:
         imgui.push_font(overlay.bold, min(1.0, fitting) * size / imgui.get_style().font_scale_main)
         centred_text(target.code, ACCENT)
         imgui.pop_font()
-        return target.code if button(self._copy_label("Copy the code", target.code, now), -1, is_main=True) else None
+        pressed = button(self._copy_label("Copy the code", target.code, now), -1, is_main=True)
+        return target.code if pressed else None
 
     def _draw_addresses(self, controller: StartController, target: CallTarget, now: float) -> str | None:
         imgui.dummy(imgui.ImVec2(0, imgui.get_font_size()))
@@ -79,13 +80,15 @@ class WaitingPanel:
             imgui.align_text_to_frame_padding()
             imgui.text_colored(imgui.ImVec4(*TEXT), text)
             imgui.same_line(imgui.get_content_region_avail().x - 5 * imgui.get_font_size())
-            if button(self._copy_label("Copy", text, now) + f"##{text}", 5 * imgui.get_font_size()):
+            if button(self._copy_label("Copy", text, now), 5 * imgui.get_font_size()):
                 copied = text
         hint(OUTSIDE.format(port=target.port))
         return copied
 
     def _copy_label(self, text: str, value: str, now: float) -> str:
-        return COPIED if self._copied == value and now < self._copied_at + COPIED_S else text
+        """Return the label of the button that copies a value, whose identity for ImGui stays the same."""
+        is_copied = self._copied == value and now < self._copied_at + COPIED_S
+        return f"{COPIED if is_copied else text}###{value}"
 
 
 def typed_address(address: str, port: int, /) -> str:

@@ -41,7 +41,7 @@ def test_the_test_tone_is_played(
     stage.frame(draw)
     stage.click(*stage.find("Test tone", draw, monkeypatch), draw)
     assert devices["SpeakerTest"] == [None]
-    stage.click(*stage.find("Search again", draw, monkeypatch), draw)
+    stage.click(*stage.find("Search again###search", draw, monkeypatch), draw)
     assert len(stand.controller._searches) == 2
 
 

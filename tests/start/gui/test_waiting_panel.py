@@ -20,12 +20,12 @@ def test_the_code_and_the_addresses_can_be_copied(stage: Stage, stand: Stand, mo
     target = stand.controller.state.target
     assert target is not None
     stage.frame(draw)
-    stage.click(*stage.find("Copy the code", draw, monkeypatch), draw)
-    assert copied == [target.code] and COPIED in stage.widgets(draw, monkeypatch)
-    stage.click(*stage.find("Copy##2001:db8::2", draw, monkeypatch), draw)
-    assert copied[1:] == ["2001:db8::2"] and f"{COPIED}##2001:db8::2" in stage.widgets(draw, monkeypatch)
+    stage.click(*stage.find(f"Copy the code###{target.code}", draw, monkeypatch), draw)
+    assert copied == [target.code] and f"{COPIED}###{target.code}" in stage.widgets(draw, monkeypatch)
+    stage.click(*stage.find("Copy###2001:db8::2", draw, monkeypatch), draw)
+    assert copied[1:] == ["2001:db8::2"] and f"{COPIED}###2001:db8::2" in stage.widgets(draw, monkeypatch)
     now[0] += COPIED_S
-    assert "Copy the code" in stage.widgets(draw, monkeypatch)
+    assert f"Copy the code###{target.code}" in stage.widgets(draw, monkeypatch)
     stage.click(*stage.find("Stop waiting", draw, monkeypatch), draw)
     assert stand.calls[0].hung_up == 1
 
