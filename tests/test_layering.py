@@ -93,6 +93,7 @@ PURE_IMPORTS = {
 PURE_EXCEPTIONS = {
     ("face/deformation/operator_cache.py", "os"),  # writes its cache files atomically
     ("face/deformation/operator_cache.py", "platformdirs"),
+    ("face/fitting/painted_eyes.py", "cv2"),  # decodes the texture
     ("face/formats/trimesh_reader.py", "logging"),  # silences trimesh
     ("face/formats/trimesh_reader.py", "trimesh"),
 }
