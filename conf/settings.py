@@ -16,7 +16,7 @@ from conf.errors import FileFormatError
 
 PATH_VARIABLE = "CONF_SETTINGS"
 VOICE_CHOICES = ("auto", "opus", "codec2", "off")
-MAX_NAME_LETTERS = 40
+MAX_NAME_BYTES = 32  # UTF-8, as in a call
 MAX_FILE_BYTES = 1 << 16
 MAX_KBPS = 1e6
 
@@ -57,8 +57,8 @@ def _line_of_text(value: object) -> str:
 
 def _name(value: object) -> str:
     name = _line_of_text(value)
-    if len(name) > MAX_NAME_LETTERS:
-        raise ValueError(f"expected at most {MAX_NAME_LETTERS} letters, found {len(name)}")
+    if len(name.encode()) > MAX_NAME_BYTES:
+        raise ValueError(f"expected at most {MAX_NAME_BYTES} letters, fewer with accents or of other scripts")
     return name
 
 

@@ -9,11 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from conf.errors import ConfError, FileFormatError
+from conf.protocol.participant import state
 from conf.protocol.rate_control.rate_levels import VoiceMode
 from conf.settings import (
     MAX_FILE_BYTES,
     MAX_KBPS,
-    MAX_NAME_LETTERS,
+    MAX_NAME_BYTES,
     NAMES,
     PATH_VARIABLE,
     VOICE_CHOICES,
@@ -26,10 +27,11 @@ from conf.settings import (
     settings_path,
 )
 
-printable = st.text(st.characters(exclude_categories=("C", "Zl", "Zp", "Zs")), min_size=1, max_size=MAX_NAME_LETTERS)
+printable = st.text(st.characters(exclude_categories=("C", "Zl", "Zp", "Zs")), min_size=1, max_size=MAX_NAME_BYTES)
+names = printable.filter(lambda name: len(name.encode()) <= MAX_NAME_BYTES)
 some_settings = st.builds(
     Settings,
-    name=st.none() | printable,
+    name=st.none() | names,
     camera=st.none() | printable | st.integers(0, 99).map(str),
     microphone=st.none() | printable,
     speaker=st.none() | printable,
@@ -85,7 +87,8 @@ def test_any_text_is_settings_or_one_error(text: str) -> None:
         ("[name]\na = 1", "s.toml, line 1: name: expected a text of one line"),
         ('name = "a\\nb"', "s.toml, line 1: name: expected a text of one line"),
         ('name = " "', "s.toml, line 1: name: expected a text of one line"),
-        (f'name = "{"a" * 41}"', "s.toml, line 1: name: expected at most 40 letters, found 41"),
+        (f'name = "{"a" * 33}"', "s.toml, line 1: name: expected at most 32 letters, fewer with accents"),
+        (f'name = "{"ä" * 17}"', "s.toml, line 1: name: expected at most 32 letters, fewer with accents"),
         ("camera = -1", "s.toml, line 1: camera: expected a text of one line"),
         ("camera = true", "s.toml, line 1: camera: expected a text of one line"),
         ("# portrait = 1\nportrait = 1", "s.toml, line 2: portrait: expected true or false"),
@@ -191,6 +194,11 @@ def test_the_path_is_that_of_the_system_or_of_the_environment(monkeypatch: pytes
     assert settings_path() == tmp_path / "a.toml"
     monkeypatch.delenv(PATH_VARIABLE)
     assert settings_path().parts[-2:] == ("conf", "settings.toml")
+
+
+def test_a_name_is_as_long_as_in_a_call() -> None:
+    assert MAX_NAME_BYTES == state.MAX_NAME_BYTES
+    assert parse_settings(f'name = "{"ä" * 16}"').name == "ä" * 16
 
 
 def test_the_voices_are_those_of_the_protocol() -> None:

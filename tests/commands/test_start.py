@@ -1,18 +1,24 @@
 """What the start window asks of `conf call`, and what it understands of its messages."""
 
+import os
+import subprocess
+import sys
+import threading
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from conf.call.events import describe_event
-from conf.cli import build_parser
+from conf.cli import INTERRUPTED, build_parser
 from conf.commands import start
 from conf.commands.start import call_arguments, connected_with, says_end, start_animator, start_call
 from conf.protocol.session.events import Connected, LossReason, SessionEnded
 from conf.settings import PATH_VARIABLE, Settings
 from conf.start.state import CallTarget
 
+REPOSITORY = Path(__file__).resolve().parents[2]
+LIMIT_S = 60.0
 CODE = "acorn-tulip-river-42"
 SETTINGS = Settings("-Anna", "2", "Headset", "HDMI", True, 9.6, "codec2", Path("/tmp/a.obj"))
 
@@ -69,3 +75,24 @@ def test_the_end_of_a_call_is_read_from_its_message(reason: LossReason, is_end: 
 def test_a_connection_is_read_from_the_message_of_the_call() -> None:
     event = Connected(1, ("10.0.0.7", 5005))
     assert connected_with(describe_event(event, name="", is_calling=True)) == "10.0.0.7"
+
+
+@pytest.mark.slow
+def test_conf_alone_opens_the_window_and_ends_in_order(display: str, tmp_path: Path) -> None:
+    environment = os.environ | {
+        "DISPLAY": display,
+        "XDG_STATE_HOME": str(tmp_path),
+        "PULSE_SERVER": str(tmp_path / "none"),
+        PATH_VARIABLE: str(tmp_path / "settings.toml"),
+    }
+    command = [sys.executable, "-W", "error", "-m", "conf"]
+    process = subprocess.Popen(command, env=environment, cwd=REPOSITORY, stderr=subprocess.PIPE, text=True)
+    watchdog = threading.Timer(LIMIT_S, process.kill)
+    watchdog.start()
+    search = ["xdotool", "search", "--sync", "--onlyvisible", "--name", "^conf$"]
+    subprocess.run(search, env=environment, check=True, capture_output=True, timeout=LIMIT_S)
+    process.terminate()
+    _, errors = process.communicate()
+    watchdog.cancel()
+    assert (process.returncode, errors) == (INTERRUPTED, "")
+    assert not (tmp_path / "settings.toml").exists()

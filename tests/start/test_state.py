@@ -83,7 +83,7 @@ def test_an_address_is_written_as_it_is_typed(host: str | None, port: int, addre
 def test_a_name_is_checked_when_it_is_entered() -> None:
     assert replace(TYPED, name="Anna").enter_name().name_error == ""
     assert replace(TYPED, name="").enter_name().name_error == ""
-    assert replace(TYPED, name="a" * 41).enter_name().name_error == "expected at most 40 letters, found 41"
+    assert replace(TYPED, name="a" * 33).enter_name().name_error.startswith("expected at most 32 letters")
 
 
 def test_errors_and_notice_can_be_cleared() -> None:

@@ -39,6 +39,7 @@ KEY_NAMES = {
 }
 CLOSE_KEYS = {"escape", "q"}
 MIN_SIZE = 64  # pixels a side
+_CLIPBOARD_OWNER: Any = None  # GLFW takes no window for the clipboard any more, but its type stub asks for one
 
 
 def _editing_key_code(name: str) -> int:
@@ -117,12 +118,14 @@ class GlfwWindow(Window):
 
     @property
     def clipboard(self) -> str:
-        text: Any = glfw.get_clipboard_string(self._window)  # bytes, whatever its type stub says; None if it is no text
+        text: Any = glfw.get_clipboard_string(
+            _CLIPBOARD_OWNER
+        )  # bytes, whatever its type stub says; None if it is no text
         return text.decode("utf-8", "replace") if text else ""
 
     @clipboard.setter
     def clipboard(self, value: str) -> None:
-        glfw.set_clipboard_string(self._window, value)
+        glfw.set_clipboard_string(_CLIPBOARD_OWNER, value)
 
     @property
     def visible(self) -> bool:

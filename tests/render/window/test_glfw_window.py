@@ -147,3 +147,24 @@ def test_without_a_display_the_error_says_what_to_do(monkeypatch: pytest.MonkeyP
 def test_a_size_that_is_not_positive_is_refused() -> None:
     with pytest.raises(ValueError, match="width and height must be positive"):
         GlfwWindow(0, 8, "conf")
+
+
+HIDDEN_WINDOW = """
+from conf.render.window.glfw_window import GlfwWindow
+with GlfwWindow(300, 200, "conf hidden", min_size=(280, 190), visible=False) as window:
+    window.clipboard = "höchst"
+    states = [window.visible]
+    for visible in (True, False):
+        window.visible = visible
+        window.poll()
+        states.append(window.visible)
+    print(states, window.clipboard)
+"""
+
+
+@pytest.mark.slow
+def test_a_window_is_hidden_and_shown_and_has_the_clipboard(display: str) -> None:
+    command = [sys.executable, "-W", "error", "-c", HIDDEN_WINDOW]
+    environment = os.environ | {"DISPLAY": display, "PYTHONIOENCODING": "utf-8"}
+    done = subprocess.run(command, cwd=REPOSITORY, env=environment, capture_output=True, text=True, timeout=LIMIT_S)
+    assert done.stdout == "[False, True, False] höchst\n", done.stderr
