@@ -67,6 +67,15 @@ The settings file; by default settings.toml in the user's folder of settings.
 CONF_DEBUG
 If set, an error in conf itself is shown with its traceback.
 """,
+    "files": r"""
+.TP
+settings.toml
+Defaults of options, in the user's folder of settings (~/.config/conf); conf settings prints its path.
+.TP
+recent_calls.json
+The last 20 calls of the start window by name, address and time, never with their codes, in the user's folder of state
+(~/.local/state/conf).
+""",
     "exit status": (
         "0 success, also if Ctrl\\-C ends a call; 1 an error, explained in one line on standard error; 2 wrong usage; "
         "130 anything else that Ctrl\\-C ends."

@@ -13,6 +13,7 @@ from conf.start.gui.tooltips import tooltip_of
 
 LABEL_EMS = 6.2  # width of the labels, in text heights
 TOOLTIP_EMS = 20.0
+TOOLTIP_LINES = 5  # that fit below the mouse
 LEVEL_EMS = 0.45  # height of a level bar
 LOUD = 0.85  # of a level bar: -9 dBFS, close to clipping
 
@@ -51,7 +52,7 @@ def show_tooltip(text: str) -> None:
 def _place_tooltip() -> None:
     """Put the next tooltip beside the mouse, inside of the window. After a key ImGui would leave it elsewhere."""
     mouse, size, gap = imgui.get_mouse_pos(), imgui.get_io().display_size, imgui.get_font_size()
-    is_right, is_low = mouse.x > size.x / 2, mouse.y > size.y / 2
+    is_right, is_low = mouse.x > size.x - (TOOLTIP_EMS + 3) * gap, mouse.y > size.y - TOOLTIP_LINES * 1.3 * gap
     at = imgui.ImVec2(mouse.x + (-gap if is_right else gap), mouse.y + (-gap if is_low else gap))
     imgui.set_next_window_pos(at, imgui.Cond_.always, imgui.ImVec2(float(is_right), float(is_low)))
 
