@@ -74,7 +74,7 @@ def test_both_ends_of_a_call_of_readme_are_held(folder: Path) -> None:
     listen = [*(word.replace("5005", "127.0.0.1:0") for word in listen), *more, "listening.avi", "--seconds", "120"]
     with subprocess.Popen(listen, cwd=folder, stdout=subprocess.PIPE, text=True, env=environment()) as process:
         assert process.stdout
-        found = re.search(r"listening on (\S+) +code +(\S+)", process.stdout.readline())
+        found = re.search(r"listening on (\S+), code (\S+)", process.stdout.readline())
         assert found
         words = [{"HOST": found[1], "CODE": found[2]}.get(word, word) for word in called]
         run([*words, *more, "calling.avi", "--seconds", "3"], folder)

@@ -11,7 +11,6 @@ from conf.sender.capture.frame import Frame
 from conf.sender.tracking.tracker import TrackedFace
 
 HEIGHT = 240  # px: more than the corner of a window shows
-MAX_OBJECTS = 64  # of the portrait that wait to be drawn
 
 
 class SelfView:
@@ -22,10 +21,11 @@ class SelfView:
     sent : the newest motion sent, None while none is; objects : of the portrait, as they were sent
     """
 
-    def __init__(self) -> None:
+    def __init__(self, objects: deque[bytes] | None = None) -> None:
+        """objects : filled by somebody else, who limits their number"""
         self.image: NDArray[np.uint8] | None = None
         self.sent: MotionFrame | None = None
-        self.objects: deque[bytes] = deque(maxlen=MAX_OBJECTS)
+        self.objects: deque[bytes] = deque() if objects is None else objects
 
     def show(self, frame: Frame, _tracked: TrackedFace | None) -> None:
         """Keep a frame. Called by the thread that captures."""

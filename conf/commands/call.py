@@ -6,6 +6,7 @@ import argparse
 import getpass
 import os
 import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, fields
@@ -27,13 +28,21 @@ from conf.commands.support.capture import (
 )
 from conf.commands.support.display import DisplayOptions, check_before_call, open_display
 from conf.commands.support.interruption import until_interrupted
-from conf.commands.support.sound import add_no_sound, add_sound_output
+from conf.commands.support.sound import PlayedSound, add_no_sound, add_sound_output
 from conf.errors import ConfError
 
 if TYPE_CHECKING:
     from conf.call.early_exchange import EarlyExchange
     from conf.call.figures import CallFigures
+    from conf.call.loop import CallLoop
+    from conf.call.self_view import SelfView
+    from conf.call.shared_objects import SharedObjectSender
+    from conf.face.deformation.face_model import FaceModel
     from conf.protocol.call_endpoint import CallEndpoint
+    from conf.receiver.call_display import LoopOptions
+    from conf.render.window import Window
+    from conf.sender.face_capture import FaceCapture
+    from conf.sender.voice.voice_sender import VoiceSender
     from conf.transport.udp import UdpSocket
 
 HELP = "call somebody, or wait to be called: face and voice both ways"
@@ -44,6 +53,7 @@ CODE_HELP = (
 BOTH = "give the HOST to call, or --listen HOST:PORT to be called, not both"
 NEITHER = "give the HOST to call, or --listen HOST:PORT to be called"
 NO_CALL = "there was no call"
+MAX_OBJECTS = 64  # of one's own portrait that wait to be drawn in the corner
 # What a call is announced with before the camera is open.
 CAMERA_SIZE = (640, 480)
 FAPU = (6.4, 4.5, 3.0, 5.0, 1.1)  # cm
@@ -145,27 +155,27 @@ def _code_to_show() -> str:
         raise ConfError(f"CONF_CODE: {error}") from error
 
 
+@dataclass(frozen=True)
+class _End:
+    """One end of a call without its window: what is captured, sent and received."""
+
+    socket: UdpSocket
+    endpoint: CallEndpoint
+    objects: SharedObjectSender
+    self_view: SelfView
+    capture: FaceCapture
+    voice: VoiceSender | None
+
+
 def call(options: CallOptions, *, began: float) -> CallFigures:
     """Hold one call until somebody hangs up, a clip ends, the time is over or the user interrupts.
+
+    Who calls shakes hands while the slow packages are being imported.
 
     began : when the command was started, on the monotonic clock
     Raises NetworkError, CameraError, ModelError, FileFormatError, AudioError, GraphicsError, RecordingError.
     """
-    from conf.call.capture_thread import CaptureThread
-    from conf.call.composer import CallComposer
-    from conf.call.figures import CallTimes, call_figures
-    from conf.call.local_state import LocalState
-    from conf.call.loop import CallLoop, LocalEnd
-    from conf.call.self_view import SelfView
     from conf.call.shared_objects import SharedObjectSender
-    from conf.call.view import Waiting
-    from conf.face.control_points import CONTROL_POINT_COUNT
-    from conf.face.loading import load_face
-    from conf.protocol.address import format_address
-    from conf.protocol.call_endpoint import CallEndpoint
-    from conf.protocol.messages import StreamParameters
-    from conf.receiver.call_display import CallDisplay
-    from conf.sender.face_capture import CaptureMode, FaceCapture
     from conf.transport.udp import UdpSocket
 
     with ExitStack() as stack:
@@ -173,64 +183,100 @@ def call(options: CallOptions, *, began: float) -> CallFigures:
             socket = stack.enter_context(UdpSocket.bind(*options.listen))
         else:
             socket = stack.enter_context(UdpSocket.open_to(*options.remote))
-        self_view = SelfView()
-        objects = SharedObjectSender(on_object=self_view.objects.append)
-        parameters = StreamParameters(*CAMERA_SIZE, FPS, CONTROL_POINT_COUNT, FAPU)
-        endpoint = CallEndpoint(
-            code=options.code,
-            parameters=parameters,
-            now=time.monotonic(),
-            random=os.urandom,
-            remote=socket.remote,
-            rate=rate_options(options.capture, voice=options.capture.voice != "off"),
-            portrait=objects,
-            name=options.name,
-        )
+        made: deque[bytes] = deque(maxlen=MAX_OBJECTS)
+        objects, played = SharedObjectSender(on_object=made.append), PlayedSound()
+        endpoint = _endpoint(options, socket, objects)
         with _connecting(socket, endpoint) as early:
+            from conf.call.self_view import SelfView
+            from conf.face.loading import load_face
+            from conf.sender.face_capture import CaptureMode, FaceCapture
+
+            self_view = SelfView(made)
             source, voice = stack.enter_context(
-                open_source(options.capture, objects, options.on_note, viewer=lambda *_: nullcontext(self_view.show))
+                open_source(
+                    options.capture,
+                    objects,
+                    options.on_note,
+                    viewer=lambda *_: nullcontext(self_view.show),
+                    played=played if options.display.sound and options.display.headless is None else None,
+                )
             )
             endpoint.outbound.parameters = stream_parameters(source)
             model = load_face(options.face)
-            if model.mesh.notes:
-                options.on_note(f"{options.face}: {'; '.join(model.mesh.notes)}")
-        if options.remote is None:
-            waiting = Waiting(format_address(socket.address), options.code)
-        else:
-            waiting = Waiting(format_address(options.remote))
-        window, loop_options = stack.enter_context(open_display(options.display, endpoint.streams))
-        state = LocalState(portrait=options.portrait, has_microphone=voice is not None)
+        if model.mesh.notes:
+            options.on_note(f"{options.face}: {'; '.join(model.mesh.notes)}")
+        window, drawing = stack.enter_context(open_display(options.display, endpoint.streams))
+        played.sound = drawing.sound
         capture = FaceCapture(source, endpoint.outbound.profile.fps, mode=CaptureMode.PREVIEW)
-        thread = CaptureThread(capture)
-        composer = CallComposer(
-            window,
-            model,
-            endpoint,
-            state,
-            self_view,
-            waiting=waiting,
-            has_face=lambda: thread.has_face,
-            draw_clock=loop_options.draw_clock,
-            sound=loop_options.sound,
-            is_interactive=options.display.headless is None,
-        )
-        display = CallDisplay(window, composer, loop_options)
-        stack.callback(display.close)
-        with thread:
-            local = LocalEnd(thread, state, objects, self_view, voice)
-            loop = CallLoop(endpoint, socket, local, display=display, sound=loop_options.sound)
+        end = _End(socket, endpoint, objects, self_view, capture, voice)
+        loop = _hold(options, end, window, model, drawing)
+        return _figures(end, loop, began, None if early is None else early.connected_at)
+
+
+def _endpoint(options: CallOptions, socket: UdpSocket, objects: SharedObjectSender) -> CallEndpoint:
+    from conf.face.control_points import CONTROL_POINT_COUNT
+    from conf.protocol.call_endpoint import CallEndpoint
+    from conf.protocol.messages import StreamParameters
+
+    return CallEndpoint(
+        code=options.code,
+        parameters=StreamParameters(*CAMERA_SIZE, FPS, CONTROL_POINT_COUNT, FAPU),
+        now=time.monotonic(),
+        random=os.urandom,
+        remote=socket.remote,
+        rate=rate_options(options.capture, voice=options.capture.voice != "off"),
+        portrait=objects,
+        name=options.name,
+    )
+
+
+def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, drawing: LoopOptions) -> CallLoop:
+    """Run the loop of a call, to its end, in a window."""
+    from conf.call.capture_thread import CaptureThread
+    from conf.call.composer import CallComposer
+    from conf.call.local_state import LocalState
+    from conf.call.loop import CallLoop, LocalEnd
+    from conf.call.view import Waiting
+    from conf.protocol.address import format_address
+    from conf.receiver.call_display import CallDisplay
+
+    address = format_address(options.remote or end.socket.address)
+    state = LocalState(portrait=options.portrait, has_microphone=end.voice is not None)
+    thread = CaptureThread(end.capture)
+    composer = CallComposer(
+        window,
+        model,
+        end.endpoint,
+        state,
+        end.self_view,
+        waiting=Waiting(address, "" if options.remote else options.code),
+        has_face=lambda: thread.has_face,
+        draw_clock=drawing.draw_clock,
+        sound=drawing.sound,
+        is_interactive=options.display.headless is None,
+    )
+    display = CallDisplay(window, composer, drawing)
+    local = LocalEnd(thread, state, end.objects, end.self_view, end.voice)
+    loop = CallLoop(end.endpoint, end.socket, local, display=display, sound=drawing.sound)
+    try:
+        with thread, until_interrupted() as should_continue:
             if options.remote is None:
-                options.on_ready(f"listening on {waiting.address}, code {options.code}")
-            try:
-                with until_interrupted() as should_continue:
-                    loop.run(seconds=options.seconds, should_continue=should_continue)
-            finally:
-                loop.close(time.monotonic())
-                for text in display.reports:
-                    options.display.on_report(text)
-        early_at = early.connected_at if early else None
-        times = CallTimes(began, loop.connected_at if early_at is None else early_at, loop.drawn_at)
-        return call_figures(endpoint, capture, times, time.monotonic(), name=loop.peer_name)
+                options.on_ready(f"listening on {address}, code {options.code}")
+            loop.run(seconds=options.seconds, should_continue=should_continue)
+    finally:
+        loop.close(time.monotonic())
+        display.close()
+        for text in display.reports:
+            options.display.on_report(text)
+    return loop
+
+
+def _figures(end: _End, loop: CallLoop, began: float, early_at: float | None) -> CallFigures:
+    """Return the figures of a call. early_at : when there was a connection, if that was before the loop began"""
+    from conf.call.figures import CallTimes, call_figures
+
+    times = CallTimes(began, loop.connected_at if early_at is None else early_at, loop.drawn_at)
+    return call_figures(end.endpoint, end.capture, times, time.monotonic(), name=loop.peer_name)
 
 
 @contextmanager

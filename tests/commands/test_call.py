@@ -45,7 +45,7 @@ def test_a_call_that_nobody_answers_is_recorded_and_has_no_figures(
 ) -> None:
     lines: list[str] = []
     figures = call(options(tmp_path, short_clip, on_ready=lines.append), began=0.0)
-    assert len(lines) == 1 and lines[0].startswith("listening on 127.0.0.1:") and lines[0].endswith(f"code  {CODE}")
+    assert len(lines) == 1 and lines[0].startswith("listening on 127.0.0.1:") and lines[0].endswith(f", code {CODE}")
     assert figures.connected_s == 0 and figures.picture_s is None and figures_text(figures) == NO_CALL
     with open_clip(tmp_path / "call.mp4") as written:
         assert written.read() is not None
@@ -129,7 +129,7 @@ def test_two_processes_hold_a_call(gl: None, tmp_path: Path, short_clip: Path, m
 
     with start("--listen", "127.0.0.1:0", "--seconds", "60", name="ann") as ann:
         assert ann.stderr is not None
-        address = ann.stderr.readline().split()[2]
+        address = ann.stderr.readline().split()[2].rstrip(",")
         with start(address, "--seconds", "8", name="bob") as bob:
             output, errors = bob.communicate(timeout=120)
             assert bob.returncode == 0, errors

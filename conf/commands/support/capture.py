@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from conf.commands import Terminal
 from conf.commands.support.arguments import pairing_code, positive_number
-from conf.commands.support.sound import add_sound_input, open_sound
+from conf.commands.support.sound import PlayedSound, add_sound_input, open_sound
 from conf.errors import ConfError
 
 if TYPE_CHECKING:
@@ -129,12 +129,14 @@ def open_source(
     on_note: Callable[[str], None],
     *,
     viewer: Viewer | None = None,
+    played: PlayedSound | None = None,
 ) -> Iterator[tuple[MotionSource, VoiceSender | None]]:
     """Open camera, clip or recording, the tracker, and microphone or sound.
 
     object_sender : for images of the person, None to send none
     on_note : called with what is odd about the camera or clip, or missing, such as a microphone
     viewer : of the camera's images, opened with the source
+    played : what a loudspeaker plays, whose echo is removed from the microphone's sound
     Raises CameraError, ModelError, FileFormatError, AudioError.
     """
     from conf.sender.capture.camera import open_camera
@@ -150,7 +152,7 @@ def open_source(
     with ExitStack() as stack:
         if options.dpc is not None:
             motion = open_motion_file(options.dpc, loop=options.loop)
-            voice = _open_voice(options, None, on_note) if options.sound or options.microphone else None
+            voice = _open_voice(options, None, on_note, played) if options.sound or options.microphone else None
             if voice:
                 stack.callback(voice.close)
             yield motion, voice
@@ -172,7 +174,7 @@ def open_source(
             extractor.set_neutral_now()
         tracker = FaceTracker(models)
         on_frame: OnFrame | None = None
-        voice = _open_voice(options, clip, on_note)
+        voice = _open_voice(options, clip, on_note, played)
         if voice:
             stack.callback(voice.close)
         if viewer is not None:
@@ -180,9 +182,12 @@ def open_source(
         yield TrackedMotionSource(source, tracker, extractor, portrait_scheduler=scheduler, on_frame=on_frame), voice
 
 
-def _open_voice(options: CaptureOptions, clip: Clip | None, on_note: Callable[[str], None]) -> VoiceSender | None:
+def _open_voice(
+    options: CaptureOptions, clip: Clip | None, on_note: Callable[[str], None], played: PlayedSound | None
+) -> VoiceSender | None:
     """Open microphone or file and prepare the voice, None if none is to be sent."""
     from conf.audio.processing import VoiceProcessor
+    from conf.sender.capture.microphone import MicrophoneSource
     from conf.sender.voice.voice_sender import VoiceSender
 
     if options.voice == "off":
@@ -198,7 +203,12 @@ def _open_voice(options: CaptureOptions, clip: Clip | None, on_note: Callable[[s
     )
     if sound is None:
         return None
-    processor = VoiceProcessor()
+    if played is not None and isinstance(sound, MicrophoneSource):
+        microphone = sound
+        played.offset_s = lambda: microphone.offset_s
+        processor = VoiceProcessor(read_played=played.read)
+    else:
+        processor = VoiceProcessor()
     if processor.fault:
         on_note(processor.fault)
     return VoiceSender(sound, processor)

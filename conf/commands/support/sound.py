@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,10 +12,29 @@ from conf.errors import AudioError, CameraError
 from conf.settings import VOICE_CHOICES
 
 if TYPE_CHECKING:
+    from conf.audio.samples import AudioBlock
+    from conf.receiver.voice.call_sound import CallSound
     from conf.sender.capture.clip import Clip
     from conf.sender.capture.sound import SoundSource
 
 VOICE_HELP = "the voice codec (default auto: Opus, and Codec2 where the link is too slow for it)"
+
+
+class PlayedSound:
+    """What the loudspeaker plays, for echo cancellation, which is prepared before the loudspeaker is open.
+
+    sound : what a call is heard through, None as long as that is not open
+    offset_s : returns the clock of the frames minus that of sound devices
+    """
+
+    def __init__(self) -> None:
+        self.sound: CallSound | None = None
+        self.offset_s: Callable[[], float] = lambda: 0.0
+
+    def read(self) -> AudioBlock | None:
+        """Return what has been played since the last call, at its time on the clock of the frames."""
+        block = self.sound.read_played() if self.sound else None
+        return None if block is None else replace(block, timestamp=block.timestamp + self.offset_s())
 
 
 def add_no_sound(parser: argparse.ArgumentParser, help_text: str) -> None:

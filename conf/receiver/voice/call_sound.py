@@ -44,6 +44,10 @@ class CallSound(Protocol):
         """Return the sound up to `now` that was not returned yet; a block's time is when it is heard."""
         ...
 
+    def read_played(self) -> AudioBlock | None:
+        """Return what the loudspeaker has played since the last call, None if it has played nothing."""
+        ...
+
 
 class SoundOutput(Protocol):
     """An open loudspeaker.
@@ -57,6 +61,7 @@ class SoundOutput(Protocol):
     @property
     def latency_s(self) -> float: ...
     def write(self, samples: Samples, /) -> None: ...
+    def read_played(self) -> AudioBlock | None: ...
     def close(self) -> None: ...
 
 
@@ -100,6 +105,10 @@ class LoudspeakerSound:
             blocks.append(tapped.popleft())
         return blocks
 
+    def read_played(self) -> AudioBlock | None:
+        """Return what the loudspeaker has played since the last call: the reference of echo cancellation."""
+        return self._output.read_played()
+
     def fill(self) -> None:
         """Render until enough sound waits for the device. Raises AudioError if the device is gone."""
         if self._has_played and not self._output.queued_s:
@@ -136,6 +145,10 @@ class ClipSound:
 
     def record(self, recording: bool, /) -> None:
         """Do nothing: a clip's sound is always kept."""
+
+    def read_played(self) -> AudioBlock | None:
+        """Return None: nothing is heard."""
+        return None
 
     def recorded(self, now: float, /) -> list[AudioBlock]:
         """Return the sound since the last call, up to `now`."""

@@ -11,6 +11,11 @@ from conf.audio.samples import AudioBlock
 class MicrophoneSource:
     """An open microphone."""
 
+    @property
+    def offset_s(self) -> float:
+        """The clock of the frames minus that of the sound device, as far as known."""
+        return self._offset or 0.0
+
     def __init__(
         self, device: str | None = None, *, live_frames: bool = True, clock: Callable[[], float] = time.monotonic
     ) -> None:

@@ -1,12 +1,13 @@
 """Which sound is captured: the file that was named, the clip's own, a microphone; what is missing is said."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from conf.audio.samples import SAMPLE_RATE
-from conf.commands.support.sound import open_sound
+from conf.audio.samples import SAMPLE_RATE, AudioBlock
+from conf.commands.support.sound import PlayedSound, open_sound
 from conf.errors import AudioError, CameraError
 from conf.sender.capture.clip import open_clip
 from conf.sender.capture.microphone import MicrophoneSource
@@ -56,3 +57,13 @@ def test_without_any_microphone_the_call_goes_on_without_voice(monkeypatch: pyte
     notes: list[str] = []
     assert open_sound(on_note=notes.append) is None
     assert notes == ["no voice is sent: there is no microphone here: plug one in, or go on without sound."]
+
+
+def test_what_is_played_has_the_times_of_the_frames_once_the_loudspeaker_is_open() -> None:
+    played = PlayedSound()
+    assert played.read() is None
+    blocks = [AudioBlock(50_000.0, np.zeros(160, np.int16)), None]
+    played.sound = SimpleNamespace(read_played=lambda: blocks.pop(0))
+    played.offset_s = lambda: -49_990.0
+    block = played.read()
+    assert block is not None and block.timestamp == pytest.approx(10.0) and played.read() is None

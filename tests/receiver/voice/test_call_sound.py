@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from conf.audio.samples import SAMPLE_RATE, Samples
+from conf.audio.samples import SAMPLE_RATE, AudioBlock, Samples
 from conf.errors import AudioError
 from conf.receiver.voice.call_sound import BLOCK, MAX_TARGET_S, TARGET_S, ClipSound, LoudspeakerSound
 from conf.receiver.voice.voice_mixer import VoiceMixer
@@ -35,6 +35,9 @@ class FakeOutput:
     @property
     def queued_s(self) -> float:
         return len(self.queue) / SAMPLE_RATE
+
+    def read_played(self) -> AudioBlock | None:
+        return AudioBlock(7.0, self.queue)
 
     @property
     def latency_s(self) -> float:
@@ -135,3 +138,11 @@ def test_after_a_long_stop_a_clips_sound_goes_on_from_now() -> None:
     sound.recorded(0.0)
     assert sound.recorded(5.0) == []
     assert len(sound.recorded(5.125)[0].samples) == 2000
+
+
+def test_what_was_played_is_the_reference_of_echo_cancellation() -> None:
+    sound = LoudspeakerSound(CountingMixer(), FakeOutput(), clock=lambda: 0.0)
+    sound.fill()
+    played = sound.read_played()
+    assert played is not None and played.timestamp == 7.0 and len(played.samples) == TARGET_S * SAMPLE_RATE
+    assert ClipSound(CountingMixer()).read_played() is None
