@@ -10,8 +10,10 @@ alone.
 STOI (Taal, Hendriks, Heusdens, Jensen 2011) compares what is heard with what the microphone captured, after the
 high-pass filter that the processing of the microphone applies. The GRID clips have rumble within 40 dB of the speech,
 which STOI counts as speech: silence between words costs .07 against the raw sound and nothing against the filtered
-one. Both are printed, the raw one in brackets. The pauses of talk_1 are room noise that loud: there gating costs .27
-even against the filtered sound.
+one. The pauses of talk_1 are room noise that loud: not to send them costs .2 even against the filtered sound, and
+nothing against the filtered sound without its pauses. In brackets: without pauses, and against the raw sound. Before
+the calls of a rate, what its codec reaches alone: the filtered sound, encoded and decoded without processing, gaps and
+network.
 
 --skew adds the lip sync of real calls over loopback (lip_sync.py), with the GRID clips among the clips, without loss
 and at 10 %. It takes 20 s for each clip, rate and loss, and needs a quiet machine.
@@ -25,6 +27,7 @@ import warnings
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import NamedTuple
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
@@ -36,6 +39,8 @@ from pywebrtc_audio import AudioProcessor
 from conf.audio.codecs.registry import create_decoder, create_encoder
 from conf.audio.processing import BLOCK_SAMPLES
 from conf.audio.samples import SAMPLE_RATE, Samples
+from conf.protocol.rate_control.rate_levels import VoiceMode, levels_for
+from conf.protocol.rate_control.send_budget import highest_level
 from conf.protocol.statistics import HEADER_BYTES
 from conf.sender.capture.clip import read_sound
 from tools.bench.lip_sync import measure_skew
@@ -53,6 +58,7 @@ FPS = 30.0
 RTP_BYTES = 12
 SKEW_CALL_S = 10.0  # of each real call: three times a GRID clip
 PIECE_S = 3.0  # of sound with one alignment
+ABOVE_BACKGROUND_DB, BELOW_SPEECH_DB = 6.0, 20.0
 MAX_LAG = int(1.5 * SAMPLE_RATE)
 
 
@@ -61,12 +67,14 @@ class Figures:
     """Of one rate and loss, over all clips.
 
     face_fps : while the face moves: from the median interval of the received frames. One that does not move is not sent
+    stoi, speech_stoi, raw_stoi : see Scores
     delay_ms : from microphone to ear, less the network and the datagram
     """
 
     kbps: float
     worst_kbps: float
     stoi: float
+    speech_stoi: float
     raw_stoi: float
     face_error_percent: float
     face_fps: float
@@ -89,6 +97,8 @@ def main() -> None:
     losses = [Loss(fraction) for fraction in arguments.loss] + [BURST]
     figures = {}
     for rate in arguments.rates:
+        if not arguments.json:
+            print(f"{rate:5g} kbit/s, codec alone: STOI {_codec_alone(rate, subjects):.3f}")
         for loss in losses:
             figures[rate, loss] = _measure(subjects, rate, loss, arguments)
             if not arguments.json:
@@ -123,13 +133,12 @@ def read_subject(path: Path) -> tuple[Track | None, Samples]:
 def _measure(
     subjects: list[tuple[Track | None, Samples]], rate: float, loss: Loss, arguments: argparse.Namespace
 ) -> Figures:
-    calls, scores, raw_scores, delays, packets = [], [], [], [], []
+    calls, scores, delays, packets = [], [], [], []
     for index, (track, sound) in enumerate(subjects):
         made = call(track, sound, seconds=arguments.seconds, kbps=rate, loss=loss, seed=arguments.seed + index, fps=FPS)
-        score, raw_score, delay = compare(sound, made)
+        score, delay = compare(sound, made)
         calls.append(made)
         scores.append(score)
-        raw_scores.append(raw_score)
         delays.append(delay)
         packets.append(_datagram_s(made))
     errors = np.concatenate([made.errors for made in calls])
@@ -137,8 +146,9 @@ def _measure(
     return Figures(
         kbps=float(np.mean([made.kbps for made in calls])),
         worst_kbps=max(made.worst_kbps for made in calls),
-        stoi=float(np.mean(scores)),
-        raw_stoi=float(np.mean(raw_scores)),
+        stoi=float(np.mean([score.filtered for score in scores])),
+        speech_stoi=float(np.mean([score.speech for score in scores])),
+        raw_stoi=float(np.mean([score.raw for score in scores])),
         face_error_percent=float(errors.mean()) if len(errors) else float("nan"),
         face_fps=1 / float(np.median(intervals)) if len(intervals) else 0.0,
         delay_ms=1000 * float(np.median(np.array(delays) - ONE_WAY_S - np.array(packets))),
@@ -146,22 +156,31 @@ def _measure(
     )
 
 
-def compare(sound: Samples, made: VoiceCall) -> tuple[float, float, float]:
-    """Return STOI after the start against the filtered and the raw sound, and the delay from microphone to ear, s.
+class Scores(NamedTuple):
+    """STOI against the filtered sound, against the same without its pauses, and against the raw sound."""
+
+    filtered: float
+    speech: float
+    raw: float
+
+
+def compare(sound: Samples, made: VoiceCall) -> tuple[Scores, float]:
+    """Return STOI after the start, and the delay from microphone to ear, s.
 
     Each PIECE_S has an alignment of its own, as the playout delay may change in between.
     """
     heard = np.concatenate([np.zeros(int(made.heard_at * SAMPLE_RATE), np.int16), *made.heard])
     captured = sound[np.arange(len(heard)) % len(sound)]
     filtered = high_pass(captured)
+    references = filtered, without_pauses(filtered), captured
     size = int(PIECE_S * SAMPLE_RATE)
-    scores, raw_scores, lags = [], [], []
+    scores, lags = [], []
     for begin in range(int(SETTLE_S * SAMPLE_RATE), len(heard) - size - MAX_LAG, size):
-        score, lag = _score(filtered[begin : begin + size], heard[begin : begin + size + MAX_LAG])
-        scores.append(score)
+        lag = align(filtered[begin : begin + size], heard[begin : begin + size + MAX_LAG], max_samples=MAX_LAG)
+        piece = heard[begin + lag : begin + lag + size]
+        scores.append([_stoi(reference[begin : begin + size], piece) for reference in references])
         lags.append(lag)
-        raw_scores.append(_stoi(captured[begin : begin + size], heard[begin + lag : begin + lag + size]))
-    return float(np.mean(scores)), float(np.mean(raw_scores)), float(np.median(lags)) / SAMPLE_RATE
+    return Scores(*np.mean(scores, axis=0)), float(np.median(lags)) / SAMPLE_RATE
 
 
 def _score(captured: Samples, heard: Samples) -> tuple[float, int]:
@@ -183,6 +202,32 @@ def high_pass(sound: Samples) -> Samples:
     blocks = sound[: len(sound) // BLOCK_SAMPLES * BLOCK_SAMPLES].reshape(-1, BLOCK_SAMPLES)
     filtered = np.concatenate([processor.process(block) for block in blocks])
     return np.concatenate([filtered, sound[len(filtered) :]])
+
+
+def without_pauses(sound: Samples) -> Samples:
+    """Return the sound with silence where nobody speaks: within 6 dB of the background for a fifth of a second."""
+    blocks = sound[: len(sound) // BLOCK_SAMPLES * BLOCK_SAMPLES].reshape(-1, BLOCK_SAMPLES)
+    power = np.convolve((blocks.astype(float) ** 2).mean(axis=1), np.ones(5) / 5, mode="same")
+    levels = 10 * np.log10(power + 1)
+    threshold = min(np.percentile(levels, 5) + ABOVE_BACKGROUND_DB, np.percentile(levels, 95) - BELOW_SPEECH_DB)
+    speaks = np.convolve(levels > threshold, np.ones(21), mode="same") > 0
+    return np.concatenate([(blocks * speaks[:, None]).ravel().astype(np.int16), sound[blocks.size :]])
+
+
+def _codec_alone(rate: float, subjects: list[tuple[Track | None, Samples]]) -> float:
+    """Return the STOI that the codec of a rate's level reaches outside a call."""
+    levels = levels_for(VoiceMode.AUTOMATIC)
+    voice = levels[highest_level(levels, rate)].voice
+    assert voice is not None
+    scores = []
+    for _, sound in subjects:
+        filtered = high_pass(sound)
+        encoder = create_encoder(voice.codec, voice.bit_rate, voice.frame_ms)
+        decoder = create_decoder(voice.codec, voice.bit_rate, voice.frame_ms)
+        frames = filtered[: len(filtered) // encoder.frame_samples * encoder.frame_samples]
+        heard = [decoder.decode(encoder.encode(frame)) for frame in frames.reshape(-1, encoder.frame_samples)]
+        scores.append(_score(frames, np.concatenate([*heard, np.zeros(MAX_LAG, np.int16)]))[0])
+    return float(np.mean(scores))
 
 
 def _datagram_s(made: VoiceCall) -> float:
@@ -214,6 +259,7 @@ def _summary(figures: dict[tuple[float, Loss], Figures], rate: float) -> dict[st
         "kbps": clean.kbps,
         "stoi": clean.stoi,
         "stoi_loss10": lossy.stoi if lossy else None,
+        "speech_stoi": clean.speech_stoi,
         "raw_stoi": clean.raw_stoi,
         "face_error_percent": clean.face_error_percent,
         "delay_ms": clean.delay_ms,
@@ -226,7 +272,7 @@ def _print(rate: float, loss: Loss, found: Figures) -> None:
     lost = f"{loss.fraction:.0%}" + (f" in bursts of {loss.burst}" if loss.burst > 1 else "")
     print(
         f"{rate:5g} kbit/s, loss {lost:18} {found.kbps:6.2f} kbit/s (worst {found.worst_kbps:5.2f}), "
-        f"STOI {found.stoi:.3f} ({found.raw_stoi:.3f}), "
+        f"STOI {found.stoi:.3f} ({found.speech_stoi:.3f}, {found.raw_stoi:.3f}), "
         f"face {found.face_error_percent:.2f} % at {found.face_fps:.1f} fps, delay {found.delay_ms:4.0f} ms, "
         f"CPU {found.cpu_ms_per_s:.0f} ms/s",
         flush=True,

@@ -46,7 +46,7 @@ def main() -> None:
     panels = [panel(captured, f"captured, after the high-pass filter; {SHOWN_S:g} s, 0 to 8 kHz")]
     for rate in RATES:
         made = call(track, sound, seconds=CALL_S, kbps=rate, loss=Loss(), seed=1, fps=FPS)
-        score, _, _ = compare(sound, made)
+        (score, _, _), _ = compare(sound, made)
         heard = np.concatenate([np.zeros(round(made.heard_at * SAMPLE_RATE), np.int16), *made.heard])[begin:]
         lag = align(captured.astype(float), heard[: size + MAX_LAG].astype(float), max_samples=MAX_LAG)
         heard = heard[lag : lag + size]
