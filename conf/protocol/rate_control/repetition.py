@@ -1,8 +1,8 @@
 """How voice packets are repeated, from the losses that reports tell. Time is an argument.
 
 Strategy. A loss of a few per cent takes half a minute to be certain, and a call cannot wait for that. So what reports
-tell is joined with a prior, some datagrams of which hardly any were lost: the first packet that a call loses begins the
-repetition, later two within the window. It ends when the window shows clearly less loss than begins it. The next stage
+tell is joined with a prior, some datagrams of which hardly any were lost: one lost packet of the first ten begins the
+repetition, later a few in the window. It ends when the window shows clearly less loss than begins it. The next stage
 makes the voice wait for longer, and each change of that stretches speech: it needs more and older evidence.
 """
 
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from conf.protocol.feedback import Report
 from conf.protocol.rate_control.congestion import MIN_EXPECTED, LossEstimator
 
-PRIOR_LOST, PRIOR_EXPECTED = 0.2, 10.0  # datagrams
+PRIOR_LOST, PRIOR_EXPECTED = 0.3, 8.0  # datagrams
 END_FRACTION = 0.6  # of the loss that begins a stage
 LONG_WINDOW_S, MIN_LONG = 20.0, 40  # seconds and datagrams on which all stages but the first are decided
 
@@ -22,9 +22,8 @@ class Repetition:
     stage : how many of the thresholds the loss has passed: 0 for no repetition
     """
 
-    def __init__(self, stage: int = 0) -> None:
-        """stage : until reports tell more"""
-        self.stage = stage
+    def __init__(self) -> None:
+        self.stage = 0
         self._recent, self._long = LossEstimator(), LossEstimator(LONG_WINDOW_S)
 
     def on_report(self, report: Report, thresholds: Sequence[float], now: float) -> None:

@@ -91,7 +91,7 @@ class SendBudget:
         self._fixed_level = None if is_same or rate.profile == AUTOMATIC else RateLevel(rate.profile, 0.0)
         max_loss = MAX_VOICE_LOSS if has_voice else MAX_LOSS
         self._congestion = CongestionControl(now, top=top, start=top, levels=levels, max_loss=max_loss)
-        self._repetition = Repetition(int(self._congestion.level.lossy_first))
+        self._repetition = Repetition()
         self._limiter = RateLimiter(rate.kbps) if rate.kbps else None
         self._breaker = CircuitBreaker(now)
         self._delivery = DeliveryRate()
