@@ -248,14 +248,14 @@ def measure_voice(pair: tuple[Path, Path], rate: float, loss: float, seconds: fl
     directions = []
     for person, sent, path in zip((a, b), network.sent, pair, strict=True):
         person.result.sent = sent
-        score, _, delay = compare(person.sound, person.result)
+        scores, delay = compare(person.sound, person.result)
         errors = person.result.errors
         directions.append(
             Direction(
                 path.stem,
                 person.result.kbps,
                 person.result.worst_kbps,
-                score,
+                scores.filtered,
                 float(np.mean(errors)) if errors else float("nan"),
                 1000 * delay,
             )

@@ -29,6 +29,7 @@ from conf.sender.frame_pacer import FramePacer
 from conf.sender.voice.voice_sender import VoiceSender
 from tools.bench.tracks import Track
 
+Sound = Samples | NDArray[np.floating]
 CODE = "amber-canoe-tiger-7"
 SENDER, RECEIVER = ("sender", 1), ("receiver", 2)
 ONE_WAY_S = 0.04
@@ -226,7 +227,7 @@ def watch(streams: dict[int, ReceiveLeg], track: Track, fps: float, result: Voic
         stream.motion.buffer.add = compare  # type: ignore[method-assign]
 
 
-def align(captured: NDArray[np.floating], heard: NDArray[np.floating], *, max_samples: int) -> int:
+def align(captured: Sound, heard: Sound, *, max_samples: int) -> int:
     """Return by how many samples `heard` is later than `captured`, to 2 ms.
 
     Found as the maximum of the cross-correlation of the envelopes in third-octave bands, the measure of STOI: a vocoder
@@ -239,7 +240,7 @@ def align(captured: NDArray[np.floating], heard: NDArray[np.floating], *, max_sa
     return int(np.argmax(correlation[: max_samples // HOP + 1])) * HOP
 
 
-def _envelopes(sound: NDArray[np.floating]) -> NDArray[np.float64]:
+def _envelopes(sound: Sound) -> NDArray[np.float64]:
     """Return (n, len(BAND_EDGES) - 1) amplitudes every HOP samples, each band without its mean and of unit norm."""
     frames = np.lib.stride_tricks.sliding_window_view(sound, FRAME)[::HOP] * np.hanning(FRAME)
     power = np.abs(np.fft.rfft(frames, axis=1)) ** 2
