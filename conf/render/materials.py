@@ -34,7 +34,8 @@ HAIR = Material("hair", blended=True)
 
 TRANSLUCENT = "translucent"  # group of the parts that are transparent by their alpha, whatever their name
 
-# The groups of the default head. Any other group, and a mesh without groups, is skin.
+# The groups of the default head, and "inner_lips", the side of other heads' lips that faces into the mouth. Any other
+# group, and a mesh without groups, is skin.
 MATERIALS = {
     "eye_l": EYE,
     "eye_r": EYE,
@@ -42,6 +43,7 @@ MATERIALS = {
     "teeth_lower": MOUTH,
     "tongue": MOUTH,
     "mouth": MOUTH,
+    "inner_lips": MOUTH,
     "shirt": CLOTH,
     "hair": HAIR,
     "brows": HAIR,

@@ -107,7 +107,7 @@ def _complete(mesh: Mesh, points: NDArray[np.float64]) -> tuple[Mesh, NDArray[np
         mesh = add_mouth_cavity(mesh, points)
         is_added = "mouth" in mesh.groups
         remarks.append("no inside of the mouth: " + ("put in" if is_added else "an open mouth may show a hole"))
-    mesh = sharpen_lip_rim(mesh)
+    mesh = sharpen_lip_rim(mesh, points)
     mesh, remark = complete_teeth(mesh, points, outwards=faces_viewer(points[:, :2], mesh.vertices, mesh.triangles))
     return mesh, points, detected, remarks if remark is None else [*remarks, remark]
 

@@ -2,8 +2,7 @@
 
 Strategy. Modellers keep what moves by itself in components of their own. An eyeball is the component around a pupil
 that fits a sphere; teeth and tongue are the small components behind the lips. The inside of the mouth is usually
-connected with the skin: it is what can be reached from behind the lips without coming near the line between them, and
-the side of the lips that faces away from the viewer.
+connected with the skin: it is what can be reached from behind the lips without coming near the line between them.
 """
 
 from dataclasses import dataclass
@@ -21,9 +20,8 @@ from conf.face.control_points import (
 from conf.face.deformation.rig_builder import EYES
 from conf.face.fitting.eye_detection import Components, find_eyeball
 from conf.face.mesh.mesh import Mesh
-from conf.face.mesh.raycast import cast_front_rays, faces_viewer
+from conf.face.mesh.raycast import cast_front_rays
 from conf.face.mesh.surface_graph import SurfaceGraph, component_labels, triangle_edges
-from conf.face.mesh.winding import triangle_normals
 
 # Model centimetres, 6.4 between the pupils.
 _MOUTH_SIDE = 2.0  # extent of teeth and tongue beside the corners of the mouth, and relative to the line of the lips
@@ -32,7 +30,7 @@ _MOUTH_ABOVE, _MOUTH_BELOW = 3.2, 3.5  # teeth with roots reach 2.7 above
 _TONGUE_BACK = 1.2  # this far behind its front a tongue has vertices near the middle, an arch of teeth has none
 _TONGUE_WIDTH = 1.5  # a single tooth is narrower
 _GUMS_HEIGHT = 1.4  # above and below the line of the lips: only gums in one piece reach both
-_LIP_DISTANCE = 0.45  # skin nearer to the line between the lips is lip
+LIP_DISTANCE = 0.45  # skin nearer to the line between the lips is lip
 _MIN_COVER = 0.3  # distance to what covers a vertex inside the mouth
 _MOUTH_BOX = (6.0, 6.5, 13.0)  # half extents: skin reached from behind the lips farther away than this is no mouth
 # Where hidden skin is sure to be inside the mouth: fraction of the half width, height above or below the line between
@@ -128,34 +126,16 @@ def _mouth_inside(mesh: Mesh, points: NDArray[np.float64], skin: NDArray[np.bool
     seeds = candidates[:: max(1, len(candidates) // _PROBES)]
     depth = cast_front_rays(mesh.vertices[seeds, :2], mesh.vertices, mesh.triangles).points[:, 2]
     seeds = seeds[depth > mesh.vertices[seeds, 2] + _MIN_COVER]
-    off_lips = skin & (_distance_to_seam(mesh.vertices, points) > _LIP_DISTANCE)
+    off_lips = skin & (distance_to_lips(mesh.vertices, points) > LIP_DISTANCE)
     edges = triangle_edges(mesh.triangles)
     labels = component_labels(edges[off_lips[edges].all(axis=1)], len(off_lips))
     reached = off_lips & np.isin(labels, labels[seeds[off_lips[seeds]]])
     if not reached.any() or (np.abs(offsets[reached]).max(axis=0) > _MOUTH_BOX).any():
         return np.empty(0, np.int64)
-    return _with_inner_lips(mesh, skin & ~off_lips, np.asarray(reached[mesh.triangles].any(axis=1)))
+    return np.flatnonzero(reached[mesh.triangles].any(axis=1))
 
 
-def _with_inner_lips(mesh: Mesh, lips: NDArray[np.bool_], inside: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return the triangles inside the mouth, and those of the lips next to them that face away from the viewer.
-
-    lips : (V,) vertices near the line between the lips; inside : (F,) triangles farther in
-    """
-    faces_away = triangle_normals(mesh.vertices, mesh.triangles)[:, 2] < 0
-    if not faces_viewer(mesh.vertices[lips, :2], mesh.vertices, mesh.triangles):
-        faces_away = ~faces_away
-    while True:
-        touched = np.zeros(len(mesh.vertices), np.bool_)
-        touched[mesh.triangles[inside]] = True
-        added = ~inside & faces_away & (lips | touched)[mesh.triangles].all(axis=1)
-        added &= touched[mesh.triangles].sum(axis=1) >= 2  # share an edge
-        if not added.any():
-            return np.flatnonzero(inside)
-        inside = inside | added
-
-
-def _distance_to_seam(vertices: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
+def distance_to_lips(vertices: NDArray[np.float64], points: NDArray[np.float64], /) -> NDArray[np.float64]:
     """Return the (V,) distance of vertices to the nearer of the inner edges of the lips."""
     nearest = np.full(len(vertices), np.inf)
     for edge in (UPPER_LIP_EDGE, LOWER_LIP_EDGE):

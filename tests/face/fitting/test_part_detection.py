@@ -11,7 +11,6 @@ from conf.face.fitting.part_detection import DetectedParts, detect_parts
 from conf.face.mesh.editing import submesh
 from conf.face.mesh.mesh import Mesh, load_mesh
 from conf.face.mesh.surface_graph import SurfaceGraph
-from conf.face.mesh.winding import triangle_normals
 from tests.support.sheet_face import SheetFace
 
 
@@ -35,14 +34,10 @@ def test_eyes_teeth_and_tongue_match_their_groups(group: str, head: Mesh, detect
     assert detected.parts[group].tolist() == head.groups[group].tolist()
 
 
-def test_the_inside_of_the_mouth_matches_its_group_and_what_of_the_lips_faces_away(
-    head: Mesh, detected: DetectedParts
-) -> None:
+def test_the_inside_of_the_mouth_matches_its_group_without_the_lips(head: Mesh, detected: DetectedParts) -> None:
     inside, expected = set(detected.parts["mouth"].tolist()), set(head.groups["mouth"].tolist())
     assert len(inside & expected) > 0.85 * len(expected)
-    lips = head.triangles[sorted(inside - expected)]
-    assert 0 < len(lips) < 0.03 * len(expected)
-    assert (triangle_normals(head.vertices, lips)[:, 2] < 0).all()
+    assert len(inside - expected) < 0.02 * len(expected)
 
 
 def test_eye_centres_match_the_rig(detected: DetectedParts) -> None:
