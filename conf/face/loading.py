@@ -18,7 +18,7 @@ from conf.face.fitting.custom_face import prepare_face
 from conf.face.formats.ppc import read_ppc
 from conf.face.mesh.mesh import Mesh, load_mesh
 
-_CACHE_VERSION = 17  # raise whenever the way from the files to the operator changes
+_CACHE_VERSION = 19  # raise whenever the way from the files to the operator changes
 
 
 def load_face(path: Path | str | None = None, /, *, kernel: str = "multiquadric") -> FaceModel:

@@ -1,4 +1,4 @@
-"""What eyelids do beyond interpolation: they stop where they meet, and their lashes turn with them.
+"""What eyelids do beyond interpolation: they stop where they meet, the upper in front, and their lashes turn with them.
 
 Strategy. Lashes are surfaces of their own that stand on the edge of a lid. Interpolated like skin they would keep their
 direction in a blink and stand upright on the closed lid. So each lash vertex has a root on a smooth curve through the
@@ -13,19 +13,24 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from conf.face.control_points import CONTROL_POINT_INDEX
+from conf.face.interpolation import smoothstep
 from conf.face.mesh.mesh import Mesh
 from conf.face.mesh.surface_graph import component_labels, triangle_edges
 
 _UPPER, _LOWER = ([CONTROL_POINT_INDEX[f"eyelid_{lid}_{side}"] for side in "lr"] for lid in ("upper", "lower"))
 # Of the neutral gap, by which a closed upper lid covers the lower one: without it a slit stays open between vertices,
 # and a sculpted blink of 1.35 gaps makes the lids of most heads sag.
-_OVERLAP = 0.1
+_OVERLAP = 0.06
 _LID_RADIUS = 1.2  # cm, of a human eye: on the larger eyeballs of most meshes a lid turns less than it should
 _MAX_TURN = 1.6  # times the rotation of the lid around the eye
 # In cm, 6.4 between the pupils.
 _BOX = (0.6, 1.5)  # beyond the corners of an eye, and above and below its lids, within which lashes lie
 _ROOT_DISTANCE = 0.25  # from the line of a lid's edge, within which lashes are attached
 _MIN_LENGTH = 0.15  # from the line of the edge: tear film and waterline do not reach farther
+_COVER = 0.08  # by which the edge of a closed upper lid stands out: lids that meet intersect in a ragged line
+_COVER_REACH = 0.6  # from the line of the edge, over which it begins to stand out
+_COVER_CORNER = 0.3  # by which the line of the upper edge is nearer than that of the lower one; less near the corners
+_COVER_START, _COVER_RANGE = 0.5, 0.3  # of the lid's travel: where its edge begins to stand out, and how fast
 _DEGREE = 3  # of the curve through the roots
 _LINE_SAMPLES = 33
 
@@ -84,6 +89,49 @@ class Lashes:
             vertices[self.vertices[self.lower], 1] += np.float32(overlap)
 
 
+@dataclass(frozen=True)
+class LidCover:
+    """The edge of an upper lid, which closes in front of the lower one.
+
+    vertices : (k,) at the edge
+    distances : (k,) float32, by which each stands out in a closed eye
+    middle : vertex at the lid's control point
+    travel : of the middle until the eye is closed
+    """
+
+    vertices: NDArray[np.int64]
+    distances: NDArray[np.float32]
+    middle: int
+    travel: float
+
+    def apply(
+        self, neutral: NDArray[np.float32], vertices: NDArray[np.float32], centre: NDArray[np.float32], /
+    ) -> None:
+        """Move the edge of a closing lid away from the eye. Arguments are those of `Lashes.apply`."""
+        closed = float(neutral[self.middle, 1] - vertices[self.middle, 1]) / self.travel
+        amount = np.float32(smoothstep(np.array((closed - _COVER_START) / _COVER_RANGE)))
+        if amount > 0:
+            outwards = vertices[self.vertices] - centre
+            outwards /= np.maximum(np.linalg.norm(outwards, axis=1, keepdims=True), np.float32(1e-6))
+            vertices[self.vertices] += outwards * (amount * self.distances)[:, None]
+
+
+def find_lid_cover(
+    mesh: Mesh, points: NDArray[np.float64], skin: NDArray[np.int64], /, *, side: str
+) -> LidCover | None:
+    """Return the edge of the upper lid of one eye; None if it is closed. Arguments are those of `find_lashes`."""
+    lids = _lid_points(points, side)
+    travel = float(lids[1, 1] - lids[2, 1])
+    if travel < _MIN_LENGTH or not len(skin):
+        return None
+    positions = mesh.vertices[skin]
+    upper, lower = (KDTree(_edge_line(*lids[[0, middle, 3]])).query(positions)[0] for middle in (1, 2))
+    weights = smoothstep(1 - upper / _COVER_REACH) * smoothstep((lower - upper) / _COVER_CORNER)
+    edge = np.flatnonzero(weights)
+    middle = int(skin[KDTree(positions).query(lids[1])[1]])
+    return LidCover(skin[edge], (_COVER * weights[edge]).astype(np.float32), middle, travel)
+
+
 def turn_with(
     before: NDArray[np.float32], after: NDArray[np.float32], vectors: NDArray[np.float32], factor: float, /
 ) -> NDArray[np.float32]:
@@ -114,8 +162,7 @@ def find_lashes(
     mesh, points : upright, in model centimetres; points (n, 3)
     centre : (3,) of the eyeball; skin : vertices that are not of eyeballs, teeth or tongue; side : "l" or "r"
     """
-    names = ("eye_outer_corner", "eyelid_upper", "eyelid_lower", "eye_inner_corner")
-    corners = points[[CONTROL_POINT_INDEX[f"{name}_{side}"] for name in names]]
+    corners = _lid_points(points, side)
     low, high = corners[:, :2].min(axis=0) - _BOX, corners[:, :2].max(axis=0) + _BOX
     in_box = (mesh.vertices[:, :2] > low) & (mesh.vertices[:, :2] < high)
     inside = in_box.all(axis=1) & (mesh.vertices[:, 2] > centre[2])
@@ -166,6 +213,12 @@ def curve_weights(positions: NDArray[np.float64], samples: NDArray[np.float64], 
     clipped = np.clip(positions, samples.min(), samples.max())
     at, on = (np.vander(x, degree + 1) for x in (clipped, samples))
     return np.asarray(at @ np.linalg.pinv(on))
+
+
+def _lid_points(points: NDArray[np.float64], side: str) -> NDArray[np.float64]:
+    """Return (4, 3): the outer corner of an eye, its upper and its lower lid, its inner corner."""
+    names = ("eye_outer_corner", "eyelid_upper", "eyelid_lower", "eye_inner_corner")
+    return points[[CONTROL_POINT_INDEX[f"{name}_{side}"] for name in names]]
 
 
 def _edge_line(outer: NDArray[np.float64], lid: NDArray[np.float64], inner: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.eyelid_helpers import EyelidHelpers
-from conf.face.deformation.eyelids import Lashes
+from conf.face.deformation.eyelids import Lashes, LidCover
 
 MAX_GAZE = np.radians(40.0)
 JAW_RANGE = (np.radians(-1.0), np.radians(35.0))  # the teeth meet; the jaw is open as far as it goes
@@ -30,6 +30,7 @@ class Eye:
     lids : vertices of skin that rest on it
     clearance : (lids,) float32, minimum distance of each of them from the centre
     lashes : that stand on the lids, if there are any
+    cover : edge of the upper lid, unless blendshapes close the eye
     """
 
     centre: NDArray[np.float64]
@@ -38,6 +39,7 @@ class Eye:
     lids: NDArray[np.int64]
     clearance: NDArray[np.float32]
     lashes: Lashes | None = None
+    cover: LidCover | None = None
 
     def apply(
         self, neutral: NDArray[np.float32], vertices: NDArray[np.float32], pupil: NDArray[np.floating], /
@@ -57,6 +59,8 @@ class Eye:
         if len(inside):
             stretch = self.clearance[inside] / np.maximum(distance[inside], np.float32(1e-6))
             vertices[self.lids[inside]] = centre + from_centre[inside] * stretch[:, None]
+        if self.cover is not None:
+            self.cover.apply(neutral, vertices, centre)
         if self.lashes is not None:
             self.lashes.apply(neutral, vertices, centre)
 

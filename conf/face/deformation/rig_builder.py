@@ -16,7 +16,7 @@ from scipy.spatial import KDTree
 from conf.errors import FileFormatError
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.blendshapes import Blendshapes
-from conf.face.deformation.eyelids import find_lashes
+from conf.face.deformation.eyelids import find_lashes, find_lid_cover
 from conf.face.deformation.ridge_refinement import jaw_weights
 from conf.face.deformation.rig import Eye, Jaw, Rig
 from conf.face.formats.text import check_file
@@ -78,7 +78,10 @@ def build_rig(
     rigid = mesh.group_vertices(*RIGID_GROUPS)
     skin = np.setdiff1d(np.arange(len(mesh.vertices)), rigid)
     return Rig(
-        eyes=tuple(_build_eye(mesh, points, name, centre, skin) for name, centre in joints.eyes.items()),
+        eyes=tuple(
+            _build_eye(mesh, points, name, centre, skin, is_interpolated=blendshapes is None)
+            for name, centre in joints.eyes.items()
+        ),
         jaw=_build_jaw(joints.hinge, mesh, points, blendshapes) if joints.hinge else None,
         anchors=joints.anchors,
         rigid=rigid,
@@ -86,7 +89,13 @@ def build_rig(
 
 
 def _build_eye(
-    mesh: Mesh, points: NDArray[np.float64], name: str, centre: NDArray[np.float64], skin: NDArray[np.int64]
+    mesh: Mesh,
+    points: NDArray[np.float64],
+    name: str,
+    centre: NDArray[np.float64],
+    skin: NDArray[np.int64],
+    *,
+    is_interpolated: bool,
 ) -> Eye:
     eyeball = mesh.group_vertices(name)
     radius = np.linalg.norm(mesh.vertices[eyeball] - centre, axis=1).max(initial=0.0)
@@ -100,6 +109,7 @@ def _build_eye(
         # Skin that is inside the eyeball in the neutral pose may stay as deep, but not deeper.
         clearance=np.minimum(distance[near], radius + _LID_CLEARANCE_CM).astype(np.float32),
         lashes=find_lashes(mesh, points, centre, skin, side=name[-1]) if len(eyeball) else None,
+        cover=find_lid_cover(mesh, points, skin, side=name[-1]) if len(eyeball) and is_interpolated else None,
     )
 
 

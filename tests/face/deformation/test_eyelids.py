@@ -5,7 +5,7 @@ import pytest
 
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.default_head import DEFAULT_HEAD, default_joints, default_points
-from conf.face.deformation.eyelids import Lashes, curve_weights, find_lashes, stop_at_contact, turn_with
+from conf.face.deformation.eyelids import Lashes, curve_weights, find_lashes, find_lid_cover, stop_at_contact, turn_with
 from conf.face.mesh.editing import submesh
 from conf.face.mesh.mesh import Mesh, load_mesh
 
@@ -30,7 +30,7 @@ def test_an_upper_lid_stops_where_it_barely_covers_the_lower() -> None:
     for lower, upper in ((0.0, -1.4 * gap), (0.0, -3 * gap), (0.2 * gap, -1.2 * gap)):
         offsets[[UPPER, LOWER], 1] = upper, lower
         stopped = stop_at_contact(points, offsets)
-        assert points[UPPER, 1] + stopped[UPPER, 1] - points[LOWER, 1] - stopped[LOWER, 1] == pytest.approx(-0.1 * gap)
+        assert points[UPPER, 1] + stopped[UPPER, 1] - points[LOWER, 1] - stopped[LOWER, 1] == pytest.approx(-0.06 * gap)
         assert np.delete(stopped, UPPER, axis=0).tolist() == np.delete(offsets, UPPER, axis=0).tolist()
     offsets[[UPPER, LOWER], 1] = -gap, 0
     assert stop_at_contact(points, offsets) is offsets
@@ -108,3 +108,32 @@ def test_a_lid_that_overlaps_pushes_the_lashes_of_the_lower_one_down(mesh: Mesh)
         moved[upper, 1] -= np.float32(down)
         lashes.apply(neutral, moved, CENTRE.astype(np.float32))
         assert moved[lower, 1] - neutral[lower, 1] == pytest.approx(expected, abs=1e-4)
+
+
+def test_the_edge_of_a_closed_upper_lid_stands_out(mesh: Mesh) -> None:
+    points, skin = default_points(), mesh.group_vertices("skin")
+    cover = find_lid_cover(mesh, points, skin, side="l")
+    assert cover is not None
+    neutral, centre = mesh.vertices.astype(np.float32), CENTRE.astype(np.float32)
+    assert cover.distances.max() == pytest.approx(0.08, abs=0.02)
+    assert (neutral[cover.vertices, 1] > points[LOWER, 1] + 0.2).all()
+    corners = points[[CONTROL_POINT_INDEX["eye_outer_corner_l"], CONTROL_POINT_INDEX["eye_inner_corner_l"]]]
+    for corner in corners:
+        near = np.linalg.norm(neutral[cover.vertices] - corner, axis=1) < 0.15
+        assert cover.distances[near].max(initial=0.0) < 0.03
+    for closed, amount in ((0.0, 0.0), (0.5, 0.0), (0.65, 0.5), (1.0, 1.0)):
+        moved = neutral.copy()
+        moved[cover.vertices, 1] -= np.float32(closed * cover.travel)
+        before = np.linalg.norm(moved[cover.vertices] - centre, axis=1)
+        rest = moved.copy()
+        cover.apply(neutral, moved, centre)
+        after = np.linalg.norm(moved[cover.vertices] - centre, axis=1)
+        assert after - before == pytest.approx(amount * cover.distances, abs=1e-4)
+        others = np.setdiff1d(np.arange(len(moved)), cover.vertices)
+        assert (moved[others] == rest[others]).all()
+
+
+def test_lids_that_are_closed_have_no_cover(mesh: Mesh) -> None:
+    points = default_points().copy()
+    points[UPPER] = points[LOWER]
+    assert find_lid_cover(mesh, points, mesh.group_vertices("skin"), side="l") is None
