@@ -63,6 +63,7 @@ def press(app: StartApp, window: ScriptedWindow, key: str) -> None:
         app.step(0.0)
 
 
+@pytest.mark.slow
 def test_all_pages_are_operated_by_keys_alone(app: StartApp, window: ScriptedWindow, stand: Stand) -> None:
     for _ in range(3):
         app.step(0.0)

@@ -22,6 +22,9 @@ def test_settings_are_used_where_an_option_is_not_given() -> None:
     assert parse("send h").items() >= sent.items()
     assert parse("receive").items() >= {"face": Path("/tmp/a.obj"), "speaker": "HDMI"}.items()
     assert parse("doctor")["camera"] == "2"
+    both = {"name": "Anna", "speaker": "HDMI", "face": Path("/tmp/a.obj")}
+    assert parse("call h").items() >= (sent | both).items()
+    assert parse("call h --name Bea --file c.mp4").items() >= {"name": "Bea", "microphone": None}.items()
 
 
 def test_without_settings_the_defaults_of_the_options_hold() -> None:

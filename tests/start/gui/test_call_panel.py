@@ -41,6 +41,7 @@ def test_the_buttons_call_and_wait(stage: Stage, stand: Stand, monkeypatch: pyte
     assert stand.controller.state.page == "waiting" and len(stand.calls) == 1
 
 
+@pytest.mark.slow
 def test_a_recent_call_fills_in_its_address(stage: Stage, stand: Stand, monkeypatch: pytest.MonkeyPatch) -> None:
     calls = (RecentCall("10.0.0.7", NOW, "Anna"), RecentCall("", NOW, "Bea"), RecentCall("h:6001", NOW))
     stand.controller.recent = calls
