@@ -1,9 +1,8 @@
 """Remove from the microphone's sound what the loudspeaker plays: find the delay, learn the room, attenuate the rest.
 
-What was played is kept with its times. The filter looks at it through a window that begins a little before the direct
-sound: at no delay while none is known, which is enough up to 0.2 s, and where the delay finder says afterwards. The
-window moves in whole partitions, so that what was learned stays. Without an echo, with headphones for example, the
-filter rests and the sound passes unchanged, 10 ms late; so it does while nobody speaks at the other end.
+What was played is kept with its times. Until an echo is found, with headphones always, the sound passes unchanged, 10 ms
+late; so it does while nobody speaks at the other end. Once its delay is known, the filter looks at what was played
+through a window that begins a little before the direct sound, and learns at once from what was heard lately.
 """
 
 from collections import deque
@@ -26,15 +25,11 @@ _GAP_S = 0.001  # time stamps further apart than this are of another stretch of 
 _MAX_WAIT = 4 * BLOCK  # samples of the microphone that wait for what was played meanwhile
 _STOPPED_S = 0.1  # a loudspeaker this late has stopped
 _FINDER_LAG = 3  # blocks by which the delay finder is late, so that what was played is known
-_RELEARNED = 75  # blocks of the microphone from which a filter learns again: 1.5 s
+_LEARNED = 75  # blocks of the microphone that are kept to learn from: 1.5 s
 _SILENCE_POWER = 1e-7  # of a block that was played, full scale 1: -70 dBFS
 _TAIL = PARTITIONS + 30  # blocks after the last sound for which an echo can be heard
-_SEARCH = 75  # blocks of sound without an echo after which the filter rests until one is found: 1.5 s
 _WORSE = 1.3  # power of the output over that of the input from which the filter makes a block worse
 _WRONG_AFTER = 8  # such blocks in a row after which the filter is wrong
-_MEMORY = 0.98  # of powers, from block to block: 1 s
-_SETTLE = 150  # blocks for which a filter that was reset is not reset again
-_SCALE_AFTER = 15  # blocks of sound after which it is known how loud the echo is
 _MIN_RATIO, _MAX_RATIO = 0.01, 10.0
 
 
@@ -47,15 +42,13 @@ class EchoCanceller:
         self._filter = EchoFilter()
         self._suppressor = EchoSuppressor()
         self._pending = AudioBlock(0.0, np.zeros(0, np.int16))  # of the microphone
-        self._heard: deque[tuple[NDArray[np.float32], int]] = deque(maxlen=_RELEARNED)  # blocks and their positions
+        self._heard: deque[tuple[NDArray[np.float32], int]] = deque(maxlen=_LEARNED)  # blocks and their positions
+        self._next = 0  # position of the block that follows
         self._lag = 0  # samples from the start of the window to the microphone's sound
         self._quiet = _TAIL  # blocks since the loudspeaker's last sound
-        self._searched = 0  # blocks of sound from the loudspeaker before a delay was found
         self._rested = True
-        self._since_reset = 0  # blocks
-        self._recorded_power = self._played_power = 0.0
+        self._power_ratio = 0.0  # of the echo to what was played, roughly
         self._worse = 0  # blocks in a row
-        self._is_scaled = False
 
     @property
     def delay_s(self) -> float | None:
@@ -90,19 +83,17 @@ class EchoCanceller:
         return max(0, count) // BLOCK * BLOCK
 
     def _process_block(self, timestamp: float, samples: Samples) -> Samples:
-        position = self._played.position(timestamp)
+        position = self._follow(self._played.position(timestamp))
         recorded = samples.astype(np.float32) / np.float32(FULL_SCALE)
         self._heard.append((recorded, position))
         self._find_delay()
         played = self._read_played(position)
         is_silent = float(np.square(played[BLOCK:]).mean()) < _SILENCE_POWER
         self._quiet = self._quiet + 1 if is_silent else 0
-        if self._quiet >= _TAIL or (self._finder.delay is None and self._searched >= _SEARCH):
+        if self._quiet >= _TAIL or self._finder.delay is None:
             self._rested = True
             parts = [self._suppressor.bypass(hop) for hop in recorded.reshape(-1, HOP)]
         else:
-            if self._finder.delay is None and not is_silent:
-                self._searched += 1
             if self._rested:
                 count = (PARTITIONS + 1) * BLOCK
                 self._filter.set_history(self._played.read(position - self._lag - count, count))
@@ -110,29 +101,27 @@ class EchoCanceller:
             parts = self._cancel(recorded, played)
         return to_int16(np.concatenate(parts).astype(np.float64) * FULL_SCALE)
 
+    def _follow(self, position: int) -> int:
+        """Return the position of a block, without the jitter of rounding; forget what was heard before a gap."""
+        if abs(position - self._next) <= 1:
+            position = self._next
+        else:
+            self._heard.clear()
+        self._next = position + BLOCK
+        return position
+
     def _cancel(self, recorded: NDArray[np.float32], played: NDArray[np.float32]) -> list[NDArray[np.float32]]:
         """Return the hops without echo."""
         echo = self._filter.process(recorded, played)
         error = recorded - echo
-        self._since_reset += 1
-        self._note_powers(recorded, error, played[BLOCK:])
+        is_worse = np.square(error).sum() > _WORSE * np.square(recorded).sum()
+        self._worse = self._worse + 1 if is_worse else 0
         if self._worse == _WRONG_AFTER:
             self._finder.forget()
-        if self._worse == _WRONG_AFTER or (not self._is_scaled and self._since_reset == _SCALE_AFTER):
             self._reset()
-            self._is_scaled = True
         residual_power = np.float32(0.5) * self._filter.residual_power[::2]  # of half the samples
         hops = zip(error.reshape(-1, HOP), echo.reshape(-1, HOP), strict=True)
         return [self._suppressor.process(*hop, residual_power) for hop in hops]
-
-    def _note_powers(
-        self, recorded: NDArray[np.float32], error: NDArray[np.float32], played: NDArray[np.float32]
-    ) -> None:
-        powers = np.square([recorded, error, played]).sum(axis=1)
-        self._worse = self._worse + 1 if powers[1] > _WORSE * powers[0] else 0
-        if not self._quiet:
-            self._recorded_power = _MEMORY * self._recorded_power + float(powers[0])
-            self._played_power = _MEMORY * self._played_power + float(powers[2])
 
     def _find_delay(self) -> None:
         """Let the finder hear a block that is some blocks old; move the window to a new delay."""
@@ -150,11 +139,11 @@ class EchoCanceller:
     def _learn_again(self) -> None:
         """Learn the room from what was heard lately."""
         heard = [(recorded, self._read_played(position)) for recorded, position in list(self._heard)[:-1]]
-        self._recorded_power, self._played_power = (
+        recorded_power, played_power = (
             float(sum(np.square(block[-BLOCK:]).sum() for block in blocks)) for blocks in zip(*heard, strict=True)
         )
+        self._power_ratio = min(max(2 * recorded_power / (played_power + 1e-9), _MIN_RATIO), _MAX_RATIO)
         self._reset()
-        self._is_scaled = True
         for recorded, played in heard:
             self._filter.process(recorded, played)
 
@@ -165,13 +154,7 @@ class EchoCanceller:
     def _reset(self) -> None:
         self._filter.reset(self._power_ratio)
         self._suppressor.reset()
-        self._since_reset = self._worse = 0
-
-    @property
-    def _power_ratio(self) -> float:
-        """Return the power of the echo over that of what was played, roughly."""
-        ratio = 2 * self._recorded_power / (self._played_power + 1e-9)
-        return min(max(ratio, _MIN_RATIO), _MAX_RATIO)
+        self._worse = 0
 
 
 class _Timeline:

@@ -16,16 +16,17 @@ from conf.audio.samples import SAMPLE_RATE
 MAX_DELAY_S = 0.5  # Bluetooth loudspeakers need 0.2 to 0.3 s
 
 _STEP = SAMPLE_RATE // 4  # samples from window to window
-_NEAR = 2 * _STEP  # samples of a window of the microphone
+_SEARCH_STEP = SAMPLE_RATE // 8  # while no delay is known
+_NEAR = SAMPLE_RATE // 2  # samples of a window of the microphone
 _MAX_LAG = round(MAX_DELAY_S * SAMPLE_RATE)
 _FAR = _NEAR + _MAX_LAG  # samples of a window of the loudspeaker: the microphone's and what was played before
 _SIZE = next_fast_len(_FAR, real=True)
 _BAND_HZ = (200.0, 4000.0)  # where speech is above the noise
 _MEMORY = 0.75  # of the average, from window to window
 _MIN_POWER = 1e-6  # -60 dBFS: quieter windows have nothing to find
-_HIGH = 8.0  # height of a peak over the root mean square of all lags; 8192 lags of noise reach 4.2 on average
+_HIGH = 11.0  # height of a peak over the root mean square of all lags; two voices without an echo reach 10
 _SAME = round(0.002 * SAMPLE_RATE)  # samples; peaks closer than this are one path
-_REPEATS = 2  # windows that must agree before the delay changes
+_REPEATS = 3  # windows that must agree before the delay changes
 # Edges of both windows would match each other at no delay.
 _NEAR_TAPER = tukey(_NEAR, 0.5).astype(np.float32)
 _FAR_TAPER = tukey(_FAR, 0.25).astype(np.float32)
@@ -57,7 +58,7 @@ class DelayFinder:
         self._near = _append(self._near, recorded)
         self._far = _append(self._far, played)
         self._fresh += len(recorded)
-        if self._fresh < _STEP:
+        if self._fresh < (_SEARCH_STEP if self.delay is None else _STEP):
             return False
         self._fresh = 0
         if min(_power(self._near), _power(self._far)) < _MIN_POWER:

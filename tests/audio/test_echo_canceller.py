@@ -65,13 +65,12 @@ def test_a_new_delay_is_found_and_learned() -> None:
 
 @pytest.mark.slow
 def test_without_an_echo_the_voice_passes() -> None:
-    """With headphones: what is played is not heard. After 1.5 s the filter rests."""
+    """With headphones: what is played is not heard."""
     canceller = EchoCanceller()
     sound = to_int16(np.tile(NEAR, 2) + room_noise(2 * len(NEAR)))
     output = run(canceller, sound, PLAYED[: len(sound)])
     assert canceller.delay_s is None
-    assert stoi(sound[:-LATE].astype(float), output[LATE:].astype(float), SAMPLE_RATE) > 0.9
-    np.testing.assert_allclose(output[2 * SAMPLE_RATE :], sound[2 * SAMPLE_RATE - LATE : -LATE], atol=1)
+    np.testing.assert_allclose(output[LATE:], sound[:-LATE], atol=1)
 
 
 def test_without_a_loudspeaker_the_sound_passes_late() -> None:

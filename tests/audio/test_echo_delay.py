@@ -31,7 +31,7 @@ def test_the_delay_of_every_room_is_found_within_a_second(room: str, delay_s: fl
     at, delay = changes[0]
     assert at <= 1.1
     assert delay == pytest.approx(delay_s * SAMPLE_RATE, abs=8)
-    assert finder.confidence > 8
+    assert finder.confidence > 11
 
 
 def test_it_is_found_under_a_near_voice_twice_as_loud() -> None:

@@ -56,7 +56,7 @@ def test_a_near_voice_does_not_disturb_what_was_learned() -> None:
     assert reduction_db(ECHO[last], ECHO[last] - estimate[last]) > 15
 
 
-def test_the_power_of_the_rest_is_expected_within_a_factor_of_four() -> None:
+def test_the_power_of_the_rest_is_not_underestimated() -> None:
     echo_filter = EchoFilter()
     run(echo_filter, ECHO[: 2 * SAMPLE_RATE])
     expected, found = 0.0, 0.0
@@ -66,7 +66,7 @@ def test_the_power_of_the_rest_is_expected_within_a_factor_of_four() -> None:
         rest = block - echo_filter.process(block, played[first - BLOCK : first + BLOCK])
         expected += float(echo_filter.residual_power.sum())
         found += float((np.abs(np.fft.rfft(rest, 2 * BLOCK)) ** 2).sum())
-    assert 0.25 < expected / found < 4
+    assert 1 < expected / found < 100
 
 
 def test_a_reset_forgets_and_a_louder_echo_is_learned_with_a_ratio() -> None:
