@@ -1,8 +1,8 @@
 """Remove from the microphone's sound what the loudspeaker plays: find the delay, learn the room, attenuate the rest.
 
-What was played is kept with its times. Until an echo is found, with headphones always, the sound passes unchanged, 10 ms
-late; so it does while nobody speaks at the other end. Once its delay is known, the filter looks at what was played
-through a window that begins a little before the direct sound, and learns at once from what was heard lately.
+What was played is kept with its times. Until an echo is found, with headphones always, the sound passes unchanged,
+10 ms late; so it does while nobody speaks at the other end. Once its delay is known, the filter looks at what was
+played through a window that begins a little before the direct sound, and learns at once from what was heard lately.
 """
 
 from collections import deque
