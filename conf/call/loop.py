@@ -21,7 +21,7 @@ from conf.sender.voice.voice_sender import VoiceSender
 from conf.transport.exchange import DatagramExchange
 from conf.transport.udp import UdpSocket
 
-POLL_S = 0.01  # the voice must be polled so often, and what was captured must not wait for long
+POLL_S = 0.02  # what was captured waits no longer
 
 
 @dataclass(frozen=True)
@@ -106,14 +106,15 @@ class CallLoop:
         self._voice.poll(self._local.capture.source_time(now), self._endpoint, now)
         self._exchange.send(now)
         self._handle_events(now)
+        due = now + min(POLL_S, self._voice.wait_s(now))
         if self._display is None:
-            return now + POLL_S
+            return due
         note = self._exchange.note or self._local.capture.note or self._voice.note
         self._display.show_faults(note, now, in_call=bool(self._endpoint.callers))
-        due = self._display.step(now, is_flood=is_flood)
+        due = min(due, self._display.step(now, is_flood=is_flood))
         if self.drawn_at is None and self._display.shows_somebody:
             self.drawn_at = now
-        return min(due, now + POLL_S)
+        return due
 
     def close(self, now: float) -> None:
         """End the call and notify the other end, if that is possible."""
@@ -125,7 +126,7 @@ class CallLoop:
         if fault := self._local.capture.pop_fault():
             self._local.state.camera = False
             self._report(fault, now)
-        connected = self._endpoint.status(now).connected
+        connected = bool(self._endpoint.streams)
         if not self._local.state.camera:
             self._local.capture.set_mode(CaptureMode.OFF)
             self._endpoint.send_camera_off(now)
@@ -147,7 +148,7 @@ class CallLoop:
                 self._report(text, now)
             if isinstance(event, SessionEnded) and event.reason is LossReason.HUNG_UP:
                 self._is_hung_up = self._is_calling
-        if self.connected_at is None and self._endpoint.status(now).connected:
+        if self.connected_at is None and self._endpoint.streams:
             self.connected_at = now
             if self._display:
                 self._display.show()

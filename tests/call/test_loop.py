@@ -117,6 +117,7 @@ class FakeVoice:
     """A voice that sends nothing."""
 
     muted = False
+    due_in_s = 0.0
 
     def poll(self, until: float, outlet: object, now: float) -> None: ...
 

@@ -297,6 +297,7 @@ class BrokenMicrophone:
 
     polled: list[float] = field(default_factory=list)
     closed: bool = False
+    due_in_s: float = 0.0
 
     def poll(self, until: float, outlet: object, now: float) -> None:
         self.polled.append(until)

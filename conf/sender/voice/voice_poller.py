@@ -7,27 +7,34 @@ from conf.protocol.voice.formats import VoiceState
 from conf.sender.voice.voice_sender import VoiceOutlet
 
 VOICE_POLL_S = 0.01  # a block of the microphone's processing; the frames that wait go with a complete packet
+IDLE_POLL_S = 0.02  # while no packet can be complete
 
 
 class Voice(Protocol):
-    """A voice sender."""
+    """A voice sender. due_in_s : seconds after which the next packet may be complete, 0 if there is no telling"""
 
+    @property
+    def due_in_s(self) -> float: ...
     def poll(self, until: float, outlet: VoiceOutlet, now: float, /) -> None: ...
     def close(self) -> None: ...
 
 
 class VoicePoller:
-    """Polls the voice at most every VOICE_POLL_S. note : why there is no voice any more, "" while all is well"""
+    """Polls the voice when a packet may be complete, at most every VOICE_POLL_S.
+
+    note : why there is no voice any more, "" while all is well
+    """
 
     def __init__(self, voice: Voice | None) -> None:
         """voice : the person's, None to send none"""
         self.note = ""
         self._voice = voice
         self._polled_at = float("-inf")
+        self._interval_s = VOICE_POLL_S
 
     def wait_s(self, now: float) -> float:
         """Return the seconds until the next poll, infinite without a voice. Waiting longer delays it."""
-        return float("inf") if self._voice is None else max(VOICE_POLL_S - (now - self._polled_at), 0.0)
+        return float("inf") if self._voice is None else max(self._interval_s - (now - self._polled_at), 0.0)
 
     def poll(self, source_time: float | None, outlet: VoiceOutlet, now: float) -> None:
         """Send the voice packets that are complete, if it is time for it.
@@ -48,3 +55,5 @@ class VoicePoller:
             self._voice.close()
             self._voice, self.note = None, str(error)
             outlet.set_voice_state(VoiceState.OFF, now)
+        else:
+            self._interval_s = min(max(self._voice.due_in_s, VOICE_POLL_S), IDLE_POLL_S)

@@ -76,6 +76,13 @@ class VoiceSender:
         while len(self._blocks) * BLOCK_S > MAX_BUFFERED_S:
             self._blocks.popleft()
 
+    @property
+    def due_in_s(self) -> float:
+        """Return the seconds after which the next packet may be complete, 0 if there is no telling."""
+        if self._end is None or self._encoder is None or not self._blocks:
+            return 0.0
+        return max(self._blocks[0].timestamp + self._encoder[0].packet_s - self._end, 0.0)
+
     def close(self) -> None:
         """Release the file or device."""
         self._source.close()

@@ -13,6 +13,7 @@ class FakeVoice:
     def __init__(self) -> None:
         self.polls: list[tuple[float, float]] = []
         self.fails = self.closed = False
+        self.due_in_s = 0.0
 
     def poll(self, until: float, outlet: object, now: float) -> None:
         if self.fails:
@@ -44,6 +45,19 @@ def test_a_loop_waits_no_longer_than_until_the_next_poll(outlet: SimpleNamespace
     poller.poll(5.0, outlet, 5.0)
     assert poller.wait_s(5.0) == pytest.approx(VOICE_POLL_S) and poller.wait_s(5.1) == 0.0
     assert VoicePoller(None).wait_s(5.0) == float("inf")
+
+
+def test_while_no_packet_can_be_complete_it_is_polled_half_as_often_and_then_in_time(outlet: SimpleNamespace) -> None:
+    voice, polls = FakeVoice(), []
+    poller, now = VoicePoller(voice), 0.0
+    while now < 0.6:
+        voice.due_in_s = 0.06 - now % 0.06
+        poller.poll(now, outlet, now)
+        polls.append(now)
+        now += max(poller.wait_s(now), 1e-3)
+    assert 25 <= len(polls) <= 45
+    complete = [0.06 * n for n in range(1, 10)]
+    assert all(min(at - due for at in polls if at >= due - 1e-6) <= VOICE_POLL_S + 1e-6 for due in complete)
 
 
 def test_with_a_frame_it_is_polled_at_once(outlet: SimpleNamespace) -> None:
