@@ -46,16 +46,14 @@ class ControlPointMarkers(GpuObject):
         self._ctx = ctx
         self._nearest: NDArray[np.intp] = np.asarray(KDTree(vertices).query(control_points)[1])
         self._offsets = (control_points - vertices[self._nearest]).astype(np.float32)
-        labels = render_label_atlas(len(control_points))
-        self._labels = ctx.texture((labels.shape[1], labels.shape[0]), 4, np.ascontiguousarray(labels[::-1]).tobytes())
-        self._labels.build_mipmaps()
+        self._labels: moderngl.Texture | None = None  # made when they are first drawn: it takes 80 ms
         self._program = load_program(ctx, "markers", "markers")
         self._program["labels"] = 0
         self._program["depth"] = 1
         self._program["grid"] = GRID
         self._points = ctx.buffer(reserve=len(control_points) * 12)
         self._array = ctx.vertex_array(self._program, [(self._points, "3f4", "in_position")])
-        self._owned = (self._array, self._points, self._labels, self._program)
+        self._owned = (self._array, self._points, self._program)
 
     def positions(self, vertices: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return the (n, 3) control points of the deformed (V, 3) vertices."""
@@ -70,8 +68,17 @@ class ControlPointMarkers(GpuObject):
         """
         self._points.write(np.ascontiguousarray(positions, dtype=np.float32))
         self._ctx.enable_only(moderngl.BLEND | moderngl.PROGRAM_POINT_SIZE)
-        self._labels.use(0)
+        self._label_texture().use(0)
         depth.use(1)
         set_matrix(self._program, "clip", clip)
         self._program["side"] = CELL * MARKER_SCALE * max(1.0, depth.height / REFERENCE_HEIGHT)
         self._array.render(moderngl.POINTS)
+
+    def _label_texture(self) -> moderngl.Texture:
+        if self._labels is None:
+            labels = render_label_atlas(len(self._nearest))
+            size = labels.shape[1], labels.shape[0]
+            self._labels = self._ctx.texture(size, 4, np.ascontiguousarray(labels[::-1]).tobytes())
+            self._labels.build_mipmaps()
+            self._owned = (self._labels, *self._owned)
+        return self._labels
