@@ -26,7 +26,7 @@ NO_ANSWER = (
 ENDED = {
     LossReason.HUNG_UP: "{name} has hung up",
     LossReason.IDLE: "{name} has not been heard for 30 s: the call is over",
-    LossReason.REPLACED: "{name} has called again",
+    LossReason.REPLACED: "",  # after an outage; that there is a connection is said next
     LossReason.CLOSED: "",
     LossReason.EXHAUSTED: "",
 }

@@ -27,7 +27,7 @@ THERE = ("10.0.0.7", 5005)
         (AddressChanged(1, THERE), "", "the other end has moved to 10.0.0.7"),
         (SessionEnded(1, LossReason.HUNG_UP), "Ann", "Ann has hung up"),
         (SessionEnded(1, LossReason.IDLE), "", "the other end has not been heard for 30 s: the call is over"),
-        (SessionEnded(1, LossReason.REPLACED), "Ann", "Ann has called again"),
+        (SessionEnded(1, LossReason.REPLACED), "Ann", ""),
         (SessionEnded(1, LossReason.CLOSED), "Ann", ""),
         (BodyReceived(1, b"", THERE, 0), "Ann", ""),
         (

@@ -47,6 +47,10 @@ class LossEstimator:
                 break
             self._totals.popleft()
 
+    def reset(self) -> None:
+        """Drop all totals: the counters of a new session begin at 0."""
+        self._totals.clear()
+
     def restart(self) -> None:
         """Drop all but the newest totals."""
         while len(self._totals) > 1:

@@ -119,6 +119,7 @@ class SendBudget:
     def restart(self, now: float) -> None:
         """Begin with a new receiver, which counts as a report."""
         self._breaker.on_report(now)
+        self.loss.reset()
         self.chunks.restart()
 
     def on_report(self, report: Report, now: float) -> None:

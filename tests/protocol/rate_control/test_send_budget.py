@@ -79,6 +79,16 @@ def test_a_restart_begins_the_startup_of_the_portrait_again() -> None:
     assert budget.chunks.in_startup
 
 
+def test_the_loss_of_a_new_session_is_measured_anew() -> None:
+    budget = SendBudget(RateOptions(), 0.0)
+    now = report(budget, 200, lost=2)
+    assert budget.loss.fraction > 0.1
+    budget.restart(now)
+    assert budget.loss.expected == 0 and budget.loss.fraction == 0
+    report(budget, 30, begin=now)
+    assert budget.loss.expected > 0 and budget.loss.fraction == 0
+
+
 def test_the_limit_counts_every_datagram() -> None:
     budget, free = SendBudget(RateOptions(kbps=16.0), 0.0), SendBudget(RateOptions(), 0.0)
     assert budget.consume(1250, 0.0) and not budget.consume(1, 0.0)
