@@ -2,7 +2,8 @@
 
     python tools/network/fuzz_wire.py [--datagrams 1000000] [--seed 1] [--json]
 
-The datagrams are sent to both ends of a running call. Damaged message bodies, as a peer with a valid seal could send
+The datagrams are sent to both ends of a running call of two, by somebody without the code; fuzz_peer.py is a peer with
+it. Damaged message bodies, as a peer with a valid seal could send
 them, go to a leg with both halves that sends and plays voice meanwhile: bodies of calls with voice, golden bodies, and
 composites of parts of them. The program ends with an error at the first exception, at an answer larger than the
 datagram it answers, at any change of the call's state, or when memory grows. One datagram in eight is random, the
@@ -20,16 +21,13 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+from conf.protocol.call_endpoint import CallEndpoint
 from conf.protocol.call_leg import CallLeg
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.rate_control.rate_levels import VoiceMode
 from conf.protocol.rate_control.send_budget import RateOptions
 from conf.protocol.receive_leg import ReceiveLeg
-from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.send_leg import SendLeg
-from conf.protocol.sender_connection import SenderConnection
-from conf.protocol.session.client import SenderSession
-from conf.protocol.session.server import SessionServer
 from conf.protocol.voice.formats import VoicePacket
 from tests.support.synthetic_motion import talking
 from tests.support.two_way_call import Losses, TwoWayCall
@@ -51,15 +49,17 @@ def memory_kb() -> int:
 
 
 class LiveCall:
-    """A sender and a receiver without a network.
+    """Two ends of a call without a network; both send and receive.
 
     recent : the last 500 datagrams of the call; valid : the same as a set
     """
 
     def __init__(self, seed: int) -> None:
         rng = random.Random(seed)
-        self.host = ReceiverEndpoint(SessionServer(CODE, rng.randbytes))
-        self.caller = SenderConnection(SenderSession(CODE, RECEIVER, rng.randbytes, 0.0), PARAMETERS, 0.0)
+        self.host = CallEndpoint(code=CODE, parameters=PARAMETERS, now=0.0, random=rng.randbytes, name="Ada")
+        self.caller = CallEndpoint(
+            code=CODE, parameters=PARAMETERS, now=0.0, random=rng.randbytes, remote=RECEIVER, name="Bob"
+        )
         self.recent: list[bytes] = []
         self.valid: set[bytes] = set()
         self.frames: list[MotionFrame] = talking(200)
@@ -70,7 +70,8 @@ class LiveCall:
         for _ in range(frames):
             self.now += 1 / 15
             frame = self.frames[round(self.now * 15) % len(self.frames)]
-            self.caller.send_frame(MotionFrame(self.now, frame.displacements, frame.pose), self.now)
+            for end in (self.host, self.caller):
+                end.send_frame(MotionFrame(self.now, frame.displacements, frame.pose), self.now)
             for data, _ in self.caller.datagrams_to_send(self.now):
                 self.recent.append(data)
                 self.host.receive_datagram(data, SENDER, self.now)
@@ -84,15 +85,18 @@ class LiveCall:
 
     def state(self) -> tuple[object, ...]:
         """Return the state that a datagram without a valid seal must not change."""
-        legs = [
-            (number, leg.traffic.total, leg.motion.frames.count, leg.rejected, leg.motion.presence)
-            for number, leg in self.host.streams.items()
-        ]
-        peers = [
-            (number, peer.address, peer.last_received, peer.opening_key.window.highest, peer.sealing_key.counter)
-            for number, peer in self.host._sessions.sessions.items()
-        ]
-        return (*legs, *peers, self.caller._session.session, self.caller.status(self.now))
+        return tuple(_state(end, self.now) for end in (self.host, self.caller))
+
+
+def _state(end: CallEndpoint, now: float) -> tuple[object, ...]:
+    legs = [
+        (number, leg.traffic.total, leg.motion.frames.count, leg.rejected, leg.motion.presence, leg.name)
+        for number, leg in end.streams.items()
+    ]
+    active = end._call._active
+    assert active
+    counters = active.opening_key.window.highest, active.sealing_key.counter
+    return (*legs, active.number, active.address, active.last_received, *counters, end.status(now))
 
 
 def datagrams(call: LiveCall, count: int, rng: random.Random) -> Iterator[bytes]:
@@ -141,7 +145,7 @@ def fuzz(count: int, seed: int) -> dict[str, Any]:
         "voice_frames": victim.voice_frames,
         "seconds": round(time.perf_counter() - start, 1),
         "memory_growth_kb": growth,
-        "dropped": {str(k): v for k, v in sorted(call.host._sessions.dropped.items())},
+        "dropped": {str(k): v for k, v in sorted(call.host._call.dropped.items())},
         "frames_received_meanwhile": call.host.snapshot(call.now).frames_received,
     }
 
@@ -198,9 +202,9 @@ def _send(call: LiveCall, data: bytes) -> None:
         call.caller.receive_datagram(data, RECEIVER, call.now)
     except Exception as error:
         sys.exit(f"{error!r} after {data.hex()}")
-    answers = call.host._sessions.datagrams_to_send(call.now)
-    if sum(len(answer) for answer, _ in answers) > len(data):
-        sys.exit(f"the answer is larger than the datagram {data.hex()}")
+    for end in (call.host, call.caller):
+        if sum(len(answer) for answer, _ in end._call.datagrams_to_send(call.now)) > len(data):
+            sys.exit(f"the answer is larger than the datagram {data.hex()}")
 
 
 def _hit(victim: Victim, rng: random.Random) -> None:
