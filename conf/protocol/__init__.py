@@ -2,8 +2,9 @@
 
     sender = SenderConnection(SenderSession(code, address, os.urandom, now), parameters, now)
     receiver = ReceiverEndpoint(SessionServer(code, os.urandom))
+    one_end_of_a_call = CallEndpoint(code=code, parameters=parameters, now=now, random=os.urandom, remote=address)
 
-Both accept datagrams with `receive_datagram(data, address, now)`, return them with `datagrams_to_send(now)` and
+All accept datagrams with `receive_datagram(data, address, now)`, return them with `datagrams_to_send(now)` and
 report with `next_event()`. `LoopbackCall` connects two ends in memory. WIRE.md describes every byte. The names below
 are the public ones; they are imported when they are first used.
 """

@@ -40,9 +40,10 @@ class CallEndpoint(SenderConnection):
         code : as normalise_code returns it; random : n -> n random bytes; name : of this participant
         """
         self._call = CallSession(code, random, now, remote=remote)
-        super().__init__(self._call, parameters, now, rate=rate, portrait=portrait, name=name, two_way=True)
+        super().__init__(self._call, parameters, now, rate=rate, portrait=portrait, name=name)
         self.streams: dict[int, ReceiveLeg] = {}
         self._log = CallLog()
+        self._calls = 0
         self._ended_rejected = 0
 
     @property
@@ -87,8 +88,6 @@ class CallEndpoint(SenderConnection):
         super()._apply(event, now)
         match event:
             case Connected(session=session, address=address):
-                assert self.stream
-                self.streams[session] = self.stream
                 self._log.on_connected(session, address, now)
             case AddressChanged(session=session, address=address):
                 self._log.on_address_changed(session, address)
@@ -97,3 +96,8 @@ class CallEndpoint(SenderConnection):
                 was_there = leg.last_received if reason is LossReason.IDLE else now
                 self._log.on_ended(session, leg.snapshot(now), now if was_there is None else was_there)
                 self._ended_rejected += leg.rejected
+
+    def _new_stream(self, session: int) -> ReceiveLeg:
+        self._calls += 1
+        self.streams[session] = ReceiveLeg(receiver_id=self._calls)
+        return self.streams[session]

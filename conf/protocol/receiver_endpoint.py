@@ -1,7 +1,6 @@
 """The side of all calls that is called: its sessions and a leg for each. No I/O, no clock."""
 
 from collections import deque
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -9,25 +8,22 @@ from conf.protocol.address import Address
 from conf.protocol.call_leg import CallLeg
 from conf.protocol.call_report import CallLog, CallReport
 from conf.protocol.receive_leg import ReceiveLeg
-from conf.protocol.send_leg import SendLeg
 from conf.protocol.session.events import AddressChanged, BodyReceived, Connected, Event, LossReason, SessionEnded
 from conf.protocol.session.server import SessionServer
 from conf.protocol.statistics import HEADER_BYTES, TrafficSnapshot, merge_snapshots
 
 
 class ReceiverEndpoint:
-    """Receive from all who call, and send to them if asked to.
+    """Receive from all who call.
 
-    streams : the receiving half of each call, by session number; legs : both halves
+    streams : the receiving half of each call, by session number
     ended_calls : number of calls that have ended
     """
 
-    def __init__(self, sessions: SessionServer, *, make_send_leg: Callable[[float], SendLeg] | None = None) -> None:
-        """make_send_leg : time -> the sending half of a new call; None to send nothing"""
+    def __init__(self, sessions: SessionServer) -> None:
         self.streams: dict[int, ReceiveLeg] = {}
-        self.legs: dict[int, CallLeg] = {}
+        self._legs: dict[int, CallLeg] = {}
         self._sessions = sessions
-        self._make_send_leg = make_send_leg
         self._events: deque[Event] = deque()
         self.ended_calls = 0
         self._calls = 0
@@ -54,7 +50,7 @@ class ReceiverEndpoint:
         """Return the datagrams to send now: handshake answers, reports and acknowledgements."""
         datagrams = self._sessions.datagrams_to_send(now)
         self._process_events(0, now)
-        for session, leg in self.legs.items():
+        for session, leg in self._legs.items():
             for outgoing in leg.bodies_to_send(now):
                 if sealed := self._sessions.seal_body(session, outgoing.body):
                     leg.on_sent(sealed.counter, outgoing, now)
@@ -91,7 +87,7 @@ class ReceiverEndpoint:
                     self._receive_body(session, body, counter, wire_bytes, now)
                     continue
                 case Connected(session=session, address=address):
-                    self._begin(session, now)
+                    self._begin(session)
                     self._log.on_connected(session, address, now)
                 case AddressChanged(session=session, address=address):
                     self._log.on_address_changed(session, address)
@@ -100,24 +96,21 @@ class ReceiverEndpoint:
             self._events.append(event)
 
     def _receive_body(self, session: int, body: bytes, counter: int, wire_bytes: int, now: float) -> None:
-        leg = self.legs[session]
+        leg = self._legs[session]
         if (acknowledged := leg.receive_body(body, counter, wire_bytes, now)) is not None:
             self._sessions.acknowledge(session, acknowledged)
         if leg.ended:
             self._sessions.close(session)
 
-    def _begin(self, session: int, now: float) -> None:
+    def _begin(self, session: int) -> None:
         self._calls += 1
         self.streams[session] = ReceiveLeg(receiver_id=self._calls)
-        send = self._make_send_leg(now) if self._make_send_leg else None
-        if send:
-            send.start(now)
         sealed_bytes = partial(self._sessions.sealed_bytes, session)
-        self.legs[session] = CallLeg(send=send, receive=self.streams[session], sealed_bytes=sealed_bytes)
+        self._legs[session] = CallLeg(receive=self.streams[session], sealed_bytes=sealed_bytes)
 
     def _end(self, session: int, reason: LossReason, now: float) -> None:
         leg = self.streams.pop(session)
-        del self.legs[session]
+        del self._legs[session]
         was_there = leg.last_received if reason is LossReason.IDLE else now
         self._log.on_ended(session, leg.snapshot(now), now if was_there is None else was_there)
         self._ended_rejected += leg.rejected

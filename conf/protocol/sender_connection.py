@@ -18,10 +18,9 @@ from conf.protocol.voice.formats import VoiceFormat, VoicePacket, VoiceState
 
 
 class SenderConnection:
-    """One sender's call.
+    """One sender's call; CallEndpoint receives too.
 
     outbound : the outgoing motion stream; traffic : bytes sent, headers included
-    stream : the receiving half, None if the call goes one way or there is no session yet
     """
 
     def __init__(
@@ -33,19 +32,12 @@ class SenderConnection:
         rate: RateOptions | None = None,
         portrait: ObjectSender | None = None,
         name: str = "",
-        two_way: bool = False,
     ) -> None:
-        """portrait : the objects of the sender's portrait, None to send none
-
-        name : of the participant, "" for none; two_way : whether to receive too
-        """
+        """portrait : the objects of the sender's portrait, None to send none; name : of the participant, "" for none"""
         self.traffic = RateWindow()
-        self.stream: ReceiveLeg | None = None
         self._session = session
         self._send = SendLeg(parameters, now, rate=rate, portrait=portrait, name=name)
         self._leg = CallLeg(send=self._send, sealed_bytes=session.sealed_bytes)
-        self._two_way = two_way
-        self._calls = 0
         self.outbound = self._send.motion
         self._events: deque[Event] = deque()
 
@@ -119,15 +111,18 @@ class SenderConnection:
 
     def _apply(self, event: Event, now: float) -> None:
         match event:
-            case Connected():
-                self._calls += 1
-                self.stream = ReceiveLeg(receiver_id=self._calls) if self._two_way else None
-                self._leg = CallLeg(send=self._send, receive=self.stream, sealed_bytes=self._session.sealed_bytes)
+            case Connected(session=session):
+                stream = self._new_stream(session)
+                self._leg = CallLeg(send=self._send, receive=stream, sealed_bytes=self._session.sealed_bytes)
                 self._send.start(now)
             case AddressChanged():
                 self._send.on_path_changed()
             case SessionEnded():
                 self._send.stop()
+
+    def _new_stream(self, session: int) -> ReceiveLeg | None:
+        """Return the receiving half of a new session: none, as this end only sends."""
+        return None
 
     def _seal(self, bodies: list[OutgoingBody], now: float) -> list[tuple[bytes, Address]]:
         datagrams = []

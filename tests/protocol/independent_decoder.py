@@ -127,6 +127,12 @@ def split_composite(body: bytes) -> list[bytes]:
     return [*parts, body]
 
 
+def read_participant(body: bytes) -> tuple[bool, str]:
+    """Return whether the camera is on, and the name."""
+    assert body[0] == 0x0B and body[1] in (0, 1) and len(body) <= 34
+    return body[1] == 0, body[2:].decode("utf-8")
+
+
 def read_voice(body: bytes) -> tuple[int, bool, int, bytes]:
     """Return number, begins, format number and frames of a voice body."""
     head = f"{int.from_bytes(body[:2]):016b}"

@@ -5,6 +5,7 @@ import hmac
 import random
 import zlib
 from collections.abc import Callable, Iterable, Iterator
+from itertools import groupby
 
 import msgpack
 import numpy as np
@@ -15,14 +16,23 @@ from spake2 import SPAKE2_A
 from conf.protocol.address import Address
 from conf.protocol.rate_control.rate_levels import VoiceMode
 from conf.protocol.rate_control.send_budget import RateOptions
-from tests.protocol.independent_decoder import PayloadReader, read_voice, read_voice_frames, split_composite
+from tests.protocol.independent_decoder import (
+    PayloadReader,
+    read_participant,
+    read_voice,
+    read_voice_frames,
+    split_composite,
+)
 from tests.protocol.session.test_golden import hkdf_expand
+from tests.protocol.test_call_endpoint import endpoint, send_frames
+from tests.support.simulated_call import A, B, Link
 from tests.support.simulated_calls import SimulatedSender, World
 from tests.support.simulated_sessions import CODE, RECEIVER
 from tests.support.two_way_call import Losses, Talker, TwoWayCall
 
 FIELDS = {0: 48, 1: 16, 2: 40, 3: 25, 4: 25, 5: 10, 6: 1}
 COUNTS = {0: 10, 1: 2, 3: 1}  # fields of the bodies that are a plain array
+NEW: Address = ("203.0.113.1", 7)
 Capture = list[tuple[float, Address, Address, bytes]]
 
 
@@ -165,7 +175,7 @@ def test_every_report_is_as_wire_md_describes(capture: Capture) -> None:
 
 
 # The order of bodies in a composite; motion is 0x80, voice 0x40.
-ORDER = [2, 10, 6, 0, 3, 8, 9, 1, 0x80, 0x40, 4, 5]
+ORDER = [2, 10, 6, 0, 3, 11, 8, 9, 1, 0x80, 0x40, 4, 5]
 
 
 def kind(body: bytes) -> int:
@@ -216,3 +226,41 @@ def read_talker(talker: Talker) -> set[int]:
                     ends.add((voice_number + frame_ms * frames // 20, format_number))
     assert len(heard) > 0.98 * len(talker.sent)
     return found
+
+
+@pytest.mark.slow
+def test_names_cameras_and_path_probes_of_a_call_of_two_are_as_wire_md_describes() -> None:
+    called, calling = endpoint("Zoë"), endpoint("Bob", A)
+    link = Link({A: called, B: calling}, delays=lambda _: [0.04])
+    frames = send_frames(called, calling)
+    link.tick = frames
+    link.run(2)
+    link.move(B, NEW)
+    link.run(2)
+    link.tick = lambda now: calling.send_camera_off(now)
+    link.run(3)
+    link.tick = frames
+    link.run(1)
+    capture = [(at, source, RECEIVER if target == A else target, data) for at, source, target, data in link.sent]
+    random_bytes = random.Random("Bob").randbytes
+    random_bytes(32 + 1)  # for answers, which it does not give
+    sent = {data[2]: data[5:-4] for _, _, _, data in capture if data[0] == 0x93}
+    session, from_caller, from_called = secrets(sent, random_bytes)
+    participants: dict[bool, list[tuple[bool, str]]] = {True: [], False: []}
+    probes: dict[bool, list[bytes]] = {True: [], False: []}
+    answers: dict[bool, list[bytes]] = {True: [], False: []}
+    camera_is_on = True
+    for is_calling, secret in ((True, from_caller), (False, from_called)):
+        for _, part in bodies(capture, session, secret, to_receiver=is_calling):
+            if part[0] == 0x0B:
+                participants[is_calling].append(read_participant(part))
+                camera_is_on = participants[is_calling][-1][0]
+            elif part[0] in (0x0C, 0x0D):
+                (probes if part[0] == 0x0C else answers)[is_calling].append(part[1:])
+                assert len(part) == 9
+            else:
+                assert camera_is_on or part[0] in (2, 10, 3), "nothing of the face"
+                assert kind(part) in ORDER
+    assert set(participants[False]) == {(True, "Zoë")}
+    assert [key for key, _ in groupby(participants[True])] == [(True, "Bob"), (False, "Bob"), (True, "Bob")]
+    assert not probes[True] and probes[False] and set(answers[True]) == set(probes[False]) and not answers[False]

@@ -1,19 +1,13 @@
 """One receiver and many senders."""
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import pytest
 
-from conf.protocol.feedback import Report
-from conf.protocol.messages import Body, Bye, Feedback, MotionFrame, RoundTripMessage
-from conf.protocol.rate_control.circuit_breaker import OPEN_AFTER_S
+from conf.protocol.messages import Body, Bye, MotionFrame, RoundTripMessage
 from conf.protocol.receive_leg import SILENCE_S
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
-from conf.protocol.send_leg import SendLeg
 from conf.protocol.session.client import SenderSession
-from conf.protocol.session.events import AddressChanged, BodyReceived, Connected, Refused, SessionEnded
+from conf.protocol.session.events import AddressChanged, Connected, Refused, SessionEnded
 from conf.protocol.session.handshake import Refusal
 from conf.protocol.session.server import MAX_SESSIONS, SessionServer
 from conf.protocol.statistics import HEADER_BYTES
@@ -37,9 +31,9 @@ def pitched(angle: float) -> Motion:
 class Direct:
     """An endpoint and senders' sessions, joined without a network."""
 
-    def __init__(self, make_send_leg: Callable[[float], SendLeg] | None = None) -> None:
+    def __init__(self) -> None:
         self.sessions = SessionServer(CODE, seeded("receiver"))
-        self.endpoint = ReceiverEndpoint(self.sessions, make_send_leg=make_send_leg)
+        self.endpoint = ReceiverEndpoint(self.sessions)
 
     def call(self, port: int, now: float) -> SenderSession:
         """Return the session of a new caller from 198.51.100.7 and its port."""
@@ -58,34 +52,6 @@ class Direct:
         assert sealed
         self.endpoint.receive_datagram(sealed.datagram, (SENDER[0], port), now)
         return len(sealed.datagram) + HEADER_BYTES
-
-
-@pytest.mark.slow
-def test_a_new_call_gets_a_sending_half_that_has_started(monkeypatch: pytest.MonkeyPatch) -> None:
-    made: list[tuple[SendLeg, float]] = []
-
-    def make(now: float) -> SendLeg:
-        made.append((SendLeg(PARAMETERS, now), now))
-        return made[-1][0]
-
-    direct = Direct(make)
-    caller = direct.call(1, 2 * OPEN_AFTER_S)
-    ((send, now),) = made
-    assert now == 2 * OPEN_AFTER_S and send.status(now).connected and not send.status(now).stopped
-    (leg,) = direct.endpoint.legs.values()
-    assert leg.send is send
-    calls: list[tuple[Any, ...]] = []
-    monkeypatch.setattr(leg, "on_sent", lambda *args: calls.append(args))
-    monkeypatch.setattr(direct.sessions, "acknowledge", lambda *args: calls.append(args))
-    send.send_frame(talk(0.0), now)
-    ((data, _),) = direct.endpoint.datagrams_to_send(now)
-    ((counter, outgoing, at),) = calls
-    assert (counter, at) == (0, now)
-    caller.receive_datagram(data, RECEIVER, now)
-    assert caller.next_event() == BodyReceived(caller.session or 0, outgoing.body, RECEIVER, 0)
-    direct.send(caller, 1, Feedback(Report(0, 0, 0, 0, 0), refresh=False), now)
-    direct.send(caller, 1, RoundTripMessage(80), now)
-    assert calls[1:] == [(caller.session, 0)]
 
 
 def test_a_silent_caller_has_no_rate_jitter_or_delay() -> None:

@@ -59,10 +59,10 @@ def decoded_errors(world: World, sender: SimulatedSender, seconds: float) -> lis
 class Direct:
     """A connection and the receiver's sessions, joined without a network."""
 
-    def __init__(self, portrait: ObjectSender | None = None, *, two_way: bool = False) -> None:
+    def __init__(self, portrait: ObjectSender | None = None) -> None:
         self.server = SessionServer(CODE, seeded("receiver"))
         session = SenderSession(CODE, RECEIVER, seeded("sender"), 0.0)
-        self.connection = SenderConnection(session, PARAMETERS, 0.0, portrait=portrait, two_way=two_way)
+        self.connection = SenderConnection(session, PARAMETERS, 0.0, portrait=portrait)
         self.session = session
         self.sizes: list[int] = []
         while not self.server.sessions:
@@ -89,16 +89,6 @@ class Direct:
         assert sealed
         self.connection.receive_datagram(sealed.datagram, RECEIVER, now)
         return len(sealed.datagram) + HEADER_BYTES
-
-
-@pytest.mark.parametrize("two_way", [False, True])
-def test_what_the_receiver_sends_is_received_if_the_call_goes_both_ways(two_way: bool) -> None:
-    call = Direct(two_way=two_way)
-    stream = call.connection.stream
-    assert (stream is not None) == two_way
-    size = call.reply(RoundTripMessage(80), 3.0)
-    if stream:
-        assert (stream.round_trip_ms, stream.traffic.total, stream.last_received) == (80, size, 3.0)
 
 
 def test_motion_portrait_and_traffic_of_a_connection(monkeypatch: pytest.MonkeyPatch) -> None:
