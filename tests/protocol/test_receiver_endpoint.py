@@ -83,6 +83,10 @@ def test_the_report_holds_running_and_ended_calls_and_when_each_was_there() -> N
     direct.send(second, 2, Bye(), 10.0)
     direct.endpoint.datagrams_to_send(30.0)
     direct.send(third, 33, RoundTripMessage(80), 35.9)  # from a new address
+    for data, _ in direct.endpoint.datagrams_to_send(35.9):
+        third.receive_datagram(data, RECEIVER, 35.9)
+    for data, _ in third.datagrams_to_send(35.9):  # the answer to the probe
+        direct.endpoint.receive_datagram(data, (SENDER[0], 33), 35.9)
     direct.endpoint.datagrams_to_send(36.0)  # the first has been silent for 30 s
     report = direct.endpoint.report(43.0)
     rows = [(row.caller, row.connected, row.connected_s) for row in report.callers]
