@@ -228,7 +228,7 @@ def watch(streams: dict[int, ReceiveLeg], track: Track, fps: float, result: Voic
 
 
 def align(captured: Sound, heard: Sound, *, max_samples: int) -> int:
-    """Return by how many samples `heard` is later than `captured`, to 2 ms.
+    """Return by how many samples `heard` is later than `captured`: within 1 ms, for a vocoder within 3.
 
     Found as the maximum of the cross-correlation of the envelopes in third-octave bands, the measure of STOI: a vocoder
     does not keep the waveform, whose correlation was wrong by up to 20 ms (STOI .2 too low).
@@ -237,7 +237,10 @@ def align(captured: Sound, heard: Sound, *, max_samples: int) -> int:
     size = 1 << (len(first) + len(second)).bit_length()
     spectra = np.fft.rfft(second, size, axis=0) * np.conj(np.fft.rfft(first, size, axis=0))
     correlation = np.fft.irfft(spectra.sum(axis=1), size)
-    return int(np.argmax(correlation[: max_samples // HOP + 1])) * HOP
+    peak = int(np.argmax(correlation[: max_samples // HOP + 1]))
+    before, at, after = correlation[[peak - 1, peak, peak + 1]]
+    parabola = (before - after) / (before - 2 * at + after) / 2
+    return min(max(round((peak + float(parabola)) * HOP), 0), max_samples)
 
 
 def _envelopes(sound: Sound) -> NDArray[np.float64]:

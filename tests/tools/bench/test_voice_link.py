@@ -10,7 +10,7 @@ from conf.protocol.messages import MotionFrame
 from tests.support.synthetic_motion import TYPICAL_POSE
 from tests.support.synthetic_voice import vowel
 from tools.bench.tracks import Track
-from tools.bench.voice_link import Loss, VoiceCall, call
+from tools.bench.voice_link import Loss, VoiceCall, align, call
 
 FPS, SECONDS, SETTLE_S = 30.0, 9.0, 2.0
 LIP = CONTROL_POINT_INDEX["inner_lip_lower_mid"]
@@ -48,6 +48,15 @@ def speaking_face() -> Track:
         displacements[LIP, 1] = -80 * wide
         frames.append(MotionFrame(float(timestamp), displacements, TYPICAL_POSE))
     return Track("speaking", frames, np.full(len(frames), 0.2), np.full((CONTROL_POINT_COUNT, 3), 0.006))
+
+
+@pytest.mark.parametrize("late", [0, 5, 4001])
+def test_sounds_are_aligned_although_one_is_softer_and_of_other_phases(late: int) -> None:
+    captured, size = VOICE[:32000], 40000
+    other = np.convolve(VOICE[:size], np.random.default_rng(1).standard_normal(32) * np.hanning(32), mode="same") * 0.1
+    for sound, tolerance in ((other, 16), (VOICE[:size], 12)):
+        later = np.concatenate([np.zeros(late), sound])[:size]
+        assert align(captured, later, max_samples=8000) == pytest.approx(late, abs=tolerance)
 
 
 def heard(made: VoiceCall) -> Samples:
