@@ -5,7 +5,14 @@ import pytest
 
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.default_head import DEFAULT_HEAD, default_joints, default_points
-from conf.face.deformation.eyelids import Lashes, curve_weights, find_lashes, find_lid_cover, stop_at_contact, turn_with
+from conf.face.deformation.eyelids import (
+    Lashes,
+    curve_weights,
+    find_lashes,
+    find_lid_cover,
+    rotation_between,
+    stop_at_contact,
+)
 from conf.face.mesh.editing import submesh
 from conf.face.mesh.mesh import Mesh, load_mesh
 
@@ -42,12 +49,14 @@ def test_lids_that_overlap_in_the_neutral_pose_stay_so() -> None:
     assert not stop_at_contact(points, np.zeros((50, 3), np.float32)).any()
 
 
-def test_vectors_turn_with_the_rotation_between_two_vectors() -> None:
-    before, after = np.array([[0, 0, 2.0]], np.float32), np.array([[0, -2.0, 0]], np.float32)
-    vector = np.array([[0.5, 0, 1.0]], np.float32)
-    assert turn_with(before, after, vector, 1.0) == pytest.approx(np.array([[0.5, -1, 0]]), abs=1e-6)
-    assert turn_with(before, after, vector, 2.0) == pytest.approx(np.array([[0.5, 0, -1]]), abs=1e-6)
-    assert turn_with(before, 3 * before, vector, 1.5) == pytest.approx(vector)
+def test_the_rotation_between_two_vectors_turns_in_their_plane() -> None:
+    before, after = np.array([0, 0, 2.0], np.float32), np.array([0, -2.0, 0], np.float32)
+    vector = np.array([0.5, 0, 1.0])
+    assert rotation_between(before, after, 1.0) @ vector == pytest.approx([0.5, -1, 0], abs=1e-6)
+    assert rotation_between(before, after, 2.0) @ vector == pytest.approx([0.5, 0, -1], abs=1e-6)
+    assert rotation_between(before, 3 * before, 1.5) == pytest.approx(np.eye(3))
+    oblique = rotation_between(np.array([1, 2, 3], np.float32), np.array([-1, 0, 2], np.float32), 1.3)
+    assert oblique @ oblique.T == pytest.approx(np.eye(3), abs=1e-6)
 
 
 def test_curve_weights_reproduce_cubics_and_hold_the_ends() -> None:
@@ -65,8 +74,8 @@ def test_the_lashes_of_an_eye_are_found_by_their_shape(mesh: Mesh) -> None:
     own = mesh.group_vertices("lashes")
     assert lashes.vertices.tolist() == own[mesh.vertices[own, 0] > 0].tolist()
     heights = mesh.vertices[lashes.vertices, 1]
-    assert lashes.lower.sum() == len(own) / 4
-    assert heights[lashes.lower].max() < heights[~lashes.lower].min() + 0.05
+    assert lashes.lids.sum() == len(own) / 4
+    assert heights[lashes.lids == 1].max() < heights[lashes.lids == 0].min() + 0.05
     assert set(lashes.attached.tolist()) < set(lashes.vertices.tolist())
     assert lashes.weights.sum(axis=1) == pytest.approx(1, abs=1e-4)
 
@@ -84,7 +93,7 @@ def test_lashes_rest_in_the_neutral_pose_and_turn_down_with_the_lid(mesh: Mesh) 
     moved = neutral.copy()
     lashes.apply(neutral, moved, centre)
     assert moved == pytest.approx(neutral, abs=1e-5)
-    upper = lashes.vertices[~lashes.lower]
+    upper = lashes.vertices[lashes.lids == 0]
     angle = np.radians(35)  # of the lid around the eye, as in a blink
     rotation = np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]])
     moved[upper] = neutral[upper] + ((neutral[upper] - centre) @ rotation.T - (neutral[upper] - centre)).mean(axis=0)
@@ -100,8 +109,8 @@ def test_a_lid_that_overlaps_pushes_the_lashes_of_the_lower_one_down(mesh: Mesh)
     lashes = left_lashes(mesh)
     assert lashes is not None
     neutral = mesh.vertices.astype(np.float32)
-    upper, lower = lashes.vertices[~lashes.lower], lashes.vertices[lashes.lower]
-    gap = float(lashes.opening @ neutral[lashes.attached, 1])
+    upper, lower = lashes.vertices[lashes.lids == 0], lashes.vertices[lashes.lids == 1]
+    gap = float(np.subtract(*(lashes.middles @ neutral[lashes.attached])[:, 1]))
     assert 0.7 < gap < 1.3
     for down, expected in ((gap - 0.1, 0.0), (gap + 0.15, -0.15)):
         moved = neutral.copy()
@@ -137,3 +146,18 @@ def test_lids_that_are_closed_have_no_cover(mesh: Mesh) -> None:
     points = default_points().copy()
     points[UPPER] = points[LOWER]
     assert find_lid_cover(mesh, points, mesh.group_vertices("skin"), side="l") is None
+
+
+def test_lashes_in_several_parts_turn_alike(mesh: Mesh) -> None:
+    """Each lash may be a card of its own: those at the corners turn with the middle of their lid."""
+    own, whole = mesh.group_vertices("lashes"), left_lashes(mesh)
+    assert whole is not None
+    centres = mesh.vertices[mesh.triangles[mesh.groups["lashes"]]].mean(axis=1)
+    is_cut = np.zeros(len(mesh.triangles), np.bool_)
+    is_cut[mesh.groups["lashes"][np.abs(centres[:, 0] - 4.0) < 0.15]] = True  # a gap beside the middle of the eye
+    parts = left_lashes(submesh(mesh, ~is_cut))
+    assert parts is not None
+    assert len(own) / 2 - 20 < len(parts.vertices) < len(own) / 2
+    assert parts.middles.sum(axis=1) == pytest.approx(1, abs=1e-4)
+    labels = np.unique(parts.middles.any(axis=0) * 1)
+    assert labels.tolist() == [0, 1]  # the outer part has no influence on the rotation
