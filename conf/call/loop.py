@@ -109,8 +109,8 @@ class CallLoop:
         due = now + min(POLL_S, self._voice.wait_s(now))
         if self._display is None:
             return due
-        note = self._exchange.note or self._local.capture.note or self._voice.note
-        self._display.show_faults(note, now, in_call=bool(self._endpoint.callers))
+        local = self._local.capture.note or self._voice.note
+        self._display.show_faults(self._exchange.note, now, in_call=bool(self._endpoint.callers), local=local)
         due = min(due, self._display.step(now, is_flood=is_flood))
         if self.drawn_at is None and self._display.shows_somebody:
             self.drawn_at = now

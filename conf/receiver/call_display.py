@@ -60,6 +60,7 @@ class CallDisplay:
         self._options = options
         self._schedule = DrawSchedule(options.fps)
         self._unknown_codecs = UnknownCodecs()
+        self._note = self._local = ""  # shown last
 
     @property
     def is_over(self) -> bool:
@@ -98,25 +99,32 @@ class CallDisplay:
     def report(self, text: str, now: float) -> None:
         """Show a text in the window and on the terminal."""
         self._composer.report(text, now)
-        if self._options.on_event:
-            self._options.on_event(text)
+        self._tell(text)
 
     def show_toast(self, text: str, now: float) -> None:
         """Show a text in the window only."""
         self._composer.controls.show_toast(text, now)
 
-    def show_faults(self, note: str, now: float, *, in_call: bool) -> None:
-        """Show why the network, the sound or the voice of a caller fails.
+    def show_faults(self, note: str, now: float, *, in_call: bool, local: str = "") -> None:
+        """Show why the network, the sound, the voice of a caller or a device of this machine fails.
 
         note : of the network, "" while it works; in_call : whether the end of a note is worth a line
+        local : of a camera or microphone, "" while it works
         """
         sound = self._options.sound
         for text in self._unknown_codecs.new(sound):
             self.report(text, now)
         note = note or (sound.fault if sound else "")
-        if self._options.on_event and bool(note) != bool(self._composer.note) and (note or in_call):
-            self._options.on_event(note or "the network works again")
-        self._composer.note = note
+        if bool(note) != bool(self._note) and (note or in_call):
+            self._tell(note or "the network works again")
+        if local and not self._local:
+            self._tell(local)
+        self._note, self._local = note, local
+        self._composer.note = note or local
+
+    def _tell(self, text: str) -> None:
+        if self._options.on_event:
+            self._options.on_event(text)
 
     def close(self) -> None:
         """Complete the viewer's recordings and free everything on the graphics card."""

@@ -109,8 +109,8 @@ class FakeDisplay:
     def report(self, text: str, now: float) -> None:
         self.texts.append(text)
 
-    def show_faults(self, note: str, now: float, *, in_call: bool) -> None:
-        self.notes.append(note)
+    def show_faults(self, note: str, now: float, *, in_call: bool, local: str = "") -> None:
+        self.notes.append(note or local)
 
 
 class FakeVoice:

@@ -85,6 +85,15 @@ def test_the_start_and_the_end_of_a_fault_are_printed_once() -> None:
     assert stage.events[2:] == ["again"] and stage.composer.note == ""
 
 
+def test_a_camera_that_fails_is_printed_once_and_its_return_is_not_the_network_s() -> None:
+    stage = Stage()
+    for local in ("", "camera 0 gives no images (5 s more)", "camera 0 gives no images (4 s more)", ""):
+        stage.display.show_faults("", 0.0, in_call=True, local=local)
+    assert stage.events == ["camera 0 gives no images (5 s more)"] and stage.composer.note == ""
+    stage.display.show_faults("nothing can be sent", 0.0, in_call=True, local="camera 0 gives no images")
+    assert stage.composer.note == "nothing can be sent"
+
+
 def test_it_is_over_when_the_viewer_quits_or_closes_the_window() -> None:
     stage = Stage()
     assert not stage.display.is_over
