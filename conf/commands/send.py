@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
+from functools import partial
 from typing import TYPE_CHECKING
 
 from conf.commands import Terminal
@@ -22,13 +23,17 @@ from conf.commands.support.capture import (
     stream_parameters,
 )
 from conf.commands.support.interruption import until_interrupted
-from conf.commands.support.sound import add_no_sound
+from conf.commands.support.sound import MuteSwitch, add_no_sound
+from conf.commands.support.terminal_keys import terminal_keys
 
 if TYPE_CHECKING:
     from conf.commands.support.capture import OnFrame
     from conf.sender.pipeline import SenderStatus
 
 HELP = "track a face and send its motion, with the voice"
+VOICE_TEXTS = {"muted": "muted", "no_room": "no room for voice"}  # by SenderStatus.voice
+MUTE_KEY = "m"
+MUTE_HINT = "M mutes the microphone, and turns it on again"
 
 
 @dataclass(frozen=True)
@@ -43,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("receiver", type=address, metavar="HOST[:PORT]", help="where `conf receive` runs")
     add_capture(parser, code_help="the code that the receiver shows (default: CONF_CODE, or asked for)")
     parser.add_argument(
-        "--preview", action="store_true", help="show the camera's image in a window; N: this is my neutral face"
+        "--preview", action="store_true", help="show the camera's image in a window; N: my neutral face, M: mute"
     )
     add_no_sound(parser, "send no voice")
     add_seconds(parser)
@@ -77,6 +82,7 @@ def _status_text(status: SenderStatus) -> str:
     if link.round_trip_ms is not None:
         parts.append(f"round trip {link.round_trip_ms:.0f} ms, loss {link.loss_percent or 0:.1f} %")
         parts.append(f"jitter {link.jitter_ms or 0:.0f} ms")
+    parts += [VOICE_TEXTS[status.voice]] if status.voice in VOICE_TEXTS else []
     return ", ".join([*parts, f"tracker {status.tracker_ms_median:.1f} ms"])
 
 
@@ -101,7 +107,8 @@ def send(
     from conf.transport.udp import UdpSocket
 
     object_sender = ObjectSender() if options.portrait_kbps else None
-    viewer = _preview if options.preview else None
+    mute = MuteSwitch()
+    viewer = partial(_preview, mute) if options.preview else None
     with (
         UdpSocket.open_to(*receiver) as socket,
         open_source(options, object_sender, on_note, viewer=viewer) as (source, voice),
@@ -112,13 +119,23 @@ def send(
         rate = rate_options(options, voice=voice is not None)
         connection = SenderConnection(session, stream_parameters(source), now, rate=rate, portrait=object_sender)
         loop = SenderLoop(source, connection, socket, voice=voice)
-        with until_interrupted() as should_continue:
+        mute.voice = voice
+        with until_interrupted() as is_uninterrupted, terminal_keys() as read_keys:
+            if read_keys and voice:
+                on_note(MUTE_HINT)
+
+            def should_continue() -> bool:
+                for key in read_keys() if read_keys else "":
+                    if key.lower() == MUTE_KEY:
+                        mute.toggle()
+                return is_uninterrupted()
+
             return loop.run(seconds=options.seconds, on_status=on_status, should_continue=should_continue)
 
 
 @contextmanager
-def _preview(size: tuple[int, int], on_neutral: Callable[[], None]) -> Iterator[OnFrame]:
+def _preview(mute: MuteSwitch, size: tuple[int, int], on_neutral: Callable[[], None]) -> Iterator[OnFrame]:
     from conf.commands.support.preview import Preview
 
-    with Preview(size, on_neutral=on_neutral) as preview:
+    with Preview(size, mute, on_neutral=on_neutral) as preview:
         yield preview.show

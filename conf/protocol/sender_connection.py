@@ -58,6 +58,11 @@ class SenderConnection:
         """The format to encode voice in now. None: voice is off, the limit has no room, or there is no session."""
         return self._send.voice_format
 
+    @property
+    def voice_state(self) -> VoiceState:
+        """What the microphone does, as the receiver is told."""
+        return self._send.voice.state
+
     def send_voice(self, packet: VoicePacket, now: float) -> None:
         """Send encoded voice, which means that somebody talks; it is dropped while there is no session."""
         self._send.send_voice(packet, now)

@@ -116,7 +116,7 @@ class CallDisplay:
             self.report(text, now)
         note = note or (sound.fault if sound else "")
         if bool(note) != bool(self._note) and (note or in_call):
-            self._tell(note or "the network works again")
+            self._tell(note or "it works again")
         if local and not self._local:
             self._tell(local)
         self._note, self._local = note, local

@@ -31,7 +31,10 @@ REFUSALS = {
 
 @dataclass(frozen=True)
 class SenderStatus:
-    """State of the call: counts since the start, rates of the last seconds, UDP/IP headers included."""
+    """State of the call: counts since the start, rates of the last seconds, UDP/IP headers included.
+
+    voice : what the microphone does: "off", "silent", "talking", "muted", or "no_room" in the rate
+    """
 
     frames_captured: int
     frames_tracked: int
@@ -43,6 +46,7 @@ class SenderStatus:
     calibrated: bool
     link: LinkStatus
     note: str
+    voice: str = "off"
 
 
 class SenderLoop:
@@ -136,6 +140,7 @@ class SenderLoop:
             calibrated=self._capture.calibrated,
             link=self._connection.status(now),
             note=self._capture.note or self._exchange.note or self._voice.note or self._note,
+            voice=self._connection.voice_state.name.lower(),
         )
 
     def _send(self, captured: CapturedMotion, now: float) -> None:

@@ -1,11 +1,14 @@
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from conf.commands.send import SendOptions, send
+from conf.commands.send import SendOptions, _status_text, send
 from conf.errors import CameraError, NetworkError
+from conf.protocol.send_leg import LinkStatus
 from conf.protocol.sender_connection import SenderConnection
 from conf.sender.motion_source import TrackedMotionSource
+from conf.sender.pipeline import SenderStatus
 from conf.transport.udp import UdpSocket
 
 CODE = "amber-canoe-tiger-7"
@@ -51,3 +54,11 @@ def test_images_are_captured_and_sent_only_if_allowed(
     ((source, connection),) = created
     assert (source._portrait_scheduler is not None) == (portrait_kbps is not None)
     assert (connection._send._portrait is not None) == (portrait_kbps is not None)
+
+
+@pytest.mark.parametrize(("voice", "text"), [("muted", "muted"), ("no_room", "no room for voice")])
+def test_the_status_line_says_why_no_voice_is_sent(voice: str, text: str) -> None:
+    link = LinkStatus(True, False, "voice", 1, None, None, None)
+    status = SenderStatus(10, 10, 10, 5.0, 60.0, 8.0, True, True, link, "connected", voice)
+    assert f", {text}, tracker" in _status_text(status)
+    assert text not in _status_text(replace(status, voice="silent"))

@@ -78,7 +78,7 @@ def test_the_start_and_the_end_of_a_fault_are_printed_once() -> None:
     stage = Stage()
     for note in ("", "nothing can be sent (trying for 10 s more)", "nothing can be sent (trying for 9 s more)", ""):
         stage.display.show_faults(note, 0.0, in_call=True)
-    assert stage.events == ["nothing can be sent (trying for 10 s more)", "the network works again"]
+    assert stage.events == ["nothing can be sent (trying for 10 s more)", "it works again"]
     stage.display.show_faults("again", 0.0, in_call=False)
     assert stage.composer.note == "again"
     stage.display.show_faults("", 0.0, in_call=False)

@@ -173,7 +173,7 @@ def test_a_network_failure_that_passes_is_shown_and_survived(runner: LoopRunner,
     shown = runner.run(FailingSocket(caller, verb, (2.0, 5.0)), 8.0, {})
     assert shown.events[0] == "a call from 10.0.0.7"
     assert shown.events[1] == f"nothing can be {verb} (trying for 10 s more)"
-    assert shown.events[2:] == ["the network works again"]
+    assert shown.events[2:] == ["it works again"]
     assert any(toast.startswith(f"nothing can be {verb} (trying for") for toast in shown.toasts)
     assert shown.states[-1] == "receiving"
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from conf.receiver.voice.call_sound import CallSound
     from conf.sender.capture.clip import Clip
     from conf.sender.capture.sound import SoundSource
+    from conf.sender.voice.voice_sender import VoiceSender
 
 VOICE_HELP = "the voice codec (default auto: Opus, and Codec2 where the link is too slow for it)"
 
@@ -35,6 +36,22 @@ class PlayedSound:
         """Return what has been played since the last call, at its time on the clock of the frames."""
         block = self.sound.read_played() if self.sound else None
         return None if block is None else replace(block, timestamp=block.timestamp + self.offset_s())
+
+
+class MuteSwitch:
+    """Mutes the voice of a call. voice : None until it is open, and if there is none"""
+
+    voice: VoiceSender | None = None
+
+    @property
+    def is_muted(self) -> bool:
+        """Whether the microphone is muted."""
+        return self.voice is not None and self.voice.muted
+
+    def toggle(self) -> None:
+        """Mute the microphone, or turn it on again."""
+        if self.voice is not None:
+            self.voice.muted = not self.voice.muted
 
 
 def add_no_sound(parser: argparse.ArgumentParser, help_text: str) -> None:

@@ -1,6 +1,6 @@
 import numpy as np
 
-from conf.commands.support.preview import DOT, rgba, with_points
+from conf.commands.support.preview import DOT, MUTED, rgba, with_points, with_text
 from conf.face.control_points import CONTROL_POINT_LANDMARKS
 from conf.sender.tracking.tracker import TrackedFace
 
@@ -14,6 +14,13 @@ def test_points_are_drawn_on_a_copy_of_the_frame() -> None:
     assert all(tuple(image[100, 20 + 5 * i]) == DOT for i in range(50))
     assert not pixels.any() and not image[:90].any()
     assert not with_points(pixels, None).any()
+
+
+def test_a_text_is_drawn_in_the_lower_left_corner_of_a_copy() -> None:
+    pixels = np.zeros((240, 320, 3), np.uint8)
+    image = with_text(pixels, MUTED)
+    rows, columns = np.nonzero(image.any(axis=2))
+    assert not pixels.any() and rows.min() > 180 and 0 < columns.min() and columns.max() < 160
 
 
 def test_rgba_has_the_bottom_row_first() -> None:

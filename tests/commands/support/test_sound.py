@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from conf.audio.samples import SAMPLE_RATE, AudioBlock
-from conf.commands.support.sound import PlayedSound, open_sound
+from conf.commands.support.sound import MuteSwitch, PlayedSound, open_sound
 from conf.errors import AudioError, CameraError
 from conf.sender.capture.clip import open_clip
 from conf.sender.capture.microphone import MicrophoneSource
 from conf.sender.capture.sound import FileSoundSource
+from conf.sender.voice.voice_sender import VoiceSender
 from tests.support.generated_clips import write_clip
 
 TIMES = [i / 25 for i in range(10)]
@@ -67,3 +68,15 @@ def test_what_is_played_has_the_times_of_the_frames_once_the_loudspeaker_is_open
     played.offset_s = lambda: -49_990.0
     block = played.read()
     assert block is not None and block.timestamp == pytest.approx(10.0) and played.read() is None
+
+
+def test_a_switch_mutes_the_voice_as_soon_as_there_is_one() -> None:
+    switch = MuteSwitch()
+    switch.toggle()
+    assert not switch.is_muted
+    processor = SimpleNamespace(noise_dbfs=-60.0, process=lambda block: [])
+    switch.voice = VoiceSender(SimpleNamespace(read=lambda until: [], close=lambda: None), processor)
+    switch.toggle()
+    assert switch.is_muted and switch.voice.muted
+    switch.toggle()
+    assert not switch.is_muted
