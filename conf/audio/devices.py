@@ -133,7 +133,7 @@ class Speaker(_Device):
     def latency_s(self) -> float:
         """Return the time until a sample written now is heard, s.
 
-        The system's part is one period, as measured through a null sink of PulseAudio: 17 to 23 ms.
+        The system's part is one period, as measured through a null sink of PulseAudio.
         """
         return self.queued_s + self._resampler.delay_s + PERIOD_MS / 1000
 
@@ -142,12 +142,16 @@ class Speaker(_Device):
         """Return how often there was nothing to play after sound had come."""
         return self._buffer.underruns
 
+    def check(self) -> None:
+        """Raise AudioError if the device is gone: it takes no sound then, and whoever waits for that writes none."""
+        self._check_alive("plays no sound")
+
     def write(self, samples: Samples, /) -> None:
         """Append samples to what is played; what exceeds two seconds is dropped.
 
         Raises AudioError if the device is gone.
         """
-        self._check_alive("plays no sound")
+        self.check()
         self._buffer.write(self._resampler.process(samples))
 
     def read_played(self) -> AudioBlock | None:

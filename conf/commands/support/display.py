@@ -151,5 +151,5 @@ def _open_loudspeaker(mixer: VoiceMixer, options: DisplayOptions) -> Iterator[Ca
             options.on_event(f"no sound is played: {error}")
         yield None
         return
-    with LoudspeakerSound(mixer, output) as sound:
+    with LoudspeakerSound(mixer, output, reopen=lambda: open_speaker(options.speaker)) as sound:
         yield sound

@@ -21,6 +21,7 @@ MAX_TARGET_S = 0.24
 TARGET_GROWTH = 1.5  # each time that the device ran out of sound
 TARGET_DECAY = 0.999  # with each block of BLOCK samples: half of it is gone after 7 s
 POLL_S = 0.01
+RETRY_S = 2.0  # between two attempts to open a loudspeaker that is gone
 MAX_TAPPED = 500  # blocks that wait to be recorded: 5 s
 MAX_SKIPPED_S = 1.0  # of sound that a stopped program does not make up for
 
@@ -54,12 +55,14 @@ class SoundOutput(Protocol):
 
     queued_s : of what was written and has not gone to the device
     latency_s : until a sample written now is heard
+    check, write : raise AudioError if the device is gone
     """
 
     @property
     def queued_s(self) -> float: ...
     @property
     def latency_s(self) -> float: ...
+    def check(self) -> None: ...
     def write(self, samples: Samples, /) -> None: ...
     def read_played(self) -> AudioBlock | None: ...
     def close(self) -> None: ...
@@ -71,11 +74,20 @@ class LoudspeakerSound:
     fault : why nothing is heard any more, empty while all is well
     """
 
-    def __init__(self, mixer: VoiceMixer, output: SoundOutput, *, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        mixer: VoiceMixer,
+        output: SoundOutput,
+        *,
+        reopen: Callable[[], SoundOutput] | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """reopen : opens the loudspeaker again after it was gone, or raises AudioError; None gives it up for good"""
         self.lock: AbstractContextManager[object] = threading.Lock()
         self.mixer = mixer
         self.fault = ""
         self._output = output
+        self._reopen = reopen
         self._clock = clock
         self._target_s = TARGET_S
         self._has_played = False
@@ -111,6 +123,7 @@ class LoudspeakerSound:
 
     def fill(self) -> None:
         """Render until enough sound waits for the device. Raises AudioError if the device is gone."""
+        self._output.check()
         if self._has_played and not self._output.queued_s:
             self._target_s = min(self._target_s * TARGET_GROWTH, MAX_TARGET_S)
         while self._output.queued_s < self._target_s:
@@ -126,11 +139,18 @@ class LoudspeakerSound:
             self._target_s = max(self._target_s * TARGET_DECAY, TARGET_S)
 
     def _run(self) -> None:
-        try:
-            while not self._stopped.wait(POLL_S):
+        while not self._stopped.wait(RETRY_S if self.fault else POLL_S):
+            try:
+                if self.fault and self._reopen:
+                    output = self._reopen()
+                    self._output.close()
+                    self._output, self._has_played = output, False
                 self.fill()
-        except AudioError as error:
-            self.fault = str(error)
+                self.fault = ""
+            except AudioError as error:
+                self.fault = self.fault or str(error)
+                if self._reopen is None:
+                    return
 
 
 class ClipSound:

@@ -1,15 +1,20 @@
 """The microphone as a sound source: captured blocks on the clock of the frames."""
 
+import contextlib
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
 
-from conf.audio.devices import open_microphone
+from conf.audio.devices import Microphone, open_microphone
 from conf.audio.samples import AudioBlock
+from conf.errors import AudioError
+
+RETRY_S = 2.0  # between two attempts to open a microphone that is gone
 
 
 class MicrophoneSource:
-    """An open microphone."""
+    """An open microphone. One that is gone is opened again when it is back, in a thread, as that takes a while."""
 
     @property
     def offset_s(self) -> float:
@@ -26,17 +31,46 @@ class MicrophoneSource:
             to which the times of the sound are converted
         Raises AudioError.
         """
-        self._device = open_microphone(device, clock=clock)
+        self._name = device
+        self._device: Microphone | None = open_microphone(device, clock=clock)
+        self._fault = AudioError()
+        self._tried_at = float("-inf")
+        self._opening: threading.Thread | None = None
         self._clock = clock
         self._offset: float | None = 0.0 if live_frames else None  # clock of the frames minus `clock`
 
     def read(self, until: float, /) -> list[AudioBlock]:
-        """Return what was captured since the last call; `until` is now. Raises AudioError if the device is gone."""
+        """Return what was captured since the last call; `until` is now.
+
+        Raises AudioError while the device is gone.
+        """
         if self._offset is None:
             self._offset = until - self._clock()
-        block = self._device.read()
+        if self._device is None:
+            self._try_again()
+            raise self._fault
+        try:
+            block = self._device.read()
+        except AudioError as error:
+            self._fault, gone, self._device = error, self._device, None
+            gone.close()
+            raise
         return [] if block is None else [replace(block, timestamp=block.timestamp + self._offset)]
 
     def close(self) -> None:
         """Stop and release it."""
-        self._device.close()
+        if self._opening:
+            self._opening.join()
+        if self._device:
+            self._device.close()
+
+    def _try_again(self) -> None:
+        """Begin to open the device, if it is time for it."""
+        if self._clock() - self._tried_at >= RETRY_S and not (self._opening and self._opening.is_alive()):
+            self._tried_at = self._clock()
+            self._opening = threading.Thread(target=self._open, name="microphone", daemon=True)
+            self._opening.start()
+
+    def _open(self) -> None:
+        with contextlib.suppress(AudioError):
+            self._device = open_microphone(self._name, clock=self._clock)

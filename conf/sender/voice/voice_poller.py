@@ -1,4 +1,4 @@
-"""The voice's part of a loop: poll a voice sender, and go on without it when its microphone fails."""
+"""The voice's part of a loop: poll a voice sender, and go on without it while its microphone fails."""
 
 from typing import Protocol
 
@@ -22,7 +22,7 @@ class Voice(Protocol):
 class VoicePoller:
     """Polls the voice when a packet may be complete, at most every VOICE_POLL_S.
 
-    note : why there is no voice any more, "" while all is well
+    note : why there is no voice now, "" while all is well
     """
 
     def __init__(self, voice: Voice | None) -> None:
@@ -52,8 +52,8 @@ class VoicePoller:
         try:
             self._voice.poll(source_time, outlet, now)
         except AudioError as error:
-            self._voice.close()
-            self._voice, self.note = None, str(error)
+            self.note = str(error)
             outlet.set_voice_state(VoiceState.OFF, now)
         else:
+            self.note = ""
             self._interval_s = min(max(self._voice.due_in_s, VOICE_POLL_S), IDLE_POLL_S)

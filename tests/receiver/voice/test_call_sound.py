@@ -43,9 +43,11 @@ class FakeOutput:
     def latency_s(self) -> float:
         return self.queued_s + 0.05
 
-    def write(self, samples: Samples, /) -> None:
+    def check(self) -> None:
         if self.gone:
             raise AudioError("the loudspeaker is gone")
+
+    def write(self, samples: Samples, /) -> None:
         self.queue = np.concatenate([self.queue, samples])
 
     def play(self, count: int) -> Samples:
@@ -119,6 +121,32 @@ def test_a_loudspeaker_that_is_gone_is_said_and_ends_no_call() -> None:
         while not sound.fault:
             pass
     assert sound.fault == "the loudspeaker is gone"
+
+
+def test_a_loudspeaker_that_calls_for_no_sound_any_more_is_noticed() -> None:
+    output = FakeOutput()
+    sound = LoudspeakerSound(CountingMixer(), output, clock=lambda: 0.0)
+    sound.fill()
+    output.gone = True  # with a full queue
+    with pytest.raises(AudioError, match="the loudspeaker is gone"):
+        sound.fill()
+
+
+def test_a_loudspeaker_that_comes_back_plays_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("conf.receiver.voice.call_sound.RETRY_S", 0.001)
+    gone, back, attempts = FakeOutput(), FakeOutput(), list[str]()
+    gone.gone = True
+
+    def reopen() -> FakeOutput:
+        attempts.append(sound.fault)
+        if len(attempts) < 3:
+            raise AudioError("there is no speaker here")
+        return back
+
+    with LoudspeakerSound(CountingMixer(), gone, reopen=reopen) as sound:
+        while not len(back.queue) or sound.fault:
+            pass
+    assert attempts == ["the loudspeaker is gone"] * 3 and gone.closed and back.closed
 
 
 def test_a_clip_gets_as_much_sound_as_time_has_passed() -> None:

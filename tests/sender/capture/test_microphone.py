@@ -9,7 +9,7 @@ import pytest
 from conf.audio.devices import NULL_DEVICE
 from conf.audio.samples import SAMPLE_RATE, AudioBlock
 from conf.errors import AudioError
-from conf.sender.capture.microphone import MicrophoneSource
+from conf.sender.capture.microphone import RETRY_S, MicrophoneSource
 
 
 @pytest.mark.slow
@@ -43,6 +43,41 @@ def test_beside_a_clip_the_times_are_those_of_its_frames(monkeypatch: pytest.Mon
     assert beside_clip.read(2.5)[0].timestamp == pytest.approx(2.49)
     now = 1004.0
     assert beside_clip.read(6.501)[0].timestamp == pytest.approx(6.49)  # a loop that is late changes no time
+
+
+def test_a_microphone_that_is_gone_is_opened_again_when_it_is_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Unplugged(Silence):
+        closed = False
+
+        def read(self) -> AudioBlock:
+            raise AudioError("the microphone gives no sound any more")
+
+        def close(self) -> None:
+            self.closed = True
+
+    now, opened = 1000.0, list[object]()
+    devices = [Unplugged(lambda: now), None, Silence(lambda: now)]
+
+    def open_next(name: str | None, clock: object) -> object:
+        opened.append(device := devices[len(opened)])
+        if device is None:
+            raise AudioError("there is no microphone here")
+        return device
+
+    monkeypatch.setattr("conf.sender.capture.microphone.open_microphone", open_next)
+    source = MicrophoneSource(clock=lambda: now)
+    for seconds in (0.0, 0.1, RETRY_S):
+        now = 1000.0 + seconds
+        with pytest.raises(AudioError, match="gives no sound any more"):
+            source.read(now)
+        if source._opening:
+            source._opening.join()
+    assert devices[0].closed and len(opened) == 2  # at once, and in vain
+    with pytest.raises(AudioError, match="gives no sound any more"):
+        source.read(now := 1002.2)
+    assert source._opening is not None
+    source._opening.join()
+    assert len(opened) == 3 and source.read(now)[0].timestamp == pytest.approx(now - 0.01)
 
 
 def test_a_microphone_that_is_not_there_is_refused() -> None:

@@ -76,11 +76,14 @@ def test_before_the_first_frame_and_without_a_voice_nothing_is_polled(outlet: Si
     assert voice.polls == [] and outlet.states == []
 
 
-def test_a_microphone_that_fails_is_closed_and_told(outlet: SimpleNamespace) -> None:
+def test_a_microphone_that_fails_is_told_until_it_works_again(outlet: SimpleNamespace) -> None:
     voice = FakeVoice()
     poller = VoicePoller(voice)
     voice.fails = True
     poller.poll(0.0, outlet, 0.0)
     poller.poll(1.0, outlet, 1.0)
-    assert voice.closed and outlet.states == [VoiceState.OFF]
+    assert outlet.states == [VoiceState.OFF] * 2 and not voice.polls
     assert poller.note == "the microphone gives no sound any more"
+    voice.fails = False
+    poller.poll(2.0, outlet, 2.0)
+    assert poller.note == "" and voice.polls == [(2.0, 2.0)]
