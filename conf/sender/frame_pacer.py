@@ -34,7 +34,7 @@ class FramePacer:
             self._due = self._origin = timestamp
         source_interval = timestamp - self._previous if self._previous is not None else 0.0
         self._previous = timestamp
-        if timestamp < self._due - source_interval / 2:
+        if timestamp < self._due - source_interval * (0.5 + TOLERANCE):  # of two as near to a tick the earlier is sent
             return None
         delay = timestamp + self._offset - now
         if delay < -MAX_LAG_S:

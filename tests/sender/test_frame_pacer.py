@@ -37,6 +37,14 @@ def test_after_a_stall_frames_are_as_near_to_their_ticks_as_before(source_fps: f
     assert len(errors) > 200 and np.abs(errors).max() / fps <= 0.5 / source_fps + 1e-6
 
 
+@pytest.mark.parametrize("begin", [0.0, 0.1, 1234.56])
+def test_of_two_frames_as_near_to_a_tick_the_earlier_is_sent(begin: float) -> None:
+    pacer = FramePacer(1 / 0.06)
+    times = [begin + i * 0.04 for i in range(10)]
+    sent = [round(1000 * (time - begin)) for time in times if pacer.delay_for(time, 10 + time) is not None]
+    assert sent == [0, 40, 120, 160, 240, 280, 360]
+
+
 def test_late_frames_are_dropped_until_the_clip_has_caught_up() -> None:
     pacer = FramePacer(15)
     assert pacer.delay_for(0.0, 10.0) == 0

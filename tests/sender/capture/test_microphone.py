@@ -56,7 +56,8 @@ def test_a_microphone_that_is_gone_is_opened_again_when_it_is_back(monkeypatch: 
             self.closed = True
 
     now, opened = 1000.0, list[object]()
-    devices = [Unplugged(lambda: now), None, Silence(lambda: now)]
+    unplugged = Unplugged(lambda: now)
+    devices = [unplugged, None, Silence(lambda: now)]
 
     def open_next(name: str | None, clock: object) -> object:
         opened.append(device := devices[len(opened)])
@@ -72,7 +73,7 @@ def test_a_microphone_that_is_gone_is_opened_again_when_it_is_back(monkeypatch: 
             source.read(now)
         if source._opening:
             source._opening.join()
-    assert devices[0].closed and len(opened) == 2  # at once, and in vain
+    assert unplugged.closed and len(opened) == 2  # at once, and in vain
     with pytest.raises(AudioError, match="gives no sound any more"):
         source.read(now := 1002.2)
     assert source._opening is not None
