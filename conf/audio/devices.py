@@ -25,11 +25,16 @@ from conf.errors import AudioError
 
 NULL_DEVICE = "null"  # the name of a microphone of silence and a speaker that nobody hears, in real time
 DEVICE_RATE = 48000
-PERIOD_MS = 10  # from callback to callback; 20 delays a voice by 30 ms more, in the microphone and the speaker
+PERIOD_MS = 10  # of a microphone, from callback to callback; 20 delays a voice by 10 ms more
+SPEAKER_MS = 20  # the same of a speaker; what it takes until sound is heard
+# With PulseAudio the library keeps but one period ready and asks for it by quarters: a callback that is later than
+# three of them leaves a gap that nobody counts. 15 ms were too few beside a thread that draws.
+PULSE_SPEAKER_MS = 30
 MISSING = "miniaudio is missing, so there is no sound: type  pip install miniaudio."
 
 _BUFFER_S = 2.0  # capacity of the ring buffers
-_PERIODS = 4  # of the device's own buffer, where the system asks for a number
+_MICROPHONE_PERIODS = 20  # in the device's own buffer: what a late callback may leave there
+_SPEAKER_PERIODS = 2
 _DEAD_AFTER_S = 2.0  # without a callback a device is gone
 _ALSA_NULL = "Discard all samples"  # how ALSA names a device on machines that have none
 _GAP_S = 0.001
@@ -94,7 +99,8 @@ class Microphone(_Device):
         """Use `open_microphone` instead."""
         super().__init__(name, clock)
         self._captured = _ClockedBuffer()
-        self._device = _start("CaptureDevice", "input_format", name, device_id, self._callback())
+        options = {"input_format": _sample_format(), "callback_periods": _MICROPHONE_PERIODS}
+        self._device = _start("CaptureDevice", name, device_id, self._callback(), buffersize_msec=PERIOD_MS, **options)
 
     def read(self) -> AudioBlock | None:
         """Return what was captured since the last call, at SAMPLE_RATE of the clock, or None; never wait.
@@ -122,7 +128,11 @@ class Speaker(_Device):
         self._buffer = PlaybackBuffer(round(_BUFFER_S * DEVICE_RATE), rate=DEVICE_RATE)
         self._resampler = Resampler(SAMPLE_RATE, DEVICE_RATE)
         self._played = _ClockedBuffer()
-        self._device = _start("PlaybackDevice", "output_format", name, device_id, self._callback())
+        self._period_ms = PULSE_SPEAKER_MS if name != NULL_DEVICE and _has_pulseaudio() else SPEAKER_MS
+        options = {"output_format": _sample_format(), "callback_periods": _SPEAKER_PERIODS}
+        self._device = _start(
+            "PlaybackDevice", name, device_id, self._callback(), buffersize_msec=self._period_ms, **options
+        )
 
     @property
     def queued_s(self) -> float:
@@ -133,9 +143,9 @@ class Speaker(_Device):
     def latency_s(self) -> float:
         """Return the time until a sample written now is heard, s.
 
-        The system's part is one period, as measured through a null sink of PulseAudio.
+        The system's part is one period: with PulseAudio three quarters in its buffer and one in its sink.
         """
-        return self.queued_s + self._resampler.delay_s + PERIOD_MS / 1000
+        return self.queued_s + self._resampler.delay_s + self._period_ms / 1000
 
     @property
     def underruns(self) -> int:
@@ -253,21 +263,27 @@ def _find_devices(kind: str) -> list[tuple[SoundDevice, Any]]:
     return [(SoundDevice(number, device["name"]), device["id"]) for number, device in enumerate(real)]
 
 
-def _start(kind: str, format_option: str, name: str, device_id: object, callback: Generator[Any, Any, None]) -> Any:
+def _has_pulseaudio() -> bool:
+    miniaudio = _import_miniaudio()
+    try:
+        return str(miniaudio.Devices().backend) == "PulseAudio"
+    except miniaudio.MiniaudioError:
+        return False
+
+
+def _sample_format() -> Any:
+    return _import_miniaudio().SampleFormat.SIGNED16
+
+
+def _start(kind: str, name: str, device_id: object, callback: Generator[Any, Any, None], **options: Any) -> Any:
     """Open a device of miniaudio, mono, and start its callbacks."""
     miniaudio = _import_miniaudio()
-    options: dict[str, Any] = {format_option: miniaudio.SampleFormat.SIGNED16, "device_id": device_id}
     if name == NULL_DEVICE:
         options["backends"] = [miniaudio.Backend.NULL]
     next(callback)
     try:
         device = getattr(miniaudio, kind)(
-            nchannels=1,
-            sample_rate=DEVICE_RATE,
-            buffersize_msec=PERIOD_MS,
-            callback_periods=_PERIODS,
-            app_name="conf",
-            **options,
+            nchannels=1, sample_rate=DEVICE_RATE, device_id=device_id, app_name="conf", **options
         )
         device.start(callback)
     except miniaudio.MiniaudioError as error:

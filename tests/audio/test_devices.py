@@ -16,6 +16,8 @@ from conf.audio.devices import (
     MISSING,
     NULL_DEVICE,
     PERIOD_MS,
+    PULSE_SPEAKER_MS,
+    SPEAKER_MS,
     SoundDevice,
     list_microphones,
     list_speakers,
@@ -234,7 +236,7 @@ def test_written_sound_is_played_after_the_latency_and_kept_for_echo_cancellatio
     assert not pull(speaker, 2, clock).any()
     speaker.write(tone(500, 0.2))
     assert speaker.queued_s == pytest.approx(0.2)
-    assert speaker.latency_s == pytest.approx(0.2 + 0.001 + PERIOD_MS / 1000)
+    assert speaker.latency_s == pytest.approx(0.2 + 0.001 + PULSE_SPEAKER_MS / 1000)
     played = pull(speaker, 20, clock)
     assert speaker.queued_s == 0 and speaker.underruns == 0
     times = np.arange(len(played)) / DEVICE_RATE - 0.001
@@ -247,6 +249,21 @@ def test_written_sound_is_played_after_the_latency_and_kept_for_echo_cancellatio
     assert speaker.read_played() is None
     pull(speaker, 1, clock)
     assert speaker.underruns == 1
+
+
+@pytest.mark.parametrize(
+    ("backend", "name", "period_ms"),
+    [("PulseAudio", "HDMI 2", PULSE_SPEAKER_MS), ("PulseAudio", NULL_DEVICE, SPEAKER_MS), ("ALSA", "HDMI", SPEAKER_MS)],
+)
+def test_pulseaudio_is_asked_for_more_as_it_keeps_one_period_only(
+    backend: str, name: str, period_ms: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stub(monkeypatch)
+    monkeypatch.setattr(sys.modules["miniaudio"].Devices, "backend", backend)
+    speaker = open_speaker(name, clock=Clock())
+    assert speaker._device.options["buffersize_msec"] == period_ms
+    assert speaker.latency_s == pytest.approx(0.001 + period_ms / 1000)
+    assert open_microphone("0", clock=Clock())._device.options["buffersize_msec"] == PERIOD_MS
 
 
 def test_a_speaker_that_stops_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
