@@ -23,7 +23,8 @@ _FAR = _NEAR + _MAX_LAG  # samples of a window of the loudspeaker: the microphon
 _SIZE = next_fast_len(_FAR, real=True)
 _BAND_HZ = (200.0, 4000.0)  # where speech is above the noise
 _MEMORY = 0.75  # of the average, from window to window
-_MIN_POWER = 1e-6  # -60 dBFS: quieter windows have nothing to find
+_MIN_NEAR_POWER = 1e-6  # -60 dBFS: quieter windows have nothing to find
+_MIN_FAR_POWER = 1e-4  # -40 dBFS: below speech, hum is at both ends and of one frequency
 _HIGH = 11.0  # height of a peak over the root mean square of all lags; two voices without an echo reach 10
 _SAME = round(0.002 * SAMPLE_RATE)  # samples; peaks closer than this are one path
 _REPEATS = 3  # windows that must agree before the delay changes
@@ -61,7 +62,7 @@ class DelayFinder:
         if self._fresh < (_SEARCH_STEP if self.delay is None else _STEP):
             return False
         self._fresh = 0
-        if min(_power(self._near), _power(self._far)) < _MIN_POWER:
+        if _power(self._near) < _MIN_NEAR_POWER or _power(self._far) < _MIN_FAR_POWER:
             return False
         return self._judge(*self._find_peak())
 

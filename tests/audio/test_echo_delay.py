@@ -5,7 +5,7 @@ import pytest
 
 from conf.audio.echo_delay import DelayFinder
 from conf.audio.samples import FULL_SCALE, SAMPLE_RATE, Samples, to_int16
-from tests.support.synthetic_voice import noise, whisper
+from tests.support.synthetic_voice import noise, tone, whisper
 from tools.bench.rooms import ROOMS, Scene, simulate_echo
 
 BLOCK = 320
@@ -74,6 +74,13 @@ def test_without_an_echo_there_is_no_delay(recorded: Samples) -> None:
     finder = DelayFinder()
     assert run(finder, recorded) == []
     assert finder.delay is None
+
+
+def test_the_same_hum_at_both_ends_is_no_echo() -> None:
+    """Both rooms hum with the harmonics of the mains."""
+    hum = sum((tone(hertz, 4.0, amplitude=40) for hertz in range(250, 1000, 50)), np.zeros(64000, np.int16))
+    finder = DelayFinder()
+    assert run(finder, hum + noise(4.0, -60, seed=1), hum + noise(4.0, -60, seed=2)) == []
 
 
 def test_silence_of_the_loudspeaker_changes_nothing() -> None:
