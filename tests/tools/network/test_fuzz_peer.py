@@ -14,7 +14,7 @@ def test_a_hostile_peer_is_counted_and_the_call_of_others_goes_on() -> None:
     assert min(result["connections"]) == 1
     assert min(result["rejected"]) > 300
     assert max(result["bytes_sent_to_the_peer"]) < 0.1 * min(result["bytes_sent_by_the_peer"])
-    assert min(result["probes_to_pretended_addresses"]) > 0
+    assert min(result["datagrams_to_pretended_addresses"]) > 0
 
 
 @pytest.mark.slow
