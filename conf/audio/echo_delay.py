@@ -16,7 +16,7 @@ from conf.audio.samples import SAMPLE_RATE
 MAX_DELAY_S = 0.5  # Bluetooth loudspeakers need 0.2 to 0.3 s
 
 _STEP = SAMPLE_RATE // 4  # samples from window to window
-_SEARCH_STEP = SAMPLE_RATE // 8  # while no delay is known
+_SEARCH_STEP = SAMPLE_RATE // 8  # while the delay is not known
 _NEAR = SAMPLE_RATE // 2  # samples of a window of the microphone
 _MAX_LAG = round(MAX_DELAY_S * SAMPLE_RATE)
 _FAR = _NEAR + _MAX_LAG  # samples of a window of the loudspeaker: the microphone's and what was played before
@@ -50,6 +50,7 @@ class DelayFinder:
         hertz = np.fft.rfftfreq(_SIZE, 1 / SAMPLE_RATE)
         self._band = (hertz >= _BAND_HZ[0]) & (hertz <= _BAND_HZ[1])
         self._candidate, self._agreed = 0, 0
+        self._is_searching = True
 
     def update(self, recorded: NDArray[np.float32], played: NDArray[np.float32], /) -> bool:
         """Add sound of the same time, (n,) each, full scale 1; return whether the delay changed.
@@ -59,7 +60,7 @@ class DelayFinder:
         self._near = _append(self._near, recorded)
         self._far = _append(self._far, played)
         self._fresh += len(recorded)
-        if self._fresh < (_SEARCH_STEP if self.delay is None else _STEP):
+        if self._fresh < (_SEARCH_STEP if self._is_searching else _STEP):
             return False
         self._fresh = 0
         if _power(self._near) < _MIN_NEAR_POWER or _power(self._far) < _MIN_FAR_POWER:
@@ -69,6 +70,8 @@ class DelayFinder:
     def forget(self) -> None:
         """Forget what was heard, but not the delay: it may have changed."""
         self._average[:] = 0
+        self._agreed = 0
+        self._is_searching = True
 
     def _find_peak(self) -> tuple[int, float]:
         """Return lag and height of the highest peak of the averaged correlation."""
@@ -90,13 +93,12 @@ class DelayFinder:
             return False
         self._agreed = self._agreed + 1 if abs(lag - self._candidate) <= _SAME else 1
         self._candidate = lag
-        if self.delay is not None and abs(lag - self.delay) <= _SAME:
+        if self._agreed >= _REPEATS:
+            self._is_searching = False
+        has_changed = self.delay is None or abs(lag - self.delay) > _SAME
+        if not has_changed or self._agreed >= _REPEATS:
             self.delay = lag
-            return False
-        if self._agreed < _REPEATS:
-            return False
-        self.delay = lag
-        return True
+        return has_changed and self._agreed >= _REPEATS
 
 
 def _append(window: NDArray[np.float32], samples: NDArray[np.float32]) -> NDArray[np.float32]:
