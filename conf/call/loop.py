@@ -21,7 +21,7 @@ from conf.sender.voice.voice_sender import VoiceSender
 from conf.transport.exchange import DatagramExchange
 from conf.transport.udp import UdpSocket
 
-POLL_S = 0.02  # what was captured waits no longer
+POLL_S = 0.03  # what was captured waits no longer; the display draws as often
 
 
 @dataclass(frozen=True)

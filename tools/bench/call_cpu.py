@@ -3,10 +3,11 @@
     python tools/bench/call_cpu.py CLIP [--seconds 20] [--profile FILE] [--json]
 
 Both ends run on this machine, each in a process of its own: camera (the clip), tracker, coding, encryption, sockets,
-voice both ways through the null loudspeaker. Nothing is drawn. CPU time is that of all threads of a process, after a
-warm-up. The tracker alone is measured in the same run, on the frames of the same clip at 320x240 as in
-tools/bench/tracker.py; its share is its time for as many frames a second as the call has tracked. To be reached: at
-most 2.5 times the tracker's share. --profile writes the statistics of cProfile of the loop's thread.
+voice both ways, from a WAV file of the clip's sound, as a microphone needs no decoding, and to the null loudspeaker.
+Nothing is drawn. CPU time is that of all threads of a process, after a warm-up. The tracker alone is measured in the
+same run, on the frames of the same clip at 320x240 as in tools/bench/tracker.py; its share is its time for as many
+frames a second as the call has tracked. To be reached: at most 2.5 times the tracker's share. --profile writes the
+statistics of cProfile of the loop's thread.
 """
 
 import argparse
@@ -15,6 +16,7 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from contextlib import ExitStack
@@ -34,9 +36,12 @@ from conf.call.loop import CallLoop, LocalEnd
 from conf.call.self_view import SelfView
 from conf.call.shared_objects import SharedObjectSender
 from conf.commands.support.capture import CaptureOptions, open_source, rate_options, stream_parameters
+from conf.output.wav_writer import write_wav
 from conf.protocol.call_endpoint import CallEndpoint
 from conf.receiver.voice.call_sound import LoudspeakerSound
 from conf.receiver.voice.voice_mixer import VoiceMixer
+from conf.sender.capture.clip import SOUND_RATE
+from conf.sender.capture.sound import record_sound
 from conf.sender.face_capture import FaceCapture
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.tracker import FaceTracker
@@ -93,7 +98,9 @@ def hold(
     """Hold one end of a call and return its figures. remote : whom to call; None waits for this program itself"""
     with ExitStack() as stack:
         socket = stack.enter_context(UdpSocket.open_to(*remote) if remote else UdpSocket.bind("127.0.0.1", 0))
-        capture_options = CaptureOptions(file=clip, loop=True)
+        sound_file = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "sound.wav"
+        write_wav(sound_file, record_sound(clip), rate=SOUND_RATE)
+        capture_options = CaptureOptions(file=clip, loop=True, sound=sound_file)
         objects, self_view = SharedObjectSender(), SelfView()
         source, voice = stack.enter_context(open_source(capture_options, objects, lambda note: None))
         endpoint = CallEndpoint(

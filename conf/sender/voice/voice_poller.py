@@ -7,7 +7,7 @@ from conf.protocol.voice.formats import VoiceState
 from conf.sender.voice.voice_sender import VoiceOutlet
 
 VOICE_POLL_S = 0.01  # a block of the microphone's processing; the frames that wait go with a complete packet
-IDLE_POLL_S = 0.02  # while no packet can be complete
+IDLE_POLL_S = 0.03  # while no packet can be complete
 
 
 class Voice(Protocol):
