@@ -8,6 +8,9 @@ longest time between two captures, and the longest stall, which is the time of t
 column may grow with the length of the call. A stall next to a capture gap of the same length was caused by other load
 on the machine, which stopped both processes.
 
+machine_gap_s is the longest time by which a thread that sleeps for SLEEP_S woke up too late: a machine that stops
+everybody, which no program can mend.
+
 --sound plays the voice of a clip with sound on a loudspeaker (`conf devices`; "null" needs none) and adds a row each
 minute: underruns, concealed sound, and by how much sound is ahead of the lips (sound_soak.py). Motion and sound are
 extracted once, as tracking would load the machine, and the receiver draws SOUND_FPS frames a second.
@@ -18,6 +21,7 @@ import json
 import math
 import sys
 import threading
+import time
 from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import pairwise
@@ -37,6 +41,7 @@ from tools.network.sound_soak import sound_row, sound_totals
 CODE = "amber-canoe-tiger-7"
 ROWS = 10
 STARTING_S = 60.0  # maximum time for the processes to start on a busy machine
+SLEEP_S = 0.01
 SOUND_FPS = 15
 START_S = 3.0  # excluded from growth: handshake, calibration, memory that is allocated once
 Lines = list[dict[str, Any]]
@@ -60,10 +65,12 @@ def call(
     sender = start("send", "{}:{}".format(*relay.address), CODE, seconds, clip, *sender_options)
     sent: Lines = []
     received: Lines = []
+    machine: list[list[float]] = []
     finished = threading.Event()
     assert sender.stdout is not None and receiver.stdout is not None
     threads = [
         threading.Thread(target=_relay_until, args=(relay, finished)),
+        threading.Thread(target=_watch_machine, args=(machine, finished)),
         threading.Thread(target=read_lines, args=(sender.stdout, sent)),
         threading.Thread(target=read_lines, args=(receiver.stdout, received)),
     ]
@@ -80,7 +87,19 @@ def call(
         for process in (sender, receiver):
             process.communicate()
         relay.close()
+    for line in received:
+        line["machine_gaps"] = [gap for gap in machine if line["at"] - 1 < gap[0] <= line["at"]]
     return sent, received
+
+
+def _watch_machine(gaps: list[list[float]], finished: threading.Event) -> None:
+    """Append (time, s) whenever this thread wakes up too late."""
+    last = time.monotonic()
+    while not finished.wait(SLEEP_S):
+        now = time.monotonic()
+        if now - last > 2 * SLEEP_S:
+            gaps.append([now, now - last - SLEEP_S])
+        last = now
 
 
 def _relay_until(relay: Relay, finished: threading.Event) -> None:
@@ -146,6 +165,9 @@ def _row(sent: Lines, received: Lines, captures: list[list[float]], begin: float
         "latency_ms": round(latency(captures, images) * 1000, 1),
         "longest_capture_gap_s": round(max((b - a for a, b in pairwise(times)), default=0.0), 3),
         "longest_stall_s": round(max((image[2] for image in images), default=0.0), 3),
+        "machine_gap_s": round(
+            max((gap[1] for line in receiver for gap in line.get("machine_gaps", [])), default=0), 3
+        ),
         **sound_row(received, begin, begin + length),
     }
 
