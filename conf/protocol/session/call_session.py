@@ -7,7 +7,8 @@ accepts the proof and drops its own handshake. Nothing is decided before a proof
 end that is not called back cannot be reached by its own hello; then the peer's proof is accepted whatever its attempt.
 
 The session in use has priority. A third caller is refused while the peer is heard. A peer that has restarted is the
-same as a third caller until the old session has been silent for SILENCE_S, and then replaces it.
+same as a third caller until the old session has been silent for SILENCE_S, and then replaces it; from another host only
+after OTHER_HOST_SILENCE_S, as a busy machine may stop its program for seconds.
 """
 
 from collections import Counter, deque
@@ -23,6 +24,7 @@ from conf.protocol.session.responder import Attempt
 from conf.protocol.session.seal import EPOCH_LENGTH
 from conf.protocol.session.server import SessionServer
 
+OTHER_HOST_SILENCE_S = 10.0
 _ANSWERS = {Kind.RETRY, Kind.ANSWER, Kind.DONE, Kind.REFUSED, Kind.UNKNOWN}
 
 
@@ -131,9 +133,11 @@ class CallSession:
 
     def _refuse(self, address: Address, now: float) -> tuple[Refusal, float] | None:
         active = self._active
-        if active is None or active.address == address or now >= active.last_received + SILENCE_S:
+        if active is None or active.address == address:
             return None
-        return Refusal.IN_CALL, max(active.last_received + SILENCE_S - now, 1.0)
+        silence_s = SILENCE_S if active.address[0] == address[0] else OTHER_HOST_SILENCE_S
+        wait_s = active.last_received + silence_s - now
+        return (Refusal.IN_CALL, max(wait_s, 1.0)) if wait_s > 0 else None
 
     def _admit(self, attempt: Attempt) -> None:
         """Raise DatagramError for the proof of a call that has crossed ours, if ours goes on."""

@@ -198,7 +198,8 @@ class SenderSession:
             return
         # Refusals are easily forged: one must not make us prove the code more often than CONFIRM_TIMEOUT_S allows.
         earliest = self._initiator.expires if self._initiator.secrets else now
-        self._initiator = Initiator(self._code, self._random, max(now + wait, earliest))
+        self._trying_since = max(now + wait, earliest)
+        self._initiator = Initiator(self._code, self._random, self._trying_since)
 
     def _start_handshake(self, now: float) -> None:
         if self._initiator is None and not self.stopped:

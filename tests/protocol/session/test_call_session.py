@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from conf.protocol.address import Address
-from conf.protocol.session.call_session import CallSession
+from conf.protocol.session.call_session import OTHER_HOST_SILENCE_S, CallSession
 from conf.protocol.session.client import SILENCE_S
 from conf.protocol.session.drop_reasons import DropReason
 from conf.protocol.session.events import Connected, LossReason, Refused, SessionEnded
@@ -166,13 +166,16 @@ def test_who_calls_and_is_in_a_call_is_busy_too() -> None:
     assert b.peer == A
 
 
-def test_a_caller_that_was_restarted_gets_its_call_back() -> None:
+@pytest.mark.parametrize(("address", "silence_s"), [((B[0], 40001), SILENCE_S), (C, OTHER_HOST_SILENCE_S)])
+def test_a_caller_that_was_restarted_gets_its_call_back(address: Address, silence_s: float) -> None:
     link, a, _ = connected()
     del link.ends[B]
     again = calling(A, "again", link.now)
-    link.ends[C] = again
-    link.run(SILENCE_S + 3)
-    assert a.session is not None and a.session == again.session and a.peer == C
+    link.ends[address] = again
+    link.run(silence_s - 2)
+    assert a.peer == B
+    link.run(4)
+    assert a.session is not None and a.session == again.session and a.peer == address
     assert [type(e) for e in link.events_of(a)] == [Connected, SessionEnded, Connected]
     assert link.events_of(a)[1] == SessionEnded(link.events_of(a)[0].session, LossReason.REPLACED)  # type: ignore[union-attr]
 
