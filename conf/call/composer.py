@@ -95,6 +95,8 @@ class CallComposer(GpuObject):
         stream = next(iter(self._endpoint.streams.values()), None)
         self.controls.has_callers = stream is not None
         self.controls.process_events(now)
+        if stream is not None and self._began_at is None:
+            self._name = ""  # whoever comes now may be somebody else
         self._name = self._endpoint.remote_state.name or self._name
         self._began_at = None if stream is None else now if self._began_at is None else self._began_at
         self._window.begin()

@@ -12,7 +12,7 @@ from conf.call.self_view import SelfView
 from conf.call.shared_objects import SharedObjectSender
 from conf.errors import NetworkError
 from conf.protocol.call_endpoint import CallEndpoint
-from conf.protocol.session.events import LossReason, SessionEnded
+from conf.protocol.session.events import Connected, LossReason, SessionEnded
 from conf.receiver.call_display import CallDisplay
 from conf.receiver.voice.call_sound import CallSound
 from conf.sender.face_capture import CaptureMode, send_motion
@@ -69,6 +69,7 @@ class CallLoop:
         peers = None if self._is_calling else lambda: endpoint.callers
         self._exchange = DatagramExchange(socket, endpoint, peers=peers, lock=sound.lock if sound else None)
         self.peer_name = ""
+        self._has_peer_left = False
         self._is_hung_up = False
 
     @property
@@ -144,10 +145,13 @@ class CallLoop:
     def _handle_events(self, now: float) -> None:
         self.peer_name = self._endpoint.remote_state.name or self.peer_name
         while event := self._endpoint.next_event():
+            if isinstance(event, Connected) and self._has_peer_left:
+                self.peer_name = self._endpoint.remote_state.name  # whoever comes now may be somebody else
             if text := describe_event(event, name=self.peer_name, is_calling=self._is_calling):
                 self._report(text, now)
-            if isinstance(event, SessionEnded) and event.reason is LossReason.HUNG_UP:
-                self._is_hung_up = self._is_calling
+            if isinstance(event, SessionEnded):
+                self._has_peer_left = event.reason is not LossReason.REPLACED
+                self._is_hung_up |= self._is_calling and event.reason is LossReason.HUNG_UP
         if self.connected_at is None and self._endpoint.streams:
             self.connected_at = now
             if self._display:

@@ -127,10 +127,25 @@ class FakeVoice:
 class End:
     """One end of a call and all that surrounds its loop."""
 
-    def __init__(self, wire: Wire, own: Address, remote: Address | None = None, *, code: str = CODE) -> None:
+    def __init__(
+        self,
+        wire: Wire,
+        own: Address,
+        remote: Address | None = None,
+        *,
+        code: str = CODE,
+        name: str = "",
+        now: float = 0.0,
+    ) -> None:
         self.objects = SharedObjectSender()
         self.endpoint = CallEndpoint(
-            code=code, parameters=PARAMETERS, now=0.0, random=seeded(own), remote=remote, portrait=self.objects
+            code=code,
+            parameters=PARAMETERS,
+            now=now,
+            random=seeded((own, name)),
+            remote=remote,
+            portrait=self.objects,
+            name=name,
         )
         self.socket = WireSocket(wire, own, remote)
         self.capture, self.display, self.voice = FakeCapture(), FakeDisplay(), FakeVoice()
@@ -232,6 +247,19 @@ def test_who_has_called_ends_when_the_other_hangs_up_and_who_waits_goes_on() -> 
     stage.run(0.5)
     assert stage.a.display.texts[-1] == "the other end has hung up"
     assert not stage.a.loop.is_over and stage.a.capture.mode is CaptureMode.PREVIEW
+
+
+def test_the_next_caller_is_not_called_by_the_name_of_the_one_before() -> None:
+    stage = Stage()
+    stage.b = End(stage.wire, B, A, name="Bob")
+    stage.run(1.0)
+    assert stage.a.loop.peer_name == "Bob"
+    stage.b.loop.close(stage.now)
+    stage.run(0.5)
+    assert stage.a.display.texts[-1] == "Bob has hung up" and stage.a.loop.peer_name == "Bob"
+    stage.b = End(stage.wire, B, A, now=stage.now)
+    stage.run(1.0)
+    assert stage.a.display.texts[-1] == "connected with 198.51.100.7" and stage.a.loop.peer_name == ""
 
 
 def test_a_wrong_code_ends_the_call_with_a_message() -> None:

@@ -189,7 +189,7 @@ def is_slow(item: pytest.Item) -> bool:
 def main() -> None:
     """Test the mutants of a module and write what each changes and whether it survived."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("module", help="below conf/, such as protocol/sequence")
+    parser.add_argument("module", help="below conf/, such as protocol/session/sequence")
     parser.add_argument("result", type=Path, help="a JSON file")
     parser.add_argument("--quick", action="store_true", help="without the tests that are marked slow")
     parser.add_argument("--sample", type=int, metavar="N", help="N mutants at random instead of all; the seed is fixed")

@@ -1,4 +1,6 @@
-"""Mutation testing of modules, each with its own test: `python tools/mutation/run.py protocol/sequence sender/motion`.
+"""Mutation testing of modules, each with its own test.
+
+    python tools/mutation/run.py protocol/session/sequence sender/motion
 
 Each argument is a module or a package below conf/. A mutant is killed if tests/.../test_MODULE.py fails or exceeds its
 time. Mutants in left_out.py do not count. --survivors prints what the tests did not notice, --report reads the results
@@ -118,7 +120,7 @@ def constants(module: str) -> Iterator[str]:
 def main() -> None:
     """Run the tests of the modules and print the score."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("modules", nargs="+", help="modules or packages below conf/, such as protocol/sequence")
+    parser.add_argument("modules", nargs="+", help="modules or packages below conf/, such as protocol/session/sequence")
     parser.add_argument("--quick", action="store_true", help="without the tests that are marked slow")
     parser.add_argument("--sample", metavar="N", help="N mutants of each module at random; the seed is fixed")
     parser.add_argument("--report", action="store_true", help="read the results of earlier runs")

@@ -9,7 +9,7 @@ from conf.commands.support.suggesting_parser import SuggestingParser, did_you_me
     [
         (["recieve"], "conf: error: argument COMMAND: invalid choice 'recieve': did you mean 'receive'?"),
         (["Send", "h"], "conf: error: argument COMMAND: invalid choice 'Send': did you mean 'send'?"),
-        (["fly"], "conf: error: argument COMMAND: invalid choice 'fly': choose from demo, receive, send, extract"),
+        (["fly"], "conf: error: argument COMMAND: invalid choice 'fly': choose from demo, call, receive, send"),
         (["send", "h", "--potrait"], "conf send: error: unrecognized arguments: --potrait: did you mean '--portrait'?"),
         (["receive", "--lisen=5005"], "unrecognized arguments: --lisen=5005: did you mean '--listen'?"),
         (["receive", "-listen", "5005"], "unrecognized arguments: -listen 5005: did you mean '--listen'?"),

@@ -38,6 +38,6 @@ def test_a_canceller_that_does_nothing_has_figures_of_nothing() -> None:
     far = whisper(11.0, seed=1, dbfs=-20)
     speech = Speech(far, whisper(3.0, seed=2).astype(float), 6 * SAMPLE_RATE)
     row = measure("nothing", Scene("desk"), speech, nothing, alone=1.0, seed=1)
-    assert row.erle_3s == row.erle_10s == 0 and row.converged_s is None and row.delay_ms == 0
-    assert row.stoi == pytest.approx(row.stoi_without) and row.stoi_loss == pytest.approx(1 - row.stoi)
+    assert row.erle_3s == row.erle_10s == 0 and row.converged_s is None and row.delay_ms < 1
+    assert row.stoi == pytest.approx(row.stoi_without, abs=1e-3) and row.stoi_loss == pytest.approx(1 - row.stoi)
     assert 0.5 < row.stoi < 0.95

@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[3]
 def test_the_mutants_of_a_small_module_are_killed_but_the_equivalent_one(tmp_path: Path) -> None:
     pytest.importorskip("mutmut", reason="mutation tests need mutmut: make mutate installs it")
     program = ROOT / "tools" / "mutation" / "forked_tests.py"
-    command = [sys.executable, str(program), "protocol/sequence", str(tmp_path / "result.json")]
+    command = [sys.executable, str(program), "protocol/session/sequence", str(tmp_path / "result.json")]
     subprocess.run(command, check=True, capture_output=True)
     rows = json.loads((tmp_path / "result.json").read_text())
     line = "candidate = expected - (expected - low + span // 2) % span + span // 2"
