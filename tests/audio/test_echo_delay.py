@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.signal.windows import tukey
 
-from conf.audio.echo_delay import DelayFinder
+from conf.audio.echo_delay import DelayFinder, tapered_cosine
 from conf.audio.samples import FULL_SCALE, SAMPLE_RATE, Samples, to_int16
 from tests.support.synthetic_voice import noise, tone, whisper
 from tools.bench.rooms import ROOMS, Scene, simulate_echo
@@ -88,3 +89,8 @@ def test_silence_of_the_loudspeaker_changes_nothing() -> None:
     run(finder, to_int16(simulate_echo(PLAYED, Scene(delay_s=0.06), dbfs=-32)))
     assert run(finder, whisper(4.0, seed=4), np.zeros(64000, np.int16)) == []
     assert finder.delay == pytest.approx(960, abs=8)
+
+
+@pytest.mark.parametrize(("size", "tapered"), [(8, 0.5), (1001, 0.25), (64, 1.0)])
+def test_the_window_is_scipys(size: int, tapered: float) -> None:
+    np.testing.assert_allclose(tapered_cosine(size, tapered), tukey(size, tapered), atol=1e-6)
