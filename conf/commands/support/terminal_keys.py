@@ -40,6 +40,8 @@ def _is_terminal() -> bool:
 
 
 def _is_in_foreground(fd: int) -> bool:
+    if sys.platform == "win32":
+        return True
     try:
         return os.tcgetpgrp(fd) == os.getpgrp()
     except OSError:  # not this process's terminal, or it is gone
