@@ -7,7 +7,7 @@ from conf.call.controls import ButtonPlace
 from conf.call.layout import CallLayout, CallSizes, lay_out_call
 from conf.call.notice import draw_notice, notice_size
 from conf.call.self_picture import SelfPicture
-from conf.call.toolbar import Button, draw_toolbar, place_buttons, toolbar_sizes
+from conf.call.toolbar import Button, draw_toolbar, lay_out_buttons, toolbar_sizes
 from conf.call.view import Notice
 from conf.receiver.call_stats import CallStats
 from conf.receiver.panel_layout import MARGIN, Rect, shorten
@@ -105,7 +105,7 @@ class CallScreen:
         buttons = self._fitting_buttons(overlay)
         if rect is None or not buttons:
             return []
-        places = place_buttons(rect, toolbar_sizes(buttons, overlay.scale)[1], overlay.scale)
+        places = lay_out_buttons(rect, toolbar_sizes(buttons, overlay.scale)[1], overlay.scale)
         draw_toolbar(overlay, buttons, places, hovered=hovered)
         return [ButtonPlace(button.action, place) for button, place in zip(buttons, places, strict=True)]
 

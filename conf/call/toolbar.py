@@ -77,7 +77,7 @@ def toolbar_sizes(buttons: Sequence[Button], scale: float) -> tuple[Size, list[S
     return (sum(width for width, _ in sizes) + GAP * scale * (len(sizes) - 1), HEIGHT * scale), sizes
 
 
-def place_buttons(rect: Rect, sizes: Sequence[Size], scale: float) -> list[Rect]:
+def lay_out_buttons(rect: Rect, sizes: Sequence[Size], scale: float) -> list[Rect]:
     """Return the rectangles of the buttons in their row."""
     places, left = [], rect.left
     for width, height in sizes:

@@ -2,7 +2,7 @@ import pytest
 
 from conf.call.controls import BUTTONS
 from conf.call.local_state import LocalState
-from conf.call.toolbar import buttons_of, draw_toolbar, place_buttons, toolbar_sizes
+from conf.call.toolbar import buttons_of, draw_toolbar, lay_out_buttons, toolbar_sizes
 from conf.receiver.panel_layout import Rect
 from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.render.window.offscreen import OffscreenWindow
@@ -31,7 +31,7 @@ def test_the_buttons_are_drawn_where_they_are_clicked(gl: None) -> None:
             window.begin()
             with overlay.frame(window, scale=0.8):
                 size, sizes = toolbar_sizes(buttons, 0.8)
-                places = place_buttons(Rect(4.0, 6.0, *size), sizes, 0.8)
+                places = lay_out_buttons(Rect(4.0, 6.0, *size), sizes, 0.8)
                 draw_toolbar(overlay, buttons, places, hovered=hovered)
             images[hovered] = window.read().astype(int)
     assert places[0].left == 4.0 and places[-1].right == pytest.approx(4.0 + size[0])
