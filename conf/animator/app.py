@@ -8,7 +8,7 @@ import numpy as np
 from conf.animator.background_fit import FitFunction
 from conf.animator.controller import Controller
 from conf.animator.face_document import FaceDocument
-from conf.animator.gui.layout import Layout, scale_of
+from conf.animator.gui.layout import SCALE, Layout
 from conf.animator.gui.main import AnimatorGui
 from conf.animator.keys import key_label
 from conf.animator.viewport_controller import ViewportController, WindowCommand
@@ -74,7 +74,7 @@ class AnimatorApp:
         window, controller = self._window, self.controller
         events = window.poll()
         is_closing, window.should_close = window.should_close, False
-        scale = scale_of(window.size, window.pixel_ratio)
+        scale = SCALE.scale(window.size, window.pixel_ratio)
         layout = Layout.of(window.size, scale)
         self._input.process_events(events)
         commands = self._viewport.process_events(events, layout, scale, now)

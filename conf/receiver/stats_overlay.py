@@ -14,10 +14,10 @@ from conf.render.ui.imgui_overlay import (
     ACCENT,
     MUTED,
     PADDING,
+    SCALE,
     TEXT,
     TITLE_PX,
     ImGuiOverlay,
-    interface_scale,
     lines_height,
     panel,
 )
@@ -107,7 +107,7 @@ def media_lines(amounts: MediaBytes) -> list[tuple[str, str]]:
 
 def covered_width(size: tuple[int, int], pixel_ratio: float) -> float:
     """Return the width, in pixels from the left, that the panel covers of an image of this width and height."""
-    return (MARGIN + WIDTH + 2 * PADDING) * interface_scale(size, pixel_ratio)
+    return (MARGIN + WIDTH + 2 * PADDING) * SCALE.scale(size, pixel_ratio)
 
 
 def line_parts(stats: CallStats) -> list[LinePart]:

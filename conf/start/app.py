@@ -11,7 +11,7 @@ from conf.render.ui.theme import BACKDROP, themed
 from conf.render.window import Window
 from conf.render.window.input_events import KeyPressed
 from conf.start.controller import StartController
-from conf.start.gui.layout import Layout, scale_of
+from conf.start.gui.layout import SCALE, Layout
 from conf.start.gui.main import StartGui
 
 FPS = 30.0
@@ -52,7 +52,7 @@ class StartApp:
             return
         self._gui.prepare(controller)
         window.begin(BACKDROP)
-        scale = scale_of(window.size, window.pixel_ratio)
+        scale = SCALE.scale(window.size, window.pixel_ratio)
         layout = Layout.of(window.size, scale)
         with self._overlay.frame(window, scale=scale), themed(scale):
             copied = self._gui.draw(controller, layout, now, datetime.now().astimezone())

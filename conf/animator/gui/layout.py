@@ -3,19 +3,12 @@
 from dataclasses import dataclass
 
 from conf.render.ui.rectangle import Rect
+from conf.render.ui.scaling import ScaleRule
 
 COLUMN_PX = 276.0  # width at scale 1
 TIMELINE_PX = 84.0  # height at scale 1
 REFERENCE_ASPECT = 1.42  # height over width of the reference face
-SCALE_LIMITS = (0.8, 2.0)
-DESIGN_SIZE = (1280, 800)  # window size of scale 1
-
-
-def scale_of(size: tuple[int, int], pixel_ratio: float) -> float:
-    """Return the scale of panels and text for a window of (W, H) pixels."""
-    low, high = SCALE_LIMITS
-    ratio = min(size[0] / DESIGN_SIZE[0], size[1] / DESIGN_SIZE[1]) / pixel_ratio
-    return float(min(max(ratio**0.7, low), high) * pixel_ratio)
+SCALE = ScaleRule((1280, 800), exponent=0.7, limits=(0.8, 2.0))
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,12 @@ from imgui_bundle import imgui, imgui_ctx, implot
 
 from conf.render.gpu_object import GpuObject
 from conf.render.ui.imgui_renderer import ImGuiRenderer
+from conf.render.ui.scaling import ScaleRule
 from conf.render.window import Window
 
 TEXT_PX = 14.0  # text height in an image 480 pixels high
 TITLE_PX = 25.0
-SCALE_LIMITS = (0.8, 2.5)
+SCALE = ScaleRule((640, 480), exponent=0.5, limits=(0.8, 2.5))  # of panels, by the size of the image
 PANEL = (0.045, 0.055, 0.075, 0.66)
 TEXT = (0.93, 0.95, 0.97, 1.0)
 MUTED = (0.66, 0.71, 0.77, 1.0)
@@ -33,16 +34,6 @@ PANEL_FLAGS = (
     | imgui.WindowFlags_.no_focus_on_appearing
     | imgui.WindowFlags_.no_nav
 )
-
-
-def interface_scale(size: tuple[int, int], pixel_ratio: float) -> float:
-    """Return the scale of panels and text relative to 640 x 480: the square root of that of the image, limited.
-
-    size : width and height in pixels; pixel_ratio : pixels per point of the display, 2 on a HiDPI display
-    """
-    points = min(size[0] / 640, size[1] / 480) / pixel_ratio
-    low, high = SCALE_LIMITS
-    return float(min(max(points**0.5, low), high) * pixel_ratio)
 
 
 class ImGuiOverlay(GpuObject):
@@ -67,12 +58,12 @@ class ImGuiOverlay(GpuObject):
     def frame(self, window: Window, *, scale: float | None = None) -> Iterator[None]:
         """Lay out panels inside the `with` block; draw them over the window's framebuffer at its end.
 
-        scale : of text and panels; None takes `interface_scale` of the window
+        scale : of text and panels; None takes that of SCALE
         """
         io = imgui.get_io()
         io.display_size = imgui.ImVec2(*window.size)
         io.delta_time = 1 / 60  # seconds; ImGui animates nothing here
-        self._set_scale(scale or interface_scale(window.size, window.pixel_ratio))
+        self._set_scale(scale or SCALE.scale(window.size, window.pixel_ratio))
         self.size = window.size
         imgui.new_frame()
         try:

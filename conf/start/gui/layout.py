@@ -3,18 +3,12 @@
 from dataclasses import dataclass
 
 from conf.render.ui.rectangle import Rect
+from conf.render.ui.scaling import ScaleRule
 
 MIN_SIZE = (800, 600)  # points; the window of scale 1
 HEADER_PX = 40.0  # heights at scale 1
 FOOTER_PX = 40.0
-SCALE_LIMITS = (1.0, 1.8)
-
-
-def scale_of(size: tuple[int, int], pixel_ratio: float) -> float:
-    """Return the scale of controls and text for a window of (W, H) pixels."""
-    low, high = SCALE_LIMITS
-    ratio = min(size[0] / MIN_SIZE[0], size[1] / MIN_SIZE[1]) / pixel_ratio
-    return float(min(max(ratio**0.6, low), high) * pixel_ratio)
+SCALE = ScaleRule(MIN_SIZE, exponent=0.6, limits=(1.0, 1.8))
 
 
 @dataclass(frozen=True)

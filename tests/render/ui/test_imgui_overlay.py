@@ -1,25 +1,10 @@
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from imgui_bundle import imgui
 
-from conf.render.ui.imgui_overlay import ImGuiOverlay, interface_scale, lines_height, panel
+from conf.render.ui.imgui_overlay import ImGuiOverlay, lines_height, panel
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.image_measures import box
-
-sides = st.integers(64, 4000)
-
-
-@pytest.mark.slow
-@given(sides, sides, st.sampled_from([1.0, 1.5, 2.0]))
-def test_the_scale_grows_with_the_image_within_its_limits(width: int, height: int, ratio: float) -> None:
-    scale = interface_scale((width, height), ratio)
-    assert 0.8 * ratio <= scale <= 2.5 * ratio
-    assert interface_scale((2 * width, 2 * height), ratio) >= scale
-    assert interface_scale((round(width * ratio), round(height * ratio)), ratio) == pytest.approx(
-        interface_scale((width, height), 1.0) * ratio, rel=0.02
-    )
 
 
 def test_a_panel_covers_exactly_its_rectangle(window: OffscreenWindow, overlay: ImGuiOverlay) -> None:

@@ -9,7 +9,7 @@ from imgui_bundle import imgui
 from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.render.ui.theme import themed
 from conf.render.window.offscreen import OffscreenWindow
-from conf.start.gui.layout import Layout, scale_of
+from conf.start.gui.layout import SCALE, Layout
 from conf.start.gui.main import StartGui
 from conf.start.recent_calls import RecentCall
 from tests.start.conftest import Stand
@@ -41,7 +41,7 @@ def labels_outside(window: OffscreenWindow, stand: Stand, monkeypatch: pytest.Mo
     with monkeypatch.context() as patch, ImGuiOverlay(window.ctx) as overlay, StartGui(window.ctx, overlay) as gui:
         for name in WIDGETS:
             patch.setattr(imgui, name, recording(getattr(imgui, name)))
-        scale = scale_of(window.size, 1.0)
+        scale = SCALE.scale(window.size, 1.0)
         for _ in range(2):
             gui.prepare(stand.controller)
             window.begin()
