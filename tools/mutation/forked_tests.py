@@ -181,6 +181,14 @@ def leave_after(function: Callable[[], None]) -> None:
         os._exit(status)
 
 
+def test_files(module: str) -> list[str]:
+    """Return the tests of a module: test_MODULE.py, and each test_MODULE_*.py that is not another module's."""
+    folder, _, name = module.rpartition("/")
+    tests = sorted((ROOT / "tests" / folder).glob(f"test_{name}_*.py"))
+    others = [path for path in tests if not (ROOT / "conf" / folder / path.name.removeprefix("test_")).exists()]
+    return [str(path.relative_to(ROOT)) for path in (ROOT / "tests" / folder / f"test_{name}.py", *others)]
+
+
 def is_slow(item: pytest.Item) -> bool:
     """Return whether a test is marked slow."""
     return item.get_closest_marker("slow") is not None
@@ -197,7 +205,6 @@ def main() -> None:
     os.chdir(ROOT)
     sys.path.insert(0, str(ROOT))
     config()  # read in this folder, as tests change it
-    folder, _, name = f"tests/{args.module}".rpartition("/")
     loader = MutatedModule(f"conf.{args.module.replace('/', '.')}", ROOT / "conf" / f"{args.module}.py")
     sys.meta_path.insert(0, loader)
     names = loader.mutated.mutant_names
@@ -207,7 +214,7 @@ def main() -> None:
     options = ["-q", "-p", "no:cacheprovider", "--capture=no", "--assert=plain", "--tb=no"]
     if args.quick:
         options += ["-m", "not slow"]
-    pytest.main([*options, f"{folder}/test_{name}.py"], plugins=[tests])
+    pytest.main([*options, *test_files(args.module)], plugins=[tests])
     if len(tests.results) != len(names):
         raise SystemExit("the tests cannot be collected")
     args.result.write_text(json.dumps(tests.results, indent=1))

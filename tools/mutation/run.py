@@ -3,8 +3,9 @@
     python tools/mutation/run.py protocol/session/sequence sender/motion
 
 Each argument is a module or a package below conf/. A mutant is killed if tests/.../test_MODULE.py fails or exceeds its
-time. Mutants in left_out.py do not count. --survivors prints what the tests did not notice, --report reads the results
-of earlier runs in build/mutate, --constants lists the constants, which are not mutated.
+time, or a test_MODULE_*.py that belongs to no other module. Mutants in left_out.py do not count. --survivors prints
+what the tests did not notice, --report reads the results of earlier runs in build/mutate, --constants lists the
+constants, which are not mutated.
 """
 
 import argparse

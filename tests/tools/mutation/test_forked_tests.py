@@ -1,5 +1,6 @@
 """Mutants of a small module, tested in forks."""
 
+import importlib
 import json
 import subprocess
 import sys
@@ -22,3 +23,14 @@ def test_the_mutants_of_a_small_module_are_killed_but_the_equivalent_one(tmp_pat
         {key: row[key] for key in ("line", "changed", "survived")} for row in rows
     ]
     assert [row["changed"] for row in rows if row["survived"]] == [line.replace("low +", "low -")]
+
+
+def test_a_module_is_tested_by_the_files_that_were_split_off_too() -> None:
+    pytest.importorskip("mutmut", reason="mutation tests need mutmut: make mutate installs it")
+    forked_tests = importlib.import_module("tools.mutation.forked_tests")
+    folder = "tests/protocol"
+    assert forked_tests.test_files("protocol/send_leg") == [
+        f"{folder}/test_send_leg.py",
+        f"{folder}/test_send_leg_voice.py",
+    ]
+    assert forked_tests.test_files("protocol/sender") == [f"{folder}/test_sender.py"]  # sender_connection has its own
