@@ -98,7 +98,7 @@ PURE_EXCEPTIONS = {
     ("face/formats/trimesh_reader.py", "trimesh"),
 }
 
-SOCKETS = {"transport/udp.py", "transport/local_addresses.py"}
+SOCKETS = {"transport/udp.py", "transport/local_addresses.py", "transport/wake_up.py"}
 MAX_MODULES = 17  # per folder, without __init__.py
 WITHOUT_TEST = {"sender/capture/frame.py"}
 # Tests of several modules together, of documents and of the whole program.

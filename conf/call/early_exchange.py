@@ -8,7 +8,7 @@ from typing import Self
 
 from conf.errors import NetworkError
 from conf.transport.exchange import DatagramExchange
-from conf.transport.udp import UdpSocket
+from conf.transport.interface import Transport
 
 POLL_S = 0.02
 
@@ -21,7 +21,7 @@ class EarlyExchange:
 
     def __init__(
         self,
-        socket: UdpSocket,
+        socket: Transport,
         exchange: DatagramExchange,
         is_connected: Callable[[float], bool],
         *,

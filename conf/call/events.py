@@ -1,6 +1,7 @@
 """What the events of a call's session mean for the person at this end."""
 
 from conf.errors import NetworkError
+from conf.protocol.address import host_of
 from conf.protocol.session.events import (
     AddressChanged,
     Connected,
@@ -42,15 +43,15 @@ def describe_event(event: Event, *, name: str, is_calling: bool) -> str:
         case WrongCode() if is_calling:
             raise NetworkError(WRONG_CODE)
         case WrongCode(tries_left=left, address=address):
-            return f"a wrong code from {address[0]}: {left} more tries this minute"
+            return f"a wrong code from {host_of(address)}: {left} more tries this minute"
         case Refused(refusal=refusal, wait_s=None):
             raise NetworkError(REFUSALS[refusal])
         case Refused(refusal=refusal, wait_s=float(wait)):
             return REFUSALS[refusal].format(wait=wait)
         case Connected(address=address):
-            return f"connected with {name or address[0]}"
+            return f"connected with {name or host_of(address)}"
         case AddressChanged(address=address):
-            return f"{name or 'the other end'} has moved to {address[0]}"
+            return f"{name or 'the other end'} has moved to {host_of(address)}"
         case NoAnswer(seconds=seconds):
             return NO_ANSWER.format(seconds=seconds)
         case SessionEnded(reason=reason):

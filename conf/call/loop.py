@@ -19,7 +19,7 @@ from conf.sender.face_capture import CaptureMode, send_motion
 from conf.sender.voice.voice_poller import VoicePoller
 from conf.sender.voice.voice_sender import VoiceSender
 from conf.transport.exchange import DatagramExchange
-from conf.transport.udp import UdpSocket
+from conf.transport.interface import Transport
 
 POLL_S = 0.03  # what was captured waits no longer; the display draws as often
 
@@ -51,7 +51,7 @@ class CallLoop:
     def __init__(
         self,
         endpoint: CallEndpoint,
-        socket: UdpSocket,
+        socket: Transport,
         local: LocalEnd,
         *,
         display: CallDisplay | None = None,

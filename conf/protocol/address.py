@@ -1,11 +1,24 @@
 """The network address of a peer: as the socket calls give it, and as a user types it."""
 
 import re
+from typing import NamedTuple
 
 DEFAULT_PORT = 5005
 
+
+class RelayAddress(NamedTuple):
+    """A peer that is reached through a relay.
+
+    nameplate : the public number of the call
+    member : the caller's random name, "" for the end that waits
+    """
+
+    nameplate: str
+    member: str
+
+
 # (host, port) for IPv4; (host, port, flow info, scope id) for IPv6.
-Address = tuple[str, int] | tuple[str, int, int, int]
+Address = tuple[str, int] | tuple[str, int, int, int] | RelayAddress
 
 # [HOST]:PORT, HOST:PORT, or an IPv6 address without brackets, which has no port
 _TYPED = re.compile(
@@ -15,8 +28,15 @@ _TYPED = re.compile(
 
 def format_address(address: Address, /) -> str:
     """Return an address as a user types it: host:port, or [host]:port for IPv6; no host stands for all addresses."""
+    if isinstance(address, RelayAddress):
+        return "relay"
     host, port = address[:2]
     return f"[{host}]:{port}" if ":" in host else f"{host or '0.0.0.0'}:{port}"
+
+
+def host_of(address: Address, /) -> str:
+    """Return the host of an address; all peers behind a relay count as one, whatever names they choose."""
+    return "the relay" if isinstance(address, RelayAddress) else address[0]
 
 
 def parse_address(text: str, /) -> tuple[str, int]:

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable
 
 from conf.face.deformation.face_model import FaceModel
+from conf.protocol.address import format_address, host_of
 from conf.protocol.call_report import CallReport
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.session.events import AddressChanged, Connected, Event, SessionEnded, WrongCode
@@ -11,14 +12,14 @@ from conf.receiver.call_display import CallDisplay, LoopOptions
 from conf.receiver.frame_composer import FrameComposer
 from conf.render.window import Window
 from conf.transport.exchange import DatagramExchange
-from conf.transport.udp import UdpSocket
+from conf.transport.interface import Transport
 
 
 class ReceiverLoop:
     """Shows all callers in a window. A program calls `run`, or `step` from a loop of its own, then `close`."""
 
     def __init__(
-        self, window: Window, face: FaceModel, endpoint: ReceiverEndpoint, socket: UdpSocket, options: LoopOptions
+        self, window: Window, face: FaceModel, endpoint: ReceiverEndpoint, socket: Transport, options: LoopOptions
     ) -> None:
         self._endpoint = endpoint
         self._socket = socket
@@ -82,16 +83,16 @@ class ReceiverLoop:
         """Label the participants, and tell the viewer about a session event."""
         match event:
             case Connected(address=address):
-                text = f"a call from {address[0]}"
+                text = f"a call from {host_of(address)}"
             case AddressChanged(address=address):
-                text = f"a caller has moved to {address[0]}"
+                text = f"a caller has moved to {host_of(address)}"
             case SessionEnded(session=session):
                 self._composer.names.pop(session, None)
                 text = "a call has ended"
             case WrongCode(tries_left=left, address=address):
-                text = f"a wrong code from {address[0]}: {left} more tries this minute"
+                text = f"a wrong code from {host_of(address)}: {left} more tries this minute"
             case _:
                 return
         if isinstance(event, Connected | AddressChanged):
-            self._composer.names[event.session] = "{}:{}".format(*event.address)
+            self._composer.names[event.session] = format_address(event.address)
         self._display.report(text, now)

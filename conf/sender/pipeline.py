@@ -15,7 +15,7 @@ from conf.sender.motion_source import MotionSource
 from conf.sender.voice.voice_poller import VoicePoller
 from conf.sender.voice.voice_sender import VoiceSender
 from conf.transport.exchange import DatagramExchange
-from conf.transport.udp import UdpSocket
+from conf.transport.interface import Transport
 
 STATUS_INTERVAL_S = 0.25
 POLL_S = 0.1
@@ -53,7 +53,7 @@ class SenderLoop:
     """Sends each frame of a source at its time. `run` does it all; `step` fits into another program's loop."""
 
     def __init__(
-        self, source: MotionSource, connection: SenderConnection, socket: UdpSocket, *, voice: VoiceSender | None = None
+        self, source: MotionSource, connection: SenderConnection, socket: Transport, *, voice: VoiceSender | None = None
     ) -> None:
         """voice : the caller's, None to send none"""
         self._connection = connection

@@ -1,4 +1,4 @@
-"""Exchange datagrams between a socket and one end of a call: the part that all loops have in common."""
+"""Exchange datagrams between a transport and one end of a call: the part that all loops have in common."""
 
 from collections.abc import Callable, Set
 from contextlib import AbstractContextManager, nullcontext
@@ -7,7 +7,7 @@ from typing import Protocol
 from conf.errors import NetworkError
 from conf.protocol.address import Address
 from conf.transport.fault_tolerance import NETWORK_LIMIT_S, FaultTolerance
-from conf.transport.udp import ReceivedDatagram, UdpSocket
+from conf.transport.interface import ReceivedDatagram, Transport
 
 RECEIVE_BATCH = 512  # datagrams in one step: a few milliseconds of junk
 
@@ -27,13 +27,13 @@ class DatagramExchange:
 
     def __init__(
         self,
-        socket: UdpSocket,
+        socket: Transport,
         endpoint: DatagramEndpoint,
         *,
         peers: Callable[[], Set[Address]] | None = None,
         lock: AbstractContextManager[object] | None = None,
     ) -> None:
-        """Connect a socket with an endpoint.
+        """Connect a transport with an endpoint.
 
         peers : the addresses of those in a call, where strangers are answered too; None if there is but one peer
         lock : held while datagrams change the endpoint's streams

@@ -13,10 +13,11 @@ import struct
 import sys
 import time
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 from conf.errors import NetworkError
-from conf.protocol.address import Address, format_address
+from conf.protocol.address import Address, RelayAddress, format_address
+from conf.transport.interface import ReceivedDatagram
 
 MAX_DATAGRAM = 2048
 # What the kernel may queue while a frame is drawn, the datagrams of a flood included.
@@ -27,14 +28,6 @@ _TIMESPEC = struct.Struct("@ll")  # seconds, nanoseconds
 _CONTROL_BYTES = 64  # of a control message that holds a timespec
 MAX_QUEUED_S = 1.0  # a longer time means that the wall clock was set: it counts as 0
 MAX_CANDIDATES = 8  # addresses of one name that are tried
-
-
-class ReceivedDatagram(NamedTuple):
-    """A datagram, its source, and the seconds it spent in the kernel's queue (0 where the system does not tell)."""
-
-    data: bytes
-    address: Address
-    queued_s: float
 
 
 class UdpSocket:
@@ -111,8 +104,17 @@ class UdpSocket:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close all sockets."""
         for handle in self._sockets.values():
             handle.close()
+
+    @property
+    def handles(self) -> list[socket.socket]:
+        """What becomes readable when a datagram has arrived."""
+        return list(self._sockets.values())
 
     @property
     def address(self) -> tuple[str, int]:
@@ -170,7 +172,7 @@ class UdpSocket:
 
     def wait(self, seconds: float) -> None:
         """Sleep until a datagram arrives, at most `seconds`."""
-        select.select(list(self._sockets.values()), [], [], max(seconds, 0.0))
+        select.select(self.handles, [], [], max(seconds, 0.0))
 
     def _known(self, datagram: ReceivedDatagram) -> ReceivedDatagram:
         """Return a datagram of the peer as from `remote`. The first candidate that answers is used afterwards."""
@@ -180,9 +182,9 @@ class UdpSocket:
         return datagram
 
     def _socket_for(self, address: Address) -> socket.socket:
-        handle = self._sockets.get(_family(address))
+        handle = None if isinstance(address, RelayAddress) else self._sockets.get(_family(address))
         if handle is None:
-            raise OSError(f"no socket for {address[0]}")
+            raise OSError(f"no socket for {format_address(address)}")
         return handle
 
 

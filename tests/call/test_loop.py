@@ -14,7 +14,7 @@ from conf.protocol.address import Address
 from conf.protocol.call_endpoint import CallEndpoint
 from conf.protocol.participant.state import CameraState
 from conf.sender.face_capture import CapturedMotion, CaptureMode
-from conf.transport.udp import ReceivedDatagram
+from conf.transport.interface import ReceivedDatagram
 from tests.support.simulated_call import A, B
 from tests.support.simulated_calls import PARAMETERS, talk
 from tests.support.simulated_sessions import CODE, WRONG, seeded

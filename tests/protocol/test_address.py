@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.protocol.address import Address, format_address, parse_address, parse_listen_address
+from conf.protocol.address import Address, RelayAddress, format_address, host_of, parse_address, parse_listen_address
 
 
 @pytest.mark.parametrize(
@@ -39,3 +39,10 @@ def test_port_0_can_be_listened_on_but_not_called() -> None:
     assert parse_listen_address("0") == ("", 0)
     with pytest.raises(ValueError, match="h:0 names no port: give the one that the receiver shows"):
         parse_address("h:0")
+
+
+def test_a_peer_behind_a_relay_has_no_host_of_its_own() -> None:
+    first, second = RelayAddress("4711", "aaaa"), RelayAddress("4712", "bbbb")
+    assert format_address(first) == "relay"
+    assert host_of(first) == host_of(second) == "the relay"
+    assert host_of(("::1", 5005, 0, 0)) == "::1"

@@ -20,7 +20,7 @@ from conf.receiver.voice.voice_mixer import VoiceMixer
 from conf.render.window import Window
 from conf.render.window.offscreen import OffscreenWindow
 from conf.transport.exchange import RECEIVE_BATCH
-from conf.transport.udp import ReceivedDatagram
+from conf.transport.interface import ReceivedDatagram
 from tests.support.simulated_calls import SimulatedSender, make_receiver, no_face, talk
 from tests.support.simulated_sessions import WRONG
 
@@ -210,7 +210,7 @@ def test_a_flood_delays_a_frame_by_at_most_the_time_that_drawing_took(window: Of
     socket = SimpleNamespace(receive=lambda limit: flood, send=lambda datagrams: None)
     frames: list[float] = []
     options = LoopOptions(10.0, on_frame=lambda _, now: frames.append(now))
-    loop = ReceiverLoop(window, face, make_receiver(), socket, options)  # type: ignore[arg-type]
+    loop = ReceiverLoop(window, face, make_receiver(), socket, options)
     assert loop.step(5.0) == 5.0
     for now in (5.3, 5.4, 5.5, 5.59, 5.61):
         loop.step(now)

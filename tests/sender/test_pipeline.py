@@ -18,7 +18,7 @@ from conf.protocol.session.events import AddressChanged, Connected, LossReason, 
 from conf.protocol.session.handshake import Refusal
 from conf.protocol.session.server import SessionServer
 from conf.sender.pipeline import POLL_S, SenderLoop, SenderStatus, describe_event
-from conf.transport.udp import ReceivedDatagram
+from conf.transport.interface import ReceivedDatagram
 
 CODE = "amber-canoe-tiger-7"
 SENDER, RECEIVER = ("10.0.0.7", 1), ("10.0.0.1", 2)

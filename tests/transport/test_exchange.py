@@ -5,7 +5,7 @@ import pytest
 from conf.errors import NetworkError
 from conf.protocol.address import Address
 from conf.transport.exchange import RECEIVE_BATCH, DatagramExchange
-from conf.transport.udp import ReceivedDatagram
+from conf.transport.interface import ReceivedDatagram
 
 PEER: Address = ("10.0.0.7", 1)
 STRANGER: Address = ("10.0.0.9", 2)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from conf.errors import NetworkError
+from conf.protocol.address import Address
 from conf.transport.udp import MAX_QUEUED_S, UdpSocket
 
 LOOPBACK = "127.0.0.1"
@@ -221,13 +222,14 @@ def test_all_addresses_of_a_name_are_tried_until_one_answers(
     address = peer.getsockname()
     monkeypatch.setattr(socket, "getaddrinfo", two_addresses(("127.0.0.9", address[1]), address))
     with UdpSocket.open_to("name", address[1]) as sender:
-        assert sender.remote == ("127.0.0.9", address[1])
-        sender.send([(b"hello", sender.remote)])
+        remote: Address = ("127.0.0.9", address[1])
+        assert sender.remote == remote
+        sender.send([(b"hello", remote)])
         data, source = peer.recvfrom(100)
         peer.sendto(b"reply", source)
         sender.wait(5)
-        assert data == b"hello" and sender.receive()[0][:2] == (b"reply", sender.remote)
-        sender.send([(b"more", sender.remote)])
+        assert data == b"hello" and sender.receive()[0][:2] == (b"reply", remote)
+        sender.send([(b"more", remote)])
         assert peer.recv(100) == b"more"
 
 

@@ -13,7 +13,7 @@ after OTHER_HOST_SILENCE_S, as a busy machine may stop its program for seconds.
 
 from collections import Counter, deque
 
-from conf.protocol.address import Address
+from conf.protocol.address import Address, host_of
 from conf.protocol.session.active_session import ActiveSession, SealedDatagram
 from conf.protocol.session.client import SILENCE_S, SenderSession
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
@@ -135,7 +135,7 @@ class CallSession:
         active = self._active
         if active is None or active.address == address:
             return None
-        silence_s = SILENCE_S if active.address[0] == address[0] else OTHER_HOST_SILENCE_S
+        silence_s = SILENCE_S if host_of(active.address) == host_of(address) else OTHER_HOST_SILENCE_S
         wait_s = active.last_received + silence_s - now
         return (Refusal.IN_CALL, max(wait_s, 1.0)) if wait_s > 0 else None
 

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from conf.protocol.address import Address
+from conf.protocol.address import Address, host_of
 from conf.protocol.rate_control.rate_limit import TokenBucket
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.flood_protection import AttemptLimit, CookieFactory
@@ -119,8 +119,8 @@ class Responder:
         if refusal := self.refuse(address, now):
             return _refused(name, *refusal)
         self.expire(now)
-        hosts = [attempt.address[0] for attempt in self.attempts.values() if attempt.outcome is None]
-        is_full = len(self.attempts) >= MAX_ATTEMPTS or hosts.count(address[0]) >= MAX_ATTEMPTS_PER_HOST
+        hosts = [host_of(attempt.address) for attempt in self.attempts.values() if attempt.outcome is None]
+        is_full = len(self.attempts) >= MAX_ATTEMPTS or hosts.count(host_of(address)) >= MAX_ATTEMPTS_PER_HOST
         if is_full or not self._answers.consume(1, now):
             return _refused(name, Refusal.BUSY, BUSY_WAIT_S)
         return None

@@ -1,0 +1,118 @@
+"""Keep a session with a relay open, in a thread: opening may take seconds and must delay no frame."""
+
+import queue
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from conf.transport.link_policy import LinkPolicy
+
+if TYPE_CHECKING:
+    import zenoh
+
+CHECK_S = 0.2
+JOIN_S = 2.0
+MAX_TASKS = 64
+
+
+class RelayLink:
+    """A session that is opened again after each failure.
+
+    fault : what to tell the user while there is no session, "" otherwise or before the first attempt has ended
+    kinds : links of the session, "udp" and "tcp"; none while there is no session
+    """
+
+    def __init__(
+        self,
+        open_session: "Callable[[], zenoh.Session]",
+        on_open: "Callable[[zenoh.Session], None]",
+        fault_text: str,
+        *,
+        is_supervised: bool = True,
+    ) -> None:
+        """open_session : may raise zenoh.ZError; on_open : called in the thread for each session, before it is used
+
+        is_supervised : whether links that have gone cause a new session
+        """
+        self.fault = ""
+        self.kinds: frozenset[str] = frozenset()
+        self._open_session = open_session
+        self._on_open = on_open
+        self._fault_text = fault_text
+        self._is_supervised = is_supervised
+        self._session: zenoh.Session | None = None
+        self._policy = LinkPolicy()
+        self._tasks: queue.Queue[Callable[[zenoh.Session], None] | None] = queue.Queue(MAX_TASKS)
+        self._stopped = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="relay", daemon=True)
+
+    def start(self) -> None:
+        """Begin to open."""
+        self._thread.start()
+
+    def call(self, task: "Callable[[zenoh.Session], None]") -> bool:
+        """Let the thread run something that may block. Returns whether it was accepted."""
+        try:
+            self._tasks.put_nowait(task)
+        except queue.Full:
+            return False
+        return True
+
+    def close(self) -> None:
+        """Close the session."""
+        self._stopped.set()
+        with suppress(queue.Full):
+            self._tasks.put_nowait(None)
+        if self._thread.is_alive():
+            self._thread.join(JOIN_S)
+
+    def _run(self) -> None:
+        from zenoh import ZError
+
+        while not self._stopped.is_set():
+            self._check()
+            with suppress(queue.Empty, ZError):
+                task = self._tasks.get(timeout=CHECK_S)
+                if task and self._session:
+                    task(self._session)
+        self._replace(None)
+
+    def _check(self) -> None:
+        """Open a session if one is due."""
+        from zenoh import ZError
+
+        self.kinds = _kinds(self._session)
+        is_due = self._policy.is_due(self.kinds, time.monotonic()) if self._is_supervised else self._session is None
+        if not is_due:
+            return
+        try:
+            session = self._open_session()
+        except ZError:
+            if not self._policy.is_whole(self.kinds):  # what is left of the session is as dead
+                self._replace(None)
+                self.kinds, self.fault = frozenset(), self._fault_text
+            self._policy.on_failed(time.monotonic())
+            return
+        if self._stopped.is_set():
+            session.close()
+            return
+        self._on_open(session)
+        self._replace(session)
+        self.fault, self.kinds = "", _kinds(session)
+        self._policy.on_opened(self.kinds, time.monotonic())
+
+    def _replace(self, session: "zenoh.Session | None") -> None:
+        from zenoh import ZError
+
+        old, self._session = self._session, session
+        if old:
+            with suppress(ZError):
+                old.close()
+
+
+def _kinds(session: "zenoh.Session | None") -> frozenset[str]:
+    if session is None:
+        return frozenset()
+    return frozenset(link.dst.partition("/")[0] for link in session.info.links())

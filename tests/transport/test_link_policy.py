@@ -1,0 +1,56 @@
+from collections.abc import Set
+from itertools import pairwise
+
+import pytest
+
+from conf.transport.link_policy import LinkPolicy
+
+BOTH, TCP, UDP, NONE = frozenset({"udp", "tcp"}), frozenset({"tcp"}), frozenset({"udp"}), frozenset[str]()
+
+
+def opened(kinds: Set[str], now: float = 0.0) -> LinkPolicy:
+    policy = LinkPolicy()
+    policy.on_opened(kinds, now)
+    return policy
+
+
+def test_the_first_session_is_opened_at_once() -> None:
+    assert LinkPolicy().is_due(NONE, 0.0)
+
+
+@pytest.mark.parametrize("kinds", [BOTH, UDP])
+def test_a_whole_session_is_kept(kinds: Set[str]) -> None:
+    policy = opened(kinds)
+    assert not any(policy.is_due(kinds, float(now)) for now in range(1000))
+
+
+@pytest.mark.parametrize("left", [NONE, TCP, UDP])
+def test_a_link_that_has_gone_opens_a_session_at_once(left: Set[str]) -> None:
+    assert opened(BOTH).is_due(left, 10.0)
+
+
+def test_failures_are_tried_again_within_a_second() -> None:
+    policy, now, times = LinkPolicy(), 0.0, []
+    while now < 10:
+        if policy.is_due(NONE, now):
+            times.append(now)
+            policy.on_failed(now)
+        now += 0.05
+    waits = [round(b - a, 2) for a, b in pairwise(times)]
+    assert waits[0] == 0.1 and max(waits) < 1.0 and len(times) > 10
+
+
+def test_udp_is_tried_again_ever_more_rarely() -> None:
+    policy = LinkPolicy()
+    times: list[int] = []
+    for now in range(400):
+        if policy.is_due(TCP if times else NONE, float(now)):
+            times.append(now)
+            policy.on_opened(TCP, float(now))
+    assert times == [0, 5, 20, 65, 185, 305]
+    policy.on_opened(BOTH, 400.0)
+    assert not policy.is_due(BOTH, 1000.0)
+
+
+def test_tcp_alone_that_breaks_is_replaced_at_once() -> None:
+    assert opened(TCP).is_due(NONE, 0.2)

@@ -1,0 +1,111 @@
+import pytest
+
+from conf.errors import NetworkError
+from conf.protocol.address import RelayAddress
+from conf.transport.interface import ReceivedDatagram
+from conf.transport.relay_settings import KEY_PREFIX
+from conf.transport.zenoh_transport import MAX_MEMBERS, MAX_QUEUED, RelayTransport
+from tests.support.relay import LOOPBACK, free_port, router, wait_until
+from tests.support.simulated_sessions import seeded
+
+PLATE = "4711"
+WAITER = RelayAddress(PLATE, "")
+
+
+def wait_for(transport: RelayTransport, count: int = 1) -> list[ReceivedDatagram]:
+    """Return what arrives, at least `count` datagrams."""
+    arrived: list[ReceivedDatagram] = []
+    for _ in range(200):
+        arrived += transport.receive(MAX_QUEUED)
+        if len(arrived) >= count:
+            return arrived
+        transport.wait(0.05)
+    raise TimeoutError(f"{len(arrived)} of {count} datagrams")
+
+
+def exchange(waiter: RelayTransport, caller: RelayTransport) -> None:
+    """Carry datagrams both ways until they arrive: what is declared takes a while to reach the other end."""
+    arrived: list[ReceivedDatagram] = []
+    for _ in range(200):
+        caller.send([(b"hello", WAITER)])
+        waiter.wait(0.05)
+        if arrived := waiter.receive(MAX_QUEUED):
+            break
+    assert arrived[0][:2] == (b"hello", caller.address)
+    waiter.send([(b"answer", caller.address)])
+    assert wait_for(caller)[0][:2] == (b"answer", WAITER)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kinds", "carrier"), [("tcp udp", "udp"), ("tcp", "tcp")])
+def test_datagrams_pass_both_ways(kinds: str, carrier: str) -> None:
+    port = free_port()
+    with (
+        router(port, kinds),
+        RelayTransport.wait_at((LOOPBACK, port), PLATE) as waiter,
+        RelayTransport.call((LOOPBACK, port), PLATE, seeded(1)) as caller,
+    ):
+        assert (waiter.remote, caller.remote, waiter.address) == (None, WAITER, WAITER)
+        assert caller.address.member and caller.note == ""
+        wait_until(lambda: waiter.is_open and caller.is_open)
+        assert waiter.carrier == caller.carrier == carrier
+        exchange(waiter, caller)
+        for number in range(10):  # with longer keys first, then with declared ones: each arrives once
+            waiter.send([(bytes([number]), caller.address)])
+            assert [data for data, *_ in wait_for(caller)] == [bytes([number])]
+            caller.send([(bytes([number]), WAITER)])
+            assert [data for data, *_ in wait_for(waiter)] == [bytes([number])]
+        assert waiter.unsent == waiter.dropped == caller.dropped == 0
+
+
+@pytest.mark.slow
+def test_a_relay_that_restarts_is_used_again() -> None:
+    port = free_port()
+    with (
+        RelayTransport.wait_at((LOOPBACK, port), PLATE) as waiter,
+        RelayTransport.call((LOOPBACK, port), PLATE, seeded(2)) as caller,
+    ):
+        wait_until(lambda: caller.note and waiter.note)
+        assert not caller.is_open and caller.carrier == ""
+        with pytest.raises(NetworkError, match=f"the relay {LOOPBACK}:{port} does not answer"):
+            caller.send([(b"a", WAITER)])
+        for _ in range(2):
+            with router(port):
+                wait_until(lambda: caller.is_open and waiter.is_open)
+                exchange(waiter, caller)
+            wait_until(lambda: caller.note and waiter.note)
+
+
+@pytest.mark.slow
+def test_what_strangers_send_is_bounded() -> None:
+    port = free_port()
+    with router(port) as stranger, RelayTransport.wait_at((LOOPBACK, port), PLATE) as waiter:
+        wait_until(lambda: waiter.is_open)
+        key = f"{KEY_PREFIX}/{PLATE}/to"
+        wait_until(lambda: [stranger.put(f"{key}/aaaa", b"a"), waiter.receive(1)][1])
+        for name, size in (("aaaa", 5000), ("AAAA", 1), ("a" * 17, 1), ("0", 1)):
+            stranger.put(f"{key}/{name}", bytes(size))
+        wait_until(lambda: waiter.dropped == 4)
+        for number in range(MAX_QUEUED + 100):
+            stranger.put(f"{key}/b", number.to_bytes(2, "big"))
+        wait_until(lambda: waiter.dropped >= 104)
+        assert len(waiter.receive(10 * MAX_QUEUED)) <= MAX_QUEUED
+        for number in range(10 * MAX_MEMBERS):
+            name = "".join("abcdefghij"[int(digit)] for digit in f"{number:03}")
+            waiter.send([(b"a", RelayAddress(PLATE, name))] * 4)
+        assert waiter._route and len(waiter._route._counts) <= MAX_MEMBERS  # type: ignore[union-attr]
+
+
+def test_a_nameplate_is_part_of_a_key() -> None:
+    for plate in ("", "a/b", "**", "A", "x" * 33):
+        with pytest.raises(ValueError, match="nameplate"):
+            RelayTransport(plate, relay=(LOOPBACK, 1))
+
+
+@pytest.mark.slow
+def test_addresses_of_other_calls_are_not_sent_to() -> None:
+    port = free_port()
+    with router(port), RelayTransport.wait_at((LOOPBACK, port), PLATE) as waiter:
+        wait_until(lambda: waiter.is_open)
+        waiter.send([(b"a", RelayAddress("4712", "aaaa")), (b"a", ("192.0.2.1", 1))])
+        assert waiter.unsent == 2
