@@ -178,10 +178,10 @@ def send(receiver: tuple[str, int], code: str, send_options: SendOptions) -> Non
     send_face(receiver, code, send_options)
 
 
-def start(*arguments: object) -> subprocess.Popen[str]:
-    """Start this program in another process."""
+def start(*arguments: object, program: str = __file__) -> subprocess.Popen[str]:
+    """Start this program, or another with such a log, in another process."""
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-    command = [sys.executable, __file__, *map(str, arguments)]
+    command = [sys.executable, program, *map(str, arguments)]
     return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
 
 

@@ -1,6 +1,6 @@
 """Make a long call over a lossy link, a looped clip through tools/network/impair.py, and print figures over time.
 
-    python tools/network/soak.py [--minutes 60] [--loss 0.05] [--clip CLIP] [--sound [SPEAKER]] [--json]
+    python tools/network/soak.py [--minutes 60] [--loss 0.05] [--clip CLIP] [--sound [SPEAKER]] [--call] [--json]
 
 Sender and receiver are two processes (tools/bench/call_probe.py). Each row is a tenth of the call: memory of both ends,
 frames received, lost and late, playout delay, the median time from a frame's capture to the image that shows it, the
@@ -14,16 +14,24 @@ everybody, which no program can mend.
 --sound plays the voice of a clip with sound on a loudspeaker (`conf devices`; "null" needs none) and adds a row each
 minute: underruns, concealed sound, and by how much sound is ahead of the lips (sound_soak.py). Motion and sound are
 extracted once, as tracking would load the machine, and the receiver draws SOUND_FPS frames a second.
+
+--call makes a call of two instead, with the voice of both: two processes as of `conf call`
+(tools/bench/call_end_probe.py), each of which sends the clip and draws the other. The rows of each direction are those
+of --sound; `sender_kb` of one direction is `receiver_kb` of the other.
+
+    python tools/network/soak.py --call --minutes 60 --loss 0.05 --clip CLIP --sound null --json
 """
 
 import argparse
 import json
 import math
+import subprocess
 import sys
 import threading
 import time
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
 from statistics import median
@@ -33,6 +41,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from conf.commands.extract import extract
+from tools.bench import call_end_probe
 from tools.bench.call_probe import read_lines, split_address, start, start_receiver
 from tools.bench.carphone import fetch_carphone
 from tools.network.impair import Faults, Relay
@@ -63,6 +72,29 @@ def call(
     receiver, address = start_receiver(CODE, seconds + STARTING_S, *receiver_options)
     relay = Relay(("127.0.0.1", 0), split_address(address), faults, seed=seed)
     sender = start("send", "{}:{}".format(*relay.address), CODE, seconds, clip, *sender_options)
+    return _logs(sender, receiver, relay, seconds)
+
+
+def call_of_two(
+    motion: Path, sound: Path, seconds: float, faults: Faults, *, seed: int = 1, options: Sequence[object] = ()
+) -> tuple[Lines, Lines]:
+    """Make a call of two with the same motion and sound both ways; return the log lines of who calls and who is called.
+
+    options : further arguments of call_end_probe.py
+    """
+    program, common = call_end_probe.__file__, [motion, "--sound", sound, *options]
+    called = start("listen", CODE, seconds + STARTING_S, *common, program=program)
+    assert called.stdout is not None
+    address = json.loads(called.stdout.readline())["listening"]
+    relay = Relay(("127.0.0.1", 0), split_address(address), faults, seed=seed)
+    calling = start("{}:{}".format(*relay.address), CODE, seconds, *common, program=program)
+    return _logs(calling, called, relay, seconds)
+
+
+def _logs(
+    sender: subprocess.Popen[str], receiver: subprocess.Popen[str], relay: Relay, seconds: float
+) -> tuple[Lines, Lines]:
+    """Relay until the sender ends; return the log lines of both."""
     sent: Lines = []
     received: Lines = []
     machine: list[list[float]] = []
@@ -87,7 +119,7 @@ def call(
         for process in (sender, receiver):
             process.communicate()
         relay.close()
-    for line in received:
+    for line in [*sent, *received]:
         line["machine_gaps"] = [gap for gap in machine if line["at"] - 1 < gap[0] <= line["at"]]
     return sent, received
 
@@ -107,21 +139,13 @@ def _relay_until(relay: Relay, finished: threading.Event) -> None:
         relay.run(0.5)
 
 
-def call_with_sound(
-    clip: Path, seconds: float, faults: Faults, *, speaker: str, kbps: float | None = None
-) -> tuple[Lines, Lines]:
-    """Make a call with the voice of a clip. speaker : number or name of the loudspeaker, empty for the default"""
+@contextmanager
+def extracted(clip: Path) -> Iterator[tuple[Path, Path]]:
+    """Extract motion and sound of a clip into files that exist while the block runs."""
     with TemporaryDirectory() as folder:
         motion, sound = Path(folder, "motion.dpc"), Path(folder, "sound.wav")
         extract(clip, motion, sound=sound)
-        limit = [] if kbps is None else ["--kbps", kbps]
-        return call(
-            motion,
-            seconds,
-            faults,
-            sender_options=["--sound", sound, *limit],
-            receiver_options=["--speaker", speaker, "--fps", SOUND_FPS],
-        )
+        yield motion, sound
 
 
 def figures(sent: Lines, received: Lines, *, rows: int = ROWS) -> dict[str, Any]:
@@ -200,24 +224,40 @@ def main() -> None:
     )
     parser.add_argument("--kbps", type=float, help="limit of the sender, with --sound")
     parser.add_argument("--json", action="store_true")
+    parser.add_argument("--call", action="store_true", help="a call of two, with --sound")
     options = parser.parse_args()
     faults = Faults(loss=options.loss, delay_ms=options.delay_ms, jitter_ms=options.jitter_ms)
-    seconds = options.minutes * 60
-    if options.sound is None:
-        result = figures(*call(options.clip or fetch_carphone(), seconds, faults))
+    seconds, rows = options.minutes * 60, max(1, math.ceil(options.minutes))
+    if options.sound is None and not options.call:
+        results = {"": figures(*call(options.clip or fetch_carphone(), seconds, faults))}
+    elif options.clip is None:
+        parser.error("--sound and --call need a clip with sound: --clip CLIP")
     else:
-        if options.clip is None:
-            parser.error("--sound needs a clip with sound: --clip CLIP")
-        lines = call_with_sound(options.clip, seconds, faults, speaker=options.sound, kbps=options.kbps)
-        result = figures(*lines, rows=max(1, math.ceil(options.minutes)))
+        limit = [] if options.kbps is None else ["--kbps", options.kbps]
+        speaker = ["--speaker", options.sound or ("null" if options.call else "")]
+        with extracted(options.clip) as (motion, sound):
+            if options.call:
+                calling, called = call_of_two(motion, sound, seconds, faults, options=[*speaker, *limit])
+            else:
+                calling, called = call(
+                    motion,
+                    seconds,
+                    faults,
+                    sender_options=["--sound", sound, *limit],
+                    receiver_options=[*speaker, "--fps", SOUND_FPS],
+                )
+        results = {"to_called" if options.call else "": figures(calling, called, rows=rows)}
+        if options.call:
+            results["to_calling"] = figures(called, calling, rows=rows)
     if options.json:
-        print(json.dumps(result, indent=1))
+        print(json.dumps(results.get("", results), indent=1))
         return
-    columns = list(result["rows"][0])
-    print("  ".join(columns))
-    for row in result["rows"]:
-        print("  ".join(f"{row[name]:>{len(name)}}" for name in columns))
-    print(", ".join(f"{name} {value}" for name, value in result.items() if name != "rows"))
+    for title, result in results.items():
+        columns = list(result["rows"][0])
+        print(title + "\n" + "  ".join(columns) if title else "  ".join(columns))
+        for row in result["rows"]:
+            print("  ".join(f"{row[name]:>{len(name)}}" for name in columns))
+        print(", ".join(f"{name} {value}" for name, value in result.items() if name != "rows"))
 
 
 if __name__ == "__main__":
