@@ -41,7 +41,7 @@ MAY_IMPORT["__main__"] = {"cli"}
 
 # Inside conf/face each level may import the levels before it and, in a folder, the modules of the same folder.
 FACE_LEVELS = (
-    {"control_points", "interpolation"},
+    {"control_points", "interpolation", "rotations"},
     {"fapu", "head_pose", "symmetry", "similarity"},
     {"formats"},
     {"mesh"},

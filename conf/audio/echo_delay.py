@@ -7,7 +7,6 @@ noise that near voices leave. The peak counts if it is higher than chance would 
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import next_fast_len
 
 from conf.audio.echo_filter import rfft
 from conf.audio.samples import SAMPLE_RATE
@@ -31,7 +30,7 @@ _SEARCH_STEP = SAMPLE_RATE // 8  # while the delay is not known
 _NEAR = SAMPLE_RATE // 2  # samples of a window of the microphone
 _MAX_LAG = round(MAX_DELAY_S * SAMPLE_RATE)
 _FAR = _NEAR + _MAX_LAG  # samples of a window of the loudspeaker: the microphone's and what was played before
-_SIZE = next_fast_len(_FAR, real=True)
+_SIZE = _FAR  # of the transforms: 16000 has no prime factors but 2 and 5, so they are fast
 _BAND_HZ = (200.0, 4000.0)  # where speech is above the noise
 _MEMORY = 0.75  # of the average, from window to window
 _MIN_NEAR_POWER = 1e-6  # -60 dBFS: quieter windows have nothing to find

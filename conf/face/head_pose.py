@@ -4,11 +4,13 @@ The camera is scaled orthographic, as are the tracker's landmarks: x to the fram
 Without rotation, face axes and frame axes coincide: the subject's left on +x, the crown on +y, the nose on +z.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
+
+from conf.face.rotations import rotation_matrix, yaw_pitch_roll
 
 ES0_CM = 6.4  # distance between the pupils of a face in model centimetres, the unit of `log_scale`
 
@@ -38,12 +40,12 @@ class HeadPose:
 
     def matrix(self) -> NDArray[np.float64]:
         """Return the (3, 3) rotation matrix from face axes to frame axes."""
-        return Rotation.from_rotvec(self.rotation).as_matrix()
+        return rotation_matrix(self.rotation)
 
     def yaw_pitch_roll(self) -> tuple[float, float, float]:
         """Return angles in degrees: yaw to the subject's left, pitch up, roll of the crown to the subject's right."""
-        yaw, pitch, roll = Rotation.from_rotvec(self.rotation).as_euler("YXZ", degrees=True)
-        return float(yaw), float(-pitch), float(roll)
+        yaw, pitch, roll = map(math.degrees, yaw_pitch_roll(self.matrix()))
+        return yaw, -pitch, roll
 
 
 NEUTRAL_POSE = HeadPose(np.zeros(3), np.zeros(2), float(np.log(0.25 / ES0_CM)))

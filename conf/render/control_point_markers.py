@@ -4,7 +4,6 @@ import cv2
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from conf.render.gpu_object import GpuObject
 from conf.render.shader_programs import load_program, set_matrix
@@ -44,7 +43,8 @@ class ControlPointMarkers(GpuObject):
     ) -> None:
         """control_points : (n, 3), vertices : (V, 3), both of the neutral face."""
         self._ctx = ctx
-        self._nearest: NDArray[np.intp] = np.asarray(KDTree(vertices).query(control_points)[1])
+        nearest = [np.square(vertices - point).sum(axis=1).argmin() for point in control_points]
+        self._nearest = np.array(nearest, np.intp)
         self._offsets = (control_points - vertices[self._nearest]).astype(np.float32)
         self._labels: moderngl.Texture | None = None  # made when they are first drawn: it takes 80 ms
         self._program = load_program(ctx, "markers", "markers")

@@ -1,13 +1,12 @@
 """Vertex normals of a deformed mesh, interleaved with the positions as the vertex buffer holds them.
 
 The normal of a vertex is the sum of the cross products of the triangles around it in the welded mesh, so weighted by
-area, and no seam of the texture shows. The sum is one sparse matrix times the triangles' cross products, because the
-topology stays the same while the mesh moves.
+area, and no seam of the texture shows. The vertices are sorted by how many triangles they have, most first, because
+the topology stays the same while the mesh moves: step n adds the n-th triangle of all vertices that have so many.
 """
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 
 class VertexNormals:
@@ -19,12 +18,15 @@ class VertexNormals:
         self._count = max(int(triangles.max(initial=-1)), int(render_vertices.max())) + 1
         self._corners = np.ascontiguousarray(triangles.T, dtype=np.intp)  # (3, F)
         self._render_vertices = np.ascontiguousarray(render_vertices, dtype=np.intp)
-        entries = (np.ones(3 * faces, np.float32), (np.asarray(triangles).ravel(), np.repeat(np.arange(faces), 3)))
-        self._faces_to_vertices = sparse.csr_array(entries, shape=(self._count, faces))
+        self._steps, self._rank = _summation_steps(np.asarray(triangles), self._count)
         self._positions = np.empty((3, 3, faces), np.float32)  # axis, corner, face
         self._cross = np.empty((3, faces), np.float32)
         self._edges = np.empty((2, 3, faces), np.float32)
         self._product = np.empty(faces, np.float32)
+        self._addends = np.zeros(
+            (faces, 4), np.float32
+        )  # the cross products: four numbers are copied faster than three
+        self._sums = np.empty((self._count, 4), np.float32)
         self._welded = np.empty((self._count, 6), np.float32)
         self._interleaved = np.empty((len(render_vertices), 6), np.float32)
 
@@ -42,8 +44,11 @@ class VertexNormals:
             np.multiply(first[y], second[z], out=self._cross[x])
             np.multiply(first[z], second[y], out=self._product)
             self._cross[x] -= self._product
-        summed: NDArray[np.float32] = self._faces_to_vertices @ self._cross.T
-        return summed
+        self._addends[:, :3] = self._cross.T
+        self._sums[:] = 0.0
+        for faces in self._steps:
+            self._sums[: len(faces)] += self._addends.take(faces, axis=0, mode="clip")
+        return self._sums.take(self._rank, axis=0, mode="clip")[:, :3]
 
     def interleaved(self, vertices: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return (R, 6) float32: position and normal of each render vertex. The next call overwrites the array.
@@ -54,3 +59,18 @@ class VertexNormals:
         self._welded[:, 3:] = self.normals(vertices)
         np.take(self._welded, self._render_vertices, axis=0, out=self._interleaved, mode="clip")
         return self._interleaved
+
+
+def _summation_steps(triangles: NDArray[np.integer], count: int) -> tuple[list[NDArray[np.intp]], NDArray[np.intp]]:
+    """Return for n = 0, 1, ... the n-th triangle of each vertex that has so many, and the (V,) rank of each vertex.
+
+    triangles : (F, 3); count : of vertices, V. Vertices with the most triangles have the first ranks.
+    """
+    corners = triangles.ravel()
+    numbers = np.bincount(corners, minlength=count)
+    faces = np.argsort(corners, kind="stable") // 3  # those of the first vertex, of the second, ...
+    first = np.cumsum(numbers) - numbers
+    order = np.argsort(-numbers, kind="stable")
+    with_more = [np.count_nonzero(numbers > n) for n in range(int(numbers.max(initial=0)))]
+    steps = [faces[first[order[:rows]] + n].astype(np.intp) for n, rows in enumerate(with_more)]
+    return steps, np.argsort(order)

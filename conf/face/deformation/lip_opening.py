@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.deformation.face_model import FaceModel
@@ -17,11 +16,10 @@ class LipOpening:
 
     def __init__(self, face: FaceModel) -> None:
         """Choose a vertex on either lip that follows it: where lips touch, the nearest may be the other one's."""
-        tree = KDTree(face.mesh.vertices)
         self._vertices: list[int] = []
         for point in INNER_LIPS:
-            position = face.control_points[point]
-            near = np.sort(tree.query_ball_point(position, tree.query(position)[0] + _TOLERANCE))
+            distance = np.linalg.norm(face.mesh.vertices - face.control_points[point], axis=1)
+            near = np.flatnonzero(distance <= distance.min() + _TOLERANCE)
             self._vertices.append(int(near[face.operator[near, point].argmax()]))
         self._closed = min(self._distance(face.neutral), _MAX_CLOSED)
 

@@ -9,7 +9,6 @@ fixed. Large rotations and extreme expressions, which one photo cannot show, are
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
-from scipy.spatial.transform import Rotation
 
 from conf.face.control_points import CONTROL_POINT_COUNT, EYE_CORNERS, PUPILS, control_point_indices
 from conf.face.deformation.rbf import KERNELS, build_operator
@@ -25,6 +24,7 @@ from conf.face.portrait.photo_mesh import PhotoMesh, build_mesh
 from conf.face.portrait.photographed_face import PhotographedFace, project
 from conf.face.portrait.untangle import untangle
 from conf.face.portrait.vertex_weights import border_alpha, head_weights
+from conf.face.rotations import rotation_matrix, rotation_vector
 
 THIN_PLATE = KERNELS["thin-plate"]
 MAX_ROTATION = np.radians(32)  # out of the image plane, relative to the photo
@@ -145,17 +145,17 @@ def limit_rotation(pose: HeadPose, photo_pose: HeadPose, /) -> HeadPose:
     The rotation since the photo is decomposed into one in the image plane, which is not limited, and the shortest one
     that then yields the viewing direction.
     """
-    first = Rotation.from_rotvec(photo_pose.rotation)
-    rotation = Rotation.from_rotvec(pose.rotation) * first.inv()
-    direction = rotation.apply([0.0, 0.0, 1.0])
+    first = photo_pose.matrix()
+    rotation = pose.matrix() @ first.T
+    direction = rotation[:, 2]
     axis = np.array([-direction[1], direction[0], 0.0])
     length = float(np.linalg.norm(axis))
     axis = axis / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
     angle = float(np.arctan2(length, direction[2]))
-    in_plane = Rotation.from_rotvec(-angle * axis) * rotation
+    in_plane = rotation_matrix(-angle * axis) @ rotation
     limited = float(_soft_limit(np.array([[angle]]), MAX_ROTATION)[0, 0])
-    rotation = Rotation.from_rotvec(limited * axis) * in_plane * first
-    return HeadPose(rotation.as_rotvec(), pose.position, pose.log_scale)
+    rotation = rotation_matrix(limited * axis) @ in_plane @ first
+    return HeadPose(rotation_vector(rotation), pose.position, pose.log_scale)
 
 
 def _soft_limit(vectors: NDArray[np.float64], limits: NDArray[np.float64] | float) -> NDArray[np.float64]:

@@ -9,13 +9,13 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.motion_deadband import dampen_descriptor
 from conf.face.portrait.patch_features import DESCRIPTOR_STEP, FEATURES, MOUTH
 from conf.face.portrait.patch_mapping import PatchMapping
+from conf.face.rotations import rotation_vector
 from conf.receiver.portrait.inpainting import extend_border
 from conf.receiver.portrait.patch_blending import blend_weights, compositing_order
 from conf.receiver.portrait.portrait_store import PortraitStore, ReceivedPatch, ReceivedPhoto
@@ -220,7 +220,7 @@ def _limited_orbit(pose: HeadPose, view: ViewState) -> HeadPose:
     """Return the pose rotated by the viewer's orbit, limited to what a photo can show."""
     yaw, pitch = np.clip((view.yaw, view.pitch), -MAX_ORBIT, MAX_ORBIT)
     limited = replace(view, yaw=float(yaw), pitch=float(pitch))
-    return HeadPose(Rotation.from_matrix(view_rotation(pose, limited)).as_rotvec(), pose.position, pose.log_scale)
+    return HeadPose(rotation_vector(view_rotation(pose, limited)), pose.position, pose.log_scale)
 
 
 def _fit(

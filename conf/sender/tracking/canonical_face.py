@@ -9,9 +9,9 @@ from importlib.resources import files
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from conf.face.head_pose import HeadPose
+from conf.face.rotations import rotation_vector
 from conf.face.similarity import fit_similarity
 
 FLIP = np.array([1.0, -1.0, -1.0])  # from the tracker's axes (y down, z away) to the face's (y up, z to the viewer)
@@ -55,5 +55,4 @@ def remove_head_pose(
     aligned = (points - fit.translation) @ fit.rotation / fit.scale
     width, height = size
     position = (fit.translation[:2] - np.array([width, -height]) / 2) / height
-    rotation = Rotation.from_matrix(fit.rotation).as_rotvec()
-    return aligned, HeadPose(rotation, position, float(np.log(fit.scale / height)))
+    return aligned, HeadPose(rotation_vector(fit.rotation), position, float(np.log(fit.scale / height)))
