@@ -3,7 +3,9 @@
     python tools/bench/fidelity.py CLIP [--face FACE.obj] [--pictures FOLDER] [--json]
 
 The clip passes through the whole path, datagrams included, in simulated time, so that each drawing has its frame. The
-curves that are compared are those of tools/bench/rate_curves.py.
+curves that are compared are those of tools/bench/rate_curves.py on the tracked drawing, then those of
+tools/bench/expression_curves.py at three stages: the vertices of the head without the codec (the ceiling), the vertices
+that are drawn, and the tracked drawing. The tracker reads a drawn face with a bias of its own, vertices have none.
 """
 
 import argparse
@@ -13,6 +15,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import astuple, dataclass
 from pathlib import Path
+from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
@@ -37,6 +40,8 @@ from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.tracking.canonical_face import load_canonical_face, remove_head_pose
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.tracker import FaceTracker
+from tools.bench.expression_curves import REPORTED
+from tools.bench.fidelity_tracks import DrawnHead, compare_curves, landmark_points, pair_cell, relative_pupils
 from tools.bench.rate_curves import CURVES, compare, face_curves
 
 SIZE = (480, 480)
@@ -48,12 +53,20 @@ MIN_SPREAD = {  # standard deviation of a curve on the person, below which it is
 
 @dataclass(frozen=True)
 class Pair:
-    """One frame of the person and its drawing, each with its curves."""
+    """One frame of the person and its drawing, each with its curves.
+
+    aligned, drawn : (478, 3) landmarks of the person, and of the drawing if a face was found, head pose removed
+    ceiling, vertices : (n, 3) positions of the head's vertices, of the motion before the codec and of what is drawn
+    """
 
     pixels: NDArray[np.uint8]
     drawing: NDArray[np.uint8]
     source: dict[str, float]
     shown: dict[str, float] | None
+    aligned: NDArray[np.float64]
+    drawn: NDArray[np.float64] | None
+    ceiling: NDArray[np.float64]
+    vertices: NDArray[np.float64]
 
 
 def main() -> None:
@@ -76,6 +89,7 @@ def run(clip: Path, face_path: Path | None = None) -> Iterator[Pair]:
     models = fetch_models()
     canonical = load_canonical_face()
     face = load_face(face_path)
+    head = DrawnHead(face)
     source_tracker, drawing_tracker = FaceTracker(models), FaceTracker(models)
     with open_clip(clip) as source, OffscreenWindow(*SIZE) as window:
         renderer = FaceRenderer(window.ctx, face)
@@ -88,7 +102,8 @@ def run(clip: Path, face_path: Path | None = None) -> Iterator[Pair]:
             now = frame.timestamp
             if tracking is None or pace.delay_for(now, now) is None:
                 continue
-            call.send_frame(extractor.update(tracking, now), now)
+            sent = extractor.update(tracking, now)
+            call.send_frame(sent, now)
             delay = call.stream.snapshot(now).playout_delay_ms / 1000
             playout = call.stream.motion.frame_at(now + ONE_WAY_S + delay + 1e-3)
             if playout is None:
@@ -98,19 +113,24 @@ def run(clip: Path, face_path: Path | None = None) -> Iterator[Pair]:
             renderer.draw(face.deform(playout.frame.displacements), pose, view, window.framebuffer)
             window.end()
             drawing = window.read()
-            drawn = drawing_tracker.track(drawing)
+            found = drawing_tracker.track(drawing)
             aligned, source_pose = remove_head_pose(tracking.landmarks, canonical, source.size)
-            shown = None
-            if drawn is not None:
-                shown = face_curves(*remove_head_pose(drawn.landmarks, canonical, SIZE))
-            yield Pair(frame.pixels, drawing, face_curves(aligned, source_pose), shown)
+            shown, drawn = None, None
+            if found is not None:
+                drawn, drawn_pose = remove_head_pose(found.landmarks, canonical, SIZE)
+                shown = face_curves(drawn, drawn_pose)
+            ceiling, vertices = (
+                head.draw(motion, extractor.fapu)[0] for motion in (sent.displacements, playout.frame.displacements)
+            )
+            source_curves = face_curves(aligned, source_pose)
+            yield Pair(frame.pixels, drawing, source_curves, shown, aligned, drawn, ceiling, vertices)
         renderer.release()
 
 
-def summary(pairs: list[Pair]) -> dict[str, dict[str, float | None]]:
+def summary(pairs: list[Pair]) -> dict[str, dict[str, Any]]:
     """Return correlation and gain of each curve; None for a curve that the person does not move."""
     tracked_pairs = [(pair.source, pair.shown) for pair in pairs if pair.shown is not None]
-    result: dict[str, dict[str, float | None]] = {}
+    result: dict[str, dict[str, Any]] = {}
     for name in CURVES:
         source = np.array([a[name] for a, _ in tracked_pairs])
         shown = np.array([b[name] for _, b in tracked_pairs])
@@ -121,7 +141,20 @@ def summary(pairs: list[Pair]) -> dict[str, dict[str, float | None]]:
             "gain": round(gain, 3) if moves else None,
             "source_spread": round(float(source.std()), 4),
         }
-    return result | {"lids_when_shut": closed_lids(tracked_pairs)}
+    return result | {"lids_when_shut": closed_lids(tracked_pairs), "stages": expression_stages(pairs)}
+
+
+def expression_stages(pairs: list[Pair]) -> dict[str, dict[str, tuple[float, float] | None]]:
+    """Return correlation and gain of each curve of expressions at each stage."""
+    aligned = np.stack([pair.aligned for pair in pairs])
+    stages = {
+        "ceiling": compare_curves(aligned, relative_pupils(np.stack([p.ceiling for p in pairs])), bridge=True),
+        "vertices": compare_curves(aligned, relative_pupils(np.stack([p.vertices for p in pairs])), bridge=True),
+    }
+    if both := [(pair.aligned, pair.drawn) for pair in pairs if pair.drawn is not None]:
+        person, drawing = (np.stack(arrays) for arrays in zip(*both, strict=True))
+        stages["tracked drawing"] = compare_curves(person, landmark_points(drawing, bridge=True), bridge=True)
+    return stages
 
 
 def closed_lids(tracked_pairs: list[tuple[dict[str, float], dict[str, float]]]) -> dict[str, float | None]:
@@ -138,7 +171,7 @@ def closed_lids(tracked_pairs: list[tuple[dict[str, float], dict[str, float]]]) 
     }
 
 
-def table(result: dict[str, dict[str, float | None]], pairs: list[Pair]) -> str:
+def table(result: dict[str, dict[str, Any]], pairs: list[Pair]) -> str:
     """Return the result as a table."""
     lines = [f"{'curve':<16}{'correlation':>12}{'gain':>8}{'spread':>9}"]
     for name in CURVES:
@@ -148,6 +181,10 @@ def table(result: dict[str, dict[str, float | None]], pairs: list[Pair]) -> str:
     lines.append(
         f"smallest eyelid gap: person {_cell(lids['source'])}, drawing {_cell(lids['shown'])} of the median gap"
     )
+    stages = result["stages"]
+    lines.append(f"\n{'expression':<22}" + "".join(f"{stage:>18}" for stage in stages))
+    for name in REPORTED:
+        lines.append(f"{name:<22}" + "".join(f"{pair_cell(stage[name]):>18}" for stage in stages.values()))
     lost = sum(pair.shown is None for pair in pairs)
     lines.append(f"{len(pairs)} frames, {lost} drawings in which the tracker found no face")
     return "\n".join(lines)

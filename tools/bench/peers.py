@@ -115,7 +115,7 @@ def ours(profile: Profile, source: Sequence[TrackedFace | None]) -> Row:
         tracking = TrackedFace(landmarks, tracked[round(index)].blendshapes, 1.0)
         motion.append(extractor.update(tracking, number / profile.fps))
         eye_distances.append(float(np.linalg.norm(landmarks[LEFT_EYE, :2] - landmarks[RIGHT_EYE, :2])) / SIZE[1])
-    track = Track(profile.name, motion, np.array(eye_distances), extractor.fapu.lengths())
+    track = Track(profile.name, motion, np.array(eye_distances), extractor.fapu)
     result = measure(track, profile, Link(ack_delay=REPORT_DELAY))
     return Row(f"conf {profile.name}", result.kbps, result.error_mean_percent, ours=True)
 

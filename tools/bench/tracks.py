@@ -5,12 +5,13 @@ blendshapes, calibration, smoothing and FAPU, so that the codec gets the same mo
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.face.fapu import Fapu
 from conf.face.head_pose import HeadPose
 from conf.protocol.messages import MotionFrame
 from conf.sender.motion.extractor import MotionExtractor
@@ -29,13 +30,20 @@ class Track:
 
     frames : N frames, timestamps from 0
     eye_distance : (N,) float64, between the outer eye corners in the image, image heights
-    lengths : (n, 3) float64, cm, FAPU of this person for each axis of each control point
+    fapu : of this person, cm
+    aligned : (N, 478, 3) float64, cm, the landmarks with the head pose removed, not smoothed
     """
 
     name: str
     frames: list[MotionFrame]
     eye_distance: NDArray[np.float64]
-    lengths: NDArray[np.float64]
+    fapu: Fapu
+    aligned: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 478, 3)))
+
+    @property
+    def lengths(self) -> NDArray[np.float64]:
+        """The (n, 3) FAPU, cm, of this person for each axis of each control point."""
+        return self.fapu.lengths()
 
     def image_errors(
         self, index: int, displacements: NDArray[np.floating], pose: NDArray[np.floating], /
@@ -88,7 +96,8 @@ class TrackReader:
         frames = [self._motion(extractor, points, number / fps) for number, points in enumerate(landmarks)]
         corners = landmarks[:, RIGHT_EYE, :2] - landmarks[:, LEFT_EYE, :2]
         eye_distance = np.linalg.norm(corners.astype(np.float64), axis=1) / size[1]
-        return Track(path.stem, frames, eye_distance, extractor.fapu.lengths())
+        aligned = np.stack([remove_head_pose(points, self._canonical, size)[0] for points in landmarks])
+        return Track(path.stem, frames, eye_distance, extractor.fapu, aligned)
 
     def motion_and_shapes(self, path: Path, /, *, fps: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the (N, n, 3) displacements, FAPU units, of the frames of `read`, and their (N, 52) blendshapes."""

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from conf.face.fapu import Fapu
 from tests.support.synthetic_motion import talking
 from tools.bench.tracks import Track
 from tools.bench.two_way_call import MAX_KBPS, PROFILE_FPS, measure_cost
@@ -10,7 +11,7 @@ from tools.bench.two_way_call import MAX_KBPS, PROFILE_FPS, measure_cost
 
 def track(name: str, first: int) -> Track:
     frames = talking(round(10 * PROFILE_FPS), first=first)
-    return Track(name, frames, np.ones(len(frames)), np.ones((50, 3)))
+    return Track(name, frames, np.ones(len(frames)), Fapu(1, 1, 1, 1, 1))
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from conf.audio.samples import SAMPLE_RATE, Samples, to_int16
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
+from conf.face.fapu import Fapu
 from conf.protocol.messages import MotionFrame
 from tests.support.synthetic_motion import TYPICAL_POSE
 from tests.support.synthetic_voice import vowel
@@ -47,7 +48,7 @@ def speaking_face() -> Track:
         displacements = np.zeros((CONTROL_POINT_COUNT, 3), np.float32)
         displacements[LIP, 1] = -80 * wide
         frames.append(MotionFrame(float(timestamp), displacements, TYPICAL_POSE))
-    return Track("speaking", frames, np.full(len(frames), 0.2), np.full((CONTROL_POINT_COUNT, 3), 0.006))
+    return Track("speaking", frames, np.full(len(frames), 0.2), Fapu(6, 6, 6, 6, 6))
 
 
 @pytest.mark.parametrize("late", [0, 5, 4001])
