@@ -1,8 +1,10 @@
 """Measure the quality of the portrait: send a clip through the whole path, and compare video codecs at the same rate.
 
-    python tools/bench/portrait.py CLIP... [--json] [--pictures FOLDER] [--no-peers]
+    python tools/bench/portrait.py CLIP... [--json] [--pictures FOLDER] [--no-peers] [--unlooped] [--every N]
 
-Clips are converted to 320x240 at 15 frames/s; short ones are looped to 30 s. Motion is coded as in a call, the chunks
+Clips are converted to 320x240 at 15 frames/s; short ones are looped to 30 s. A loop shows again what the portrait has
+learned: with --unlooped the first half of a short clip is repeated for the first ten seconds, then the second half is
+shown once. --every N compares only each Nth image. Motion is coded as in a call, the chunks
 of the portrait are sent in the datagrams of motion within their budget, acknowledgements arrive two frames late. The
 figures exclude the first ten seconds, which have a separate row. Rates include UDP/IP headers (28 B), framing and seal;
 for video RTP, UDP and IP headers (40 B).
@@ -42,7 +44,19 @@ from conf.sender.portrait.scheduler import PortraitScheduler
 from conf.sender.tracking.canonical_face import load_canonical_face
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.tracker import FaceTracker, TrackedFace
-from tools.bench.portrait_clip import FPS, SIZE, START_S, Pixels, average, compare, load_frames, looped, similarities
+from tools.bench.portrait_clip import (
+    FPS,
+    SIZE,
+    START_S,
+    Pixels,
+    average,
+    compare,
+    load_frames,
+    looped,
+    similarities,
+    unlooped,
+)
+from tools.bench.portrait_faults import artefact_fractions, lid_distances
 from tools.bench.video_codecs import CODECS, transmit
 
 FRAMING = 14 + 28  # bytes of seal and framing, and of UDP and IP headers, of each motion datagram
@@ -75,12 +89,14 @@ def main() -> None:
     parser.add_argument("--pictures", type=Path, help="write images side by side into this folder")
     parser.add_argument("--no-peers", action="store_true", help="do not run the video codecs")
     parser.add_argument("--kbps", type=float, default=4.0, help="budget of the portrait after the start")
+    parser.add_argument("--unlooped", action="store_true", help="show the second half of a short clip only once")
+    parser.add_argument("--every", type=int, default=1, metavar="N", help="compare only each Nth image")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     results = {}
     for clip in options.clips:
-        call = run(looped(load_frames(clip)), options.kbps)
-        result, videos = measure(call, peers=() if options.no_peers else tuple(CODECS))
+        call = run((unlooped if options.unlooped else looped)(load_frames(clip)), options.kbps)
+        result, videos = measure(call, peers=() if options.no_peers else tuple(CODECS), every=options.every)
         results[clip.stem] = result
         if options.pictures:
             write_images(call, videos, options.pictures / f"{clip.stem}.jpg")
@@ -159,12 +175,16 @@ def _draw_large(
     return (time.perf_counter() - start_time) * 1000
 
 
-def measure(call: Call, peers: Sequence[str]) -> tuple[dict[str, Any], dict[str, list[Pixels]]]:
-    """Return the figures, and the frames of the video codecs at the same rate."""
+def measure(call: Call, peers: Sequence[str], *, every: int = 1) -> tuple[dict[str, Any], dict[str, list[Pixels]]]:
+    """Return the figures, and the frames of the video codecs at the same rate. every : only each Nth image counts"""
     models = fetch_models()
-    rows = similarities(call.sources, call.shown, call.trackings, FaceTracker(models))
+    shown = [image if number % every == 0 else None for number, image in enumerate(call.shown)]
+    rows = similarities(call.sources, shown, call.trackings, FaceTracker(models))
     start = round(START_S * FPS)
     result: dict[str, Any] = {"kbps": rate(call.wire_bytes[start:]), **average(rows[start:])}
+    result["artefacts_percent"] = percent(artefact_fractions(call.sources, shown, call.trackings)[start:])
+    lids = [lid for lid in lid_distances(call.sources, call.shown, call.trackings)[start:] if lid is not None]
+    result["lid_distance"] = round(float(np.mean(lids)), 2) if lids else None
     result["worse_than_frozen"], result["worst_below_frozen"] = below_frozen(call, start)
     result["motion_kbps"] = rate(call.motion_bytes[start:])
     result["start"] = {"kbps": rate(call.wire_bytes[:start]), **average(rows[:start])}
@@ -203,6 +223,12 @@ def below_frozen(call: Call, start: int) -> tuple[float, float]:
     return round(float(np.mean(np.array(losses) > SSIM_TOLERANCE)), 4), round(max(0.0, *losses), 4)
 
 
+def percent(fractions: Sequence[float | None]) -> float | None:
+    """Return the mean of the fractions in percent, None if there are none."""
+    known = [fraction for fraction in fractions if fraction is not None]
+    return round(100 * float(np.mean(known)), 3) if known else None
+
+
 def rate(wire_bytes: Sequence[int]) -> float:
     """Return kbit/s from the bytes of each frame."""
     return round(sum(wire_bytes) * 8 * FPS / max(len(wire_bytes), 1) / 1000, 2)
@@ -218,6 +244,8 @@ def table(name: str, result: dict[str, Any]) -> str:
         f"{name}: shown after {shown}, {result['patches']} patches, motion {result['motion_kbps']} kbit/s,",
         f"{result['worse_than_frozen']:.1%} of the images worse than the photo without motion, "
         f"at most by {result['worst_below_frozen']:.3f},",
+        f"artefacts {result['artefacts_percent']} % of the pixels outside the face,",
+        f"shut lids {result['lid_distance']} of 255 from the source's colour,",
         f"drawn in {result['draw_ms_median_640x480']} ms at 640x480 (median)",
         f"{'':<16}" + "".join(f"{column.replace('landmark_error_percent', 'landmark %'):>12}" for column in COLUMNS),
     ]

@@ -39,6 +39,18 @@ def looped(frames: Sequence[Pixels], /) -> list[Pixels]:
     return (list(frames) * rounds)[: max(len(frames), round(MIN_S * FPS))]
 
 
+def unlooped(frames: Sequence[Pixels], /) -> list[Pixels]:
+    """Return frames of which those after START_S come only once: the first half, repeated until then, and the second.
+
+    A clip of at least MIN_S stays as it is.
+    """
+    if len(frames) >= round(MIN_S * FPS):
+        return list(frames)
+    half, start = len(frames) // 2, round(START_S * FPS)
+    first = (list(frames[: max(half, 1)]) * -(-start // max(half, 1)))[-start:]  # ends where the second half begins
+    return first + list(frames[half:])
+
+
 def _fit(pixels: Pixels) -> Pixels:
     height, width = pixels.shape[:2]
     w, h = min(width, height * 4 // 3), min(height, width * 3 // 4)
