@@ -59,6 +59,11 @@ class CaptureThread:
         """Whether the newest frame showed a face."""
         return self._capture.has_face
 
+    @property
+    def is_working(self) -> bool:
+        """Whether a frame has come since the start, or since the last fault."""
+        return self._capture.is_working
+
     def set_mode(self, mode: CaptureMode) -> None:
         """Switch the camera to a mode, from the next frame on."""
         self._capture.mode = mode
@@ -92,8 +97,8 @@ class CaptureThread:
             try:
                 wait = self._capture.step(self._clock())
             except ConfError as error:  # the call goes on without a face
-                self._capture.mode, self._fault = CaptureMode.OFF, str(error)
                 self._capture.restart()
+                self._capture.mode, self._fault = CaptureMode.OFF, str(error)
                 continue
             if (captured := self._capture.pop()) is not None:
                 self._captured.append(captured)

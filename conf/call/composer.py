@@ -156,7 +156,7 @@ class CallComposer(GpuObject):
         """Return whether one's own corner is shown: not for a clip that has not begun or a recorded motion."""
         view, seen = self._self_view, self._own.sees_sent
         return self._is_interactive and (
-            view.image is not None or not self._state.camera or (seen and view.sent is not None)
+            view.image is not None or not self._state.shows_face or (seen and view.sent is not None)
         )
 
     def _name_plate(self) -> str:
@@ -184,7 +184,7 @@ class CallComposer(GpuObject):
         if self._own.sees_sent:
             while view.objects:
                 self._grid.receive_portrait_object(SELF_ID, view.objects.popleft())
-        if not (self._own.sees_sent and self._is_interactive and self._state.camera and view.sent):
+        if not (self._own.sees_sent and self._is_interactive and self._state.shows_face and view.sent):
             return False
         with self._overlay.frame(self._window):
             rect = screen.layout(self._overlay).own

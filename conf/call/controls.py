@@ -98,6 +98,8 @@ class CallControls:
                 state.microphone = not state.microphone
             case "camera":
                 state.camera = not state.camera
+                if state.camera and state.camera_fault:
+                    self.show_toast(state.camera_fault, now)
             case "own portrait":
                 state.portrait = not state.portrait
                 self.show_toast(PORTRAIT_ON if state.portrait else PORTRAIT_OFF, now)

@@ -22,6 +22,7 @@ from conf.transport.exchange import DatagramExchange
 from conf.transport.interface import Transport
 
 POLL_S = 0.03  # what was captured waits no longer; the display draws as often
+CAMERA_RETRY_S = 3.0  # between two attempts to open a camera that is missing
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,7 @@ class CallLoop:
         self._exchange = DatagramExchange(socket, endpoint, peers=peers, lock=sound.lock if sound else None)
         self.peer_name = ""
         self._has_peer_left = False
+        self._camera_due = 0.0  # when a camera that is missing is tried again
         self._is_hung_up = False
 
     @property
@@ -101,7 +103,7 @@ class CallLoop:
         is_flood = self._exchange.receive(now)
         self._apply_state(now)
         for captured in self._local.capture.drain():
-            if self._local.state.camera:
+            if self._local.state.shows_face:
                 send_motion(self._endpoint, captured, now)
                 self._local.self_view.sent = captured.motion
         self._voice.poll(self._local.capture.source_time(now), self._endpoint, now)
@@ -124,16 +126,13 @@ class CallLoop:
 
     def _apply_state(self, now: float) -> None:
         """Carry out the switches."""
-        if fault := self._local.capture.pop_fault():
-            self._local.state.camera = False
-            self._report(fault, now)
-        connected = bool(self._endpoint.streams)
-        if not self._local.state.camera:
-            self._local.capture.set_mode(CaptureMode.OFF)
+        self._watch_camera(now)
+        state, mode = self._local.state, CaptureMode.ON if self._endpoint.streams else CaptureMode.PREVIEW
+        is_tried = bool(state.camera and state.camera_fault) and now >= self._camera_due
+        self._local.capture.set_mode(mode if state.shows_face or is_tried else CaptureMode.OFF)
+        if not state.shows_face:
             self._endpoint.send_camera_off(now)
             self._local.self_view.clear()
-        else:
-            self._local.capture.set_mode(CaptureMode.ON if connected else CaptureMode.PREVIEW)
         self._local.objects.is_allowed = self._local.state.portrait
         self._local.capture.set_portrait(is_allowed=self._local.state.portrait)
         self._local.capture.set_fps(self._endpoint.outbound.profile.fps)
@@ -141,6 +140,16 @@ class CallLoop:
             self._local.state.has_microphone = False
         if self._local.voice:
             self._local.voice.muted = not self._local.state.microphone
+
+    def _watch_camera(self, now: float) -> None:
+        """Notice that the camera has failed, or works again."""
+        state = self._local.state
+        if fault := self._local.capture.pop_fault():
+            if not state.camera_fault:
+                self._report(fault, now)
+            state.camera_fault, self._camera_due = fault, now + CAMERA_RETRY_S
+        elif state.camera_fault and self._local.capture.is_working:
+            state.camera_fault = ""
 
     def _handle_events(self, now: float) -> None:
         self.peer_name = self._endpoint.remote_state.name or self.peer_name

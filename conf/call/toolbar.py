@@ -44,12 +44,12 @@ def buttons_of(state: LocalState, *, is_recording: bool, in_call: bool) -> list[
     """Return the buttons, each with its key."""
     texts = {
         "microphone": "no microphone" if not state.has_microphone else "mute" if state.microphone else "muted",
-        "camera": "camera off" if state.camera else "camera is off",
+        "camera": "camera is off" if not state.camera else "no camera" if state.camera_fault else "camera off",
         "own portrait": "portrait is on" if state.portrait else "portrait on",
         "record video": "stop recording" if is_recording else "record",
         "quit": "hang up" if in_call else "leave",
     }
-    warnings = {"microphone": not (state.microphone and state.has_microphone), "camera": not state.camera}
+    warnings = {"microphone": not (state.microphone and state.has_microphone), "camera": not state.shows_face}
     active = {"own portrait": state.portrait, "record video": is_recording}
     return [
         Button(

@@ -64,8 +64,8 @@ def remote_notes(remote: RemoteState, *, has_voice: bool) -> list[str]:
 def own_notes(state: LocalState, *, has_face: bool, in_call: bool) -> list[str]:
     """Return what the other sees or hears differently than one may think."""
     notes = []
-    if not state.camera:
-        notes.append("camera off")
+    if not state.shows_face:
+        notes.append("no camera" if state.camera else "camera off")
     elif in_call and not has_face:
         notes.append("no face seen")
     if not state.has_microphone:

@@ -199,6 +199,7 @@ def call(options: CallOptions, *, began: float) -> CallFigures:
                     options.on_note,
                     viewer=lambda *_: nullcontext(self_view.show),
                     played=played if options.display.sound and options.display.headless is None else None,
+                    is_camera_optional=True,
                 )
             )
             endpoint.outbound.parameters = stream_parameters(source)

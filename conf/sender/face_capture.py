@@ -89,9 +89,15 @@ class FaceCapture:
         """Make images of the person, or none, from the next frame on."""
         self._source.makes_portrait = is_allowed
 
+    @property
+    def is_working(self) -> bool:
+        """Whether a frame has come since the start, or since the last restart."""
+        return self._camera.has_worked
+
     def source_time(self, now: float) -> float | None:
-        """Return the time on the source's clock at `now`, None before the first frame."""
-        return self._pacer.source_time(now)
+        """Return the time on the source's clock at `now`, None before the first frame of a clip."""
+        at = self._pacer.source_time(now)
+        return now if at is None and self._source.is_live else at  # a camera's frames have the machine's time
 
     def step(self, now: float) -> float | None:
         """Do what is due at `now`, seconds on a monotonic clock, which reading a camera and tracking a face may delay.

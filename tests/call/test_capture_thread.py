@@ -19,6 +19,7 @@ class FakeCapture:
         self.steps: list[str] = []
         self.error: CameraError | None = None
         self.restarts = 0
+        self.is_working = True
         self.allowed = True
         self._captured: CapturedMotion | None = None
 
@@ -41,6 +42,7 @@ class FakeCapture:
 
     def restart(self) -> None:
         self.restarts += 1
+        self.is_working = False
 
 
 def wait_until(condition: Callable[[], bool]) -> None:
@@ -72,6 +74,7 @@ def test_a_camera_that_fails_is_switched_off_and_said_once() -> None:
         wait_until(lambda: capture.restarts == 1)
         assert thread.pop_fault() == "camera 0 gives no images any more" and thread.pop_fault() == ""
         assert capture.mode is CaptureMode.OFF and not thread.ended
+        assert not thread.is_working
         thread.set_mode(CaptureMode.ON)
         wait_until(lambda: thread.ended)
     assert capture.count == 0

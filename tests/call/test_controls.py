@@ -81,3 +81,9 @@ def test_a_drag_from_a_button_turns_no_head_and_any_other_does() -> None:
 
 def test_every_button_has_a_key() -> None:
     assert set(BUTTONS) <= {action for action, _ in CALL_KEYS.values()}
+
+
+def test_a_camera_that_is_missing_is_said_when_it_is_switched_on() -> None:
+    stage = Stage(LocalState(camera_fault="there is no camera 0"))
+    assert stage.press("c") and not stage.state.camera and stage.toasts == []
+    assert stage.press("c") and stage.state.camera and stage.toasts == ["there is no camera 0"]

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from conf.call.local_state import LocalState
-from conf.call.loop import CallLoop, LocalEnd
+from conf.call.loop import CAMERA_RETRY_S, CallLoop, LocalEnd
 from conf.call.self_view import SelfView
 from conf.call.shared_objects import SharedObjectSender
 from conf.errors import NetworkError
@@ -60,6 +60,7 @@ class FakeCapture:
         self.portrait = False
         self.note = self.fault = ""
         self.ended = False
+        self.is_working = True
         self.now = self.due = 0.0
 
     def set_mode(self, mode: CaptureMode) -> None:
@@ -220,10 +221,37 @@ def test_with_the_camera_off_nothing_of_the_face_is_sent(stage: Stage) -> None:
 def test_a_camera_that_fails_is_said_and_ends_no_call(stage: Stage) -> None:
     stage.run(1.0)
     stage.a.capture.fault = "camera 0 gives no images any more: plug it in again"
+    stage.a.capture.is_working = False
     stage.run(1.0)
-    assert not stage.a.state.camera and stage.a.capture.mode is CaptureMode.OFF
+    assert stage.a.state.camera_fault and stage.a.capture.mode is CaptureMode.OFF
     assert stage.a.display.texts[-1] == "camera 0 gives no images any more: plug it in again"
-    assert not stage.a.loop.is_over
+    assert not stage.a.loop.is_over and stage.b.endpoint.remote_state.camera is CameraState.OFF
+
+
+def test_a_camera_that_is_missing_is_tried_again_until_it_is_there() -> None:
+    stage, fault = Stage(), "there is no camera 0: plug one in, name another, or give a clip instead."
+    capture = stage.a.capture
+    capture.fault, capture.is_working = fault, False
+    stage.run(2.0)
+    assert capture.mode is CaptureMode.OFF and stage.b.endpoint.remote_state.camera is CameraState.OFF
+    stage.run(CAMERA_RETRY_S)
+    assert capture.mode is CaptureMode.ON and not stage.a.state.shows_face and stage.b.received == 0
+    capture.fault = fault  # still missing
+    stage.run(1.0)
+    assert capture.mode is CaptureMode.OFF and stage.a.display.texts.count(fault) == 1
+    stage.run(CAMERA_RETRY_S)
+    capture.is_working = True
+    stage.run(1.0)
+    assert stage.a.state.shows_face and stage.b.received > 5
+    assert stage.b.endpoint.remote_state.camera is CameraState.ON
+
+
+def test_a_camera_that_was_switched_off_is_not_tried() -> None:
+    stage = Stage()
+    stage.a.capture.fault, stage.a.capture.is_working = "there is no camera 0", False
+    stage.a.state.camera = False
+    stage.run(CAMERA_RETRY_S + 1.0)
+    assert stage.a.capture.mode is CaptureMode.OFF
 
 
 def test_the_switches_reach_the_microphone_and_the_portrait(stage: Stage) -> None:

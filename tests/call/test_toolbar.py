@@ -20,6 +20,8 @@ def test_the_buttons_say_what_a_click_changes_or_what_is_off() -> None:
     assert [b.is_warning for b in changed] == [True, True, False, False, False]
     assert [b.is_active for b in changed] == [False, False, True, True, False]
     assert buttons_of(LocalState(has_microphone=False), is_recording=False, in_call=True)[0].text == "no microphone"
+    missing = buttons_of(LocalState(camera_fault="there is no camera 0"), is_recording=False, in_call=True)[1]
+    assert missing.text == "no camera" and missing.is_warning
 
 
 @pytest.mark.slow

@@ -35,6 +35,7 @@ def test_one_s_own_state_is_said() -> None:
     off = LocalState(camera=False, microphone=False)
     assert own_notes(off, has_face=False, in_call=True) == ["camera off", "muted"]
     assert own_notes(LocalState(has_microphone=False), has_face=True, in_call=True) == ["no microphone"]
+    assert own_notes(LocalState(camera_fault="gone"), has_face=False, in_call=True) == ["no camera"]
 
 
 def texts(link: LinkState, call_s: float | None, stats: CallStats = STATS) -> list[str]:

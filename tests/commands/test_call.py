@@ -51,6 +51,16 @@ def test_a_call_that_nobody_answers_is_recorded_and_has_no_figures(
         assert written.read() is not None
 
 
+@pytest.mark.slow
+def test_without_a_camera_a_call_is_held_all_the_same(gl: None, tmp_path: Path, models: Path) -> None:
+    events: list[str] = []
+    display = DisplayOptions(tmp_path / "call.mp4", sound=False, on_event=events.append)
+    capture = CaptureOptions(camera="97", voice="off")
+    figures = call(CallOptions(capture, display, None, ANYWHERE, CODE, seconds=0.5), began=0.0)
+    assert figures.sent.frames_captured == 0
+    assert events == ["there is no camera 97: plug one in, name another, or give a clip instead."]
+
+
 @pytest.mark.parametrize("what", ["clip", "face"])
 def test_what_cannot_be_read_is_told_before_the_code(tmp_path: Path, short_clip: Path, what: str) -> None:
     lines: list[str] = []

@@ -151,10 +151,19 @@ def test_a_camera_that_fails_is_tried_for_five_seconds() -> None:
 
 
 def test_the_time_of_the_source_runs_from_its_first_frame() -> None:
-    runner = Runner(FakeSource())
+    runner = Runner(FakeSource(is_live=False))
     assert runner.capture.source_time(100.0) is None
     runner.run(0.5)
     assert runner.capture.source_time(103.0) == pytest.approx(3.0, abs=0.01)
+
+
+def test_before_a_camera_has_an_image_its_time_is_the_machine_s() -> None:
+    runner = Runner(FakeSource())
+    assert runner.capture.source_time(100.0) == 100.0 and not runner.capture.is_working
+    runner.run(0.5)
+    assert runner.capture.is_working
+    runner.capture.restart()
+    assert not runner.capture.is_working
 
 
 class Outlet:

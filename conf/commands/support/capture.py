@@ -130,6 +130,7 @@ def open_source(
     *,
     viewer: Viewer | None = None,
     played: PlayedSound | None = None,
+    is_camera_optional: bool = False,
 ) -> Iterator[tuple[MotionSource, VoiceSender | None]]:
     """Open camera, clip or recording, the tracker, and microphone or sound.
 
@@ -137,6 +138,7 @@ def open_source(
     on_note : called with what is odd about the camera or clip, or missing, such as a microphone
     viewer : of the camera's images, opened with the source
     played : what a loudspeaker plays, whose echo is removed from the microphone's sound
+    is_camera_optional : a camera that is missing is an error only when it is read
     Raises CameraError, ModelError, FileFormatError, AudioError.
     """
     from conf.sender.capture.camera import open_camera
@@ -165,7 +167,7 @@ def open_source(
                 open_upright_clip(options.file, models, loop=options.loop, on_note=on_note)
             )
         else:
-            camera = stack.enter_context(open_camera(options.camera))
+            camera = stack.enter_context(open_camera(options.camera, is_optional=is_camera_optional))
             source = UprightCamera(camera, FaceDetector(models), on_note=on_note)
         canonical = load_canonical_face()
         extractor = MotionExtractor(canonical, source.size)

@@ -29,7 +29,9 @@ class Camera:
     fps : frames per second, as far as known; size : width and height, px
     """
 
-    def __init__(self, which: int | str, *, clock: Callable[[], float], opener: Opener) -> None:
+    def __init__(
+        self, which: int | str, *, clock: Callable[[], float], opener: Opener, is_optional: bool = False
+    ) -> None:
         """Use `open_camera` instead."""
         self._index = int(which) if isinstance(which, int) or which.isdigit() else None
         self._which = which
@@ -38,13 +40,17 @@ class Camera:
         self._opener = opener
         self._capture = self._open()
         self._first = self._read()
-        self._failed = False
+        self._failed = self._first is None
+        self._has_worked = not self._failed
+        self.fps, self.size = DEFAULT_FPS, CAMERA_SIZE
         if self._first is None:
             self._capture.release()
-            raise CameraError(self._why_not())
+            if not is_optional:
+                raise CameraError(self._why_not())
+            return
         fps = self._capture.get(cv2.CAP_PROP_FPS)
         self.fps = fps if math.isfinite(fps) and 0 < fps <= MAX_FPS else DEFAULT_FPS
-        self.size: tuple[int, int] = (self._first.shape[1], self._first.shape[0])
+        self.size = (self._first.shape[1], self._first.shape[0])
 
     def read(self) -> Frame:
         """Wait for the next frame and return it. After a failure the camera is opened anew at the next call.
@@ -59,10 +65,11 @@ class Camera:
             pixels = self._read()
         self._failed = pixels is None
         if pixels is None:
-            raise CameraError(f"{self._name} gives no images any more: plug it in again")
-        if pixels.shape[1::-1] != self.size:
-            pixels = np.asarray(cv2.resize(pixels, self.size, interpolation=cv2.INTER_AREA), np.uint8)
-        return Frame(pixels, self._clock())
+            raise CameraError(
+                f"{self._name} gives no images any more: plug it in again" if self._has_worked else self._why_not()
+            )
+        self._has_worked = True
+        return Frame(self._fit(pixels), self._clock())
 
     def release(self) -> None:
         """Release the device until the next read, which opens it anew."""
@@ -100,6 +107,17 @@ class Camera:
             return None
         return np.asarray(pixels, dtype=np.uint8)
 
+    def _fit(self, pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return an image in the size of all others, without what lies beyond their aspect ratio."""
+        height, width = pixels.shape[:2]
+        if (width, height) == self.size:
+            return pixels
+        scale = min(width / self.size[0], height / self.size[1])
+        kept = round(self.size[0] * scale), round(self.size[1] * scale)
+        left, top = (width - kept[0]) // 2, (height - kept[1]) // 2
+        middle = pixels[top : top + kept[1], left : left + kept[0]]
+        return np.asarray(cv2.resize(middle, self.size, interpolation=cv2.INTER_AREA), np.uint8)
+
     def _why_not(self) -> str:
         """Return what to tell the user of a camera that gives no image at the start."""
         device = Path(f"/dev/video{self._index}" if self._index is not None else str(self._which))
@@ -115,10 +133,16 @@ class Camera:
 
 
 def open_camera(
-    which: int | str, /, *, clock: Callable[[], float] = time.monotonic, opener: Opener = cv2.VideoCapture
+    which: int | str,
+    /,
+    *,
+    clock: Callable[[], float] = time.monotonic,
+    opener: Opener = cv2.VideoCapture,
+    is_optional: bool = False,
 ) -> Camera:
     """Open a camera by index, by device path or by the address of a network camera.
 
+    is_optional : a camera that is missing or busy is no error before it is read, and is opened when it is there
     Raises CameraError if it is missing or busy.
     """
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # errors reach the user as exceptions
@@ -127,4 +151,4 @@ def open_camera(
         str(which).encode()
     except UnicodeEncodeError as error:  # it would end the process in OpenCV
         raise CameraError(f"camera {which} has a name that is not UTF-8: name it by its number.") from error
-    return Camera(which, clock=clock, opener=opener)
+    return Camera(which, clock=clock, opener=opener, is_optional=is_optional)

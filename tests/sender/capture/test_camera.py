@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from conf.errors import CameraError
-from conf.sender.capture.camera import DEFAULT_FPS, Camera, open_camera
+from conf.sender.capture.camera import CAMERA_SIZE, DEFAULT_FPS, Camera, open_camera
 
 WIDTH, HEIGHT = 64, 48
 
@@ -142,6 +142,28 @@ def test_a_camera_that_changes_its_frame_size_keeps_the_first() -> None:
     source.read()
     capture.read = lambda: (True, np.zeros((2 * HEIGHT, 2 * WIDTH, 3), np.uint8))  # type: ignore[method-assign]
     assert source.read().pixels.shape == (HEIGHT, WIDTH, 3)
+
+
+def test_a_camera_that_is_missing_may_come_later() -> None:
+    captures = [FakeCapture(0, opens=False), FakeCapture(0, opens=False), FakeCapture(2)]
+    opened: Iterator[Any] = iter(captures)
+    source = open_camera("/dev/video97", clock=lambda: 1.0, opener=lambda _: next(opened), is_optional=True)
+    assert source.size == CAMERA_SIZE and source.fps == DEFAULT_FPS
+    with pytest.raises(CameraError, match="there is no camera /dev/video97: plug one in"):
+        source.read()
+    frame = source.read()
+    assert frame.pixels.shape == (CAMERA_SIZE[1], CAMERA_SIZE[0], 3) and frame.pixels[0, 0, 0] == 20
+    assert captures[0].released and captures[1].released
+
+
+def test_an_image_of_another_shape_is_cropped_not_stretched() -> None:
+    capture = FakeCapture(3)
+    source = open_camera(3, opener=opener(capture))
+    source.read()
+    wide = np.zeros((HEIGHT, 2 * WIDTH, 3), np.uint8)
+    wide[:, WIDTH // 2 : -WIDTH // 2] = 200
+    capture.read = lambda: (True, wide)  # type: ignore[method-assign]
+    assert (source.read().pixels == 200).all()
 
 
 @pytest.mark.parametrize("fps", [0.0, -1.0, float("nan"), 90000.0])
