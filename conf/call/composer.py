@@ -124,6 +124,7 @@ class CallComposer(GpuObject):
         stream.motion.received.clear()
         if stream.received_objects:  # one object per frame: the photo takes as long as several frames
             self._grid.receive_portrait_object(OTHER_ID, stream.received_objects.popleft())
+        self._grid.withdrawn = {OTHER_ID} if stream.is_portrait_withdrawn else ()
         self._grid.draw({OTHER_ID: self._frame}, self.controls.view, now)
         self.controls.shows_photo = self._grid.shows_photo
 

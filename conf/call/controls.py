@@ -33,7 +33,7 @@ CALL_KEYS: KeyTable = {
 BUTTONS = ("microphone", "camera", "own portrait", "record video", "quit")  # from left to right
 NO_MICROPHONE = "there is no microphone: start with --microphone, `conf devices` lists them"
 PORTRAIT_ON = "pictures of you are sent from now on; P stops that"
-PORTRAIT_OFF = "no more pictures of you are sent; the other keeps those that have arrived"
+PORTRAIT_OFF = "no more pictures of you are sent: the other sees the head again"
 
 
 @dataclass(frozen=True)

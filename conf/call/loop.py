@@ -134,6 +134,7 @@ class CallLoop:
             self._endpoint.send_camera_off(now)
             self._local.self_view.clear()
         self._local.objects.is_allowed = self._local.state.portrait
+        self._endpoint.set_portrait_allowed(self._local.state.portrait, now)
         self._local.capture.set_portrait(is_allowed=self._local.state.portrait)
         self._local.capture.set_fps(self._endpoint.outbound.profile.fps)
         if self._voice.note:

@@ -107,10 +107,15 @@ class PortraitAck:
 
 @dataclass(frozen=True)
 class ParticipantMessage:
-    """Who sends, and whether its camera is on. name : as clean_name returns it; camera : ON or OFF"""
+    """Who sends, and what is to be shown of it.
+
+    name : as clean_name returns it; camera : ON or OFF
+    is_portrait_withdrawn : whether the images sent of the person are no longer to be shown
+    """
 
     name: str
     camera: CameraState
+    is_portrait_withdrawn: bool = False
 
 
 @dataclass(frozen=True)

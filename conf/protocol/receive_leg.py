@@ -27,6 +27,7 @@ class ReceiveLeg:
     rejected : malformed bodies; missed_references : frames whose reference had not arrived
     refresh_needed : whether the next report must say that a reference is missing
     name : of the participant, "" if unknown
+    is_portrait_withdrawn : whether the images received of the person are no longer to be shown
     round_trip_ms : as the sender measured it, None before it has told
     reception : statistics of the datagrams received
     """
@@ -44,12 +45,14 @@ class ReceiveLeg:
         self.missed_references = 0
         self.refresh_needed = False
         self.name = ""
+        self.is_portrait_withdrawn = False
         self.round_trip_ms: float | None = None
         self.reception = ReceptionStatistics()
         self._object_receiver = ObjectReceiver(receiver_id)
         self.last_received: float | None = None
         self._camera = CameraState.ON
         self._camera_counter = -1  # of the datagram that told
+        self._participant_counter = -1
 
     @property
     def camera(self) -> CameraState:
@@ -59,8 +62,8 @@ class ReceiveLeg:
 
     @property
     def portrait_percent(self) -> int | None:
-        """How much of the sender's photo has arrived, None if none has been announced."""
-        return self._object_receiver.photo_percent
+        """How much of the sender's photo has arrived, None if none has been announced or it was withdrawn."""
+        return None if self.is_portrait_withdrawn else self._object_receiver.photo_percent
 
     def on_datagram(self, data: bytes, wire_bytes: int, now: float) -> None:
         """Count an authenticated datagram. data : its encoded body; wire_bytes : its size, headers included"""
@@ -116,9 +119,11 @@ class ReceiveLeg:
                 received_until = self._receive_motion(body, now)
                 self._set_camera(CameraState.ON, counter)
                 return received_until
-            case messages.ParticipantMessage(name=name, camera=camera):
-                self.name = name
-                self._set_camera(camera, counter)
+            case messages.ParticipantMessage():
+                self._set_camera(body.camera, counter)
+                if counter > self._participant_counter:
+                    self._participant_counter = counter
+                    self.name, self.is_portrait_withdrawn = body.name, body.is_portrait_withdrawn
             case messages.VoiceFormatMessage():
                 self.voice.receive_format(body)
             case messages.VoiceStateMessage():

@@ -72,7 +72,7 @@ class SendLeg:
         self.participant = OutboundParticipant(name)
         self.budget = SendBudget(rate or RateOptions(), now)
         self._portrait = portrait
-        self._connected = False
+        self._connected = self._was_portrait_allowed = False
         self._timestamp = 0.0
         self._piggybacked_at = float("-inf")
         self._sent_at = float("-inf")  # the last body
@@ -119,6 +119,11 @@ class SendLeg:
         """Announce that the camera is off. Nothing of the face is sent until `send_frame` or `send_no_face`."""
         self.participant.set_camera(CameraState.OFF, now)
         self.motion.discard()
+
+    def set_portrait_allowed(self, is_allowed: bool, /, now: float) -> None:
+        """Announce whether the images sent of the person may be shown. It costs nothing before they first were."""
+        self._was_portrait_allowed |= is_allowed
+        self.participant.set_portrait_withdrawn(self._was_portrait_allowed and not is_allowed, now)
 
     def send_voice(self, packet: VoicePacket, now: float) -> None:
         """Send encoded voice, which means that somebody talks; dropped as a frame is.

@@ -53,6 +53,10 @@ class SenderConnection:
         """Announce that the camera is off. Nothing of the face is sent until the next frame, or report of no face."""
         self._send.send_camera_off(now)
 
+    def set_portrait_allowed(self, is_allowed: bool, /, now: float) -> None:
+        """Announce whether the images sent of the person may be shown."""
+        self._send.set_portrait_allowed(is_allowed, now)
+
     @property
     def voice_format(self) -> VoiceFormat | None:
         """The format to encode voice in now. None: voice is off, the limit has no room, or there is no session."""

@@ -95,6 +95,7 @@ class FrameComposer(GpuObject):
         for session, stream in streams.items():
             if stream.received_objects:  # one object per frame: the photo takes as long as several frames
                 self._grid.receive_portrait_object(session, stream.received_objects.popleft())
+        self._grid.withdrawn = {session for session, stream in streams.items() if stream.is_portrait_withdrawn}
         cells = self._grid.draw(frames, controls.view, now)
         controls.shows_photo = self._grid.shows_photo
         panels = self._panels(cells, now)

@@ -5,7 +5,7 @@ One participant is drawn into the window. Of several, each frame draws those who
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from itertools import pairwise
 
 import moderngl
@@ -57,10 +57,12 @@ class ParticipantGrid(GpuObject):
 
     detail : how finely to draw; the resolution is that of heads, portraits are drawn in full
     shows_photo : whether the last image shows a portrait
+    withdrawn : participants whose portraits are not to be shown
     """
 
     def __init__(self, window: Window, face: FaceModel) -> None:
         self.detail = DrawingDetail()
+        self.withdrawn: Collection[int] = ()
         self.shows_photo = False
         self._window = window
         self._face = face
@@ -169,7 +171,7 @@ class ParticipantGrid(GpuObject):
 
     def _portrait(self, participant: int, view: ViewState) -> PortraitRenderer | None:
         """Return the portrait to draw a participant's motion with, None for the face model."""
-        portrait = self._portraits.get(participant)
+        portrait = None if participant in self.withdrawn else self._portraits.get(participant)
         return portrait if view.portrait and portrait and portrait.ready else None
 
     def _shows_photo(self, participant: int, frame: MotionFrame | None, view: ViewState) -> bool:

@@ -262,6 +262,22 @@ def test_the_switches_reach_the_microphone_and_the_portrait(stage: Stage) -> Non
     assert stage.a.voice.muted and stage.a.objects.is_allowed and stage.a.capture.portrait
 
 
+def test_a_portrait_that_is_switched_off_is_withdrawn_at_the_other_end(stage: Stage) -> None:
+    def withdrawn() -> list[bool]:
+        return [stream.is_portrait_withdrawn for stream in stage.b.endpoint.streams.values()]
+
+    stage.run(1.0)
+    stage.a.state.portrait = True
+    stage.run(0.5)
+    assert withdrawn() == [False]
+    stage.a.state.portrait = False
+    stage.run(0.3)
+    assert withdrawn() == [True]
+    stage.a.state.portrait = True
+    stage.run(0.3)
+    assert withdrawn() == [False]
+
+
 def test_who_has_called_ends_when_the_other_hangs_up_and_who_waits_goes_on() -> None:
     stage = Stage()
     stage.run(1.0)

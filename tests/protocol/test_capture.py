@@ -229,7 +229,7 @@ def read_talker(talker: Talker) -> set[int]:
 
 
 @pytest.mark.slow
-def test_names_cameras_and_path_probes_of_a_call_of_two_are_as_wire_md_describes() -> None:
+def test_names_cameras_portraits_and_path_probes_of_a_call_of_two_are_as_wire_md_describes() -> None:
     called, calling = endpoint("Zoë"), endpoint("Bob", A)
     link = Link({A: called, B: calling}, delays=lambda _: [0.04])
     frames = send_frames(called, calling)
@@ -241,12 +241,15 @@ def test_names_cameras_and_path_probes_of_a_call_of_two_are_as_wire_md_describes
     link.run(3)
     link.tick = frames
     link.run(1)
+    calling.set_portrait_allowed(True, link.now)
+    calling.set_portrait_allowed(False, link.now)
+    link.run(1)
     capture = [(at, source, RECEIVER if target == A else target, data) for at, source, target, data in link.sent]
     random_bytes = random.Random("Bob").randbytes
     random_bytes(32 + 1)  # for answers, which it does not give
     sent = {data[2]: data[5:-4] for _, _, _, data in capture if data[0] == 0x93}
     session, from_caller, from_called = secrets(sent, random_bytes)
-    participants: dict[bool, list[tuple[bool, str]]] = {True: [], False: []}
+    participants: dict[bool, list[tuple[bool, bool, str]]] = {True: [], False: []}
     probes: dict[bool, list[bytes]] = {True: [], False: []}
     answers: dict[bool, list[bytes]] = {True: [], False: []}
     camera_is_on = True
@@ -261,6 +264,7 @@ def test_names_cameras_and_path_probes_of_a_call_of_two_are_as_wire_md_describes
             else:
                 assert camera_is_on or part[0] in (2, 10, 3), "nothing of the face"
                 assert kind(part) in ORDER
-    assert set(participants[False]) == {(True, "Zoë")}
-    assert [key for key, _ in groupby(participants[True])] == [(True, "Bob"), (False, "Bob"), (True, "Bob")]
+    assert set(participants[False]) == {(True, False, "Zoë")}
+    states = [(True, False), (False, False), (True, False), (True, True)]
+    assert [key for key, _ in groupby(participants[True])] == [(*state, "Bob") for state in states]
     assert not probes[True] and probes[False] and set(answers[True]) == set(probes[False]) and not answers[False]

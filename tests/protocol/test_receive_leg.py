@@ -187,6 +187,21 @@ def test_the_other_bodies_are_applied() -> None:
     assert leg.round_trip_ms == 123.0 and leg.rejected == 0
 
 
+def test_the_newest_participant_tells_whether_the_portrait_may_be_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("conf.protocol.receive_leg.ObjectReceiver.photo_percent", 40)
+    leg = Leg()
+    withdrawn, shown = (
+        encode_body(ParticipantMessage(name, CameraState.ON, is_portrait_withdrawn=is_withdrawn))
+        for name, is_withdrawn in (("Ada", True), ("Bob", False))
+    )
+    receive(leg, withdrawn, counter=5)
+    assert (leg.name, leg.is_portrait_withdrawn, leg.portrait_percent) == ("Ada", True, None)
+    receive(leg, shown, counter=4)
+    assert leg.name == "Ada" and leg.is_portrait_withdrawn
+    receive(leg, shown, counter=6)
+    assert (leg.name, leg.is_portrait_withdrawn, leg.portrait_percent) == ("Bob", False, 40)
+
+
 def test_the_newest_datagram_tells_whether_the_camera_is_on() -> None:
     leg = Leg()
     off, on = (encode_body(ParticipantMessage("Ada", camera)) for camera in (CameraState.OFF, CameraState.ON))

@@ -203,7 +203,7 @@ def voice_format(**changes: object) -> bytes:
         (b"\x09\0\x80", "not a voice state"),
         (b"\x09\0\0\0", "not a voice state"),
         (b"\x0b", "not a camera state and a name"),
-        (b"\x0b\2", "not a camera state and a name"),
+        (b"\x0b\4", "not a camera state and a name"),
         (b"\x0b\0" + b"x" * 33, "not a camera state and a name"),
         (b"\x0b\0\xff", "a name is not UTF-8"),
         (b"\x0c" + bytes(7), "a token has 8 bytes"),

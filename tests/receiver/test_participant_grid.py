@@ -184,19 +184,21 @@ def test_the_grid_tells_whether_a_photo_is_drawn(
     monkeypatch.setattr("conf.receiver.participant_grid.PortraitRenderer", lambda ctx, store: Mock(store=store))
     grid = ParticipantGrid(window, face)
     grid.receive_portrait_object(7, b"not a photo")
-    shown = []
+    shown: list[bool] = []
     frames: Mapping[int, MotionFrame | None]
     for frames, view in (
         ({7: motion()}, ViewState()),
         ({7: motion()}, ViewState(portrait=False)),
+        ({7: motion()}, ViewState()),
         ({7: None}, ViewState()),
         ({9: motion()}, ViewState()),
     ):
         window.begin()
+        grid.withdrawn = {7} if len(shown) == 2 else ()
         grid.draw(frames, view, 0.0)
         shown.append(grid.shows_photo)
     grid.release()
-    assert shown == [True, False, False, False]
+    assert shown == [True, False, False, False, False]
 
 
 @pytest.mark.slow

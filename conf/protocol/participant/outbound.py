@@ -1,4 +1,4 @@
-"""What one end announces of its participant: its name, and whether its camera is on. No I/O, no clock.
+"""What one end announces of its participant: name, camera, and whether its portrait may be shown. No I/O, no clock.
 
 Strategy. An announcement rides in a datagram and is repeated until one is acknowledged; then it costs nothing. That the
 camera is on again, the motion tells too. While it is off, the announcement is also the keep-alive.
@@ -21,11 +21,12 @@ MAX_IN_FLIGHT = 64  # datagrams remembered until they are acknowledged
 class OutboundParticipant:
     """Announce a participant.
 
-    camera : ON or OFF
+    camera : ON or OFF; is_portrait_withdrawn : whether the images sent of the person are no longer to be shown
     """
 
     def __init__(self, name: str = "") -> None:
         self.camera = CameraState.ON
+        self.is_portrait_withdrawn = False
         self._name = clean_name(name)
         self.restart(float("-inf"))
 
@@ -40,8 +41,13 @@ class OutboundParticipant:
         """Announce a camera that was switched on or off."""
         if camera is not self.camera:
             self.camera = camera
-            self.restart(now)
-            self._is_known = False
+            self._announce(now)
+
+    def set_portrait_withdrawn(self, is_withdrawn: bool, /, now: float) -> None:
+        """Announce that the images sent are no longer to be shown, or are again."""
+        if is_withdrawn is not self.is_portrait_withdrawn:
+            self.is_portrait_withdrawn = is_withdrawn
+            self._announce(now)
 
     @property
     def max_bytes(self) -> int:
@@ -75,6 +81,11 @@ class OutboundParticipant:
         for counter in counters:
             self._is_known |= self._in_flight.pop(counter, None) is not None
 
+    def _announce(self, now: float) -> None:
+        """Announce anew what the receiver may know differently."""
+        self.restart(now)
+        self._is_known = False
+
     @property
     def _message(self) -> ParticipantMessage:
-        return ParticipantMessage(self._name, self.camera)
+        return ParticipantMessage(self._name, self.camera, self.is_portrait_withdrawn)

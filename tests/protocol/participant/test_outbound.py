@@ -67,3 +67,15 @@ def test_few_datagrams_are_remembered() -> None:
     assert len(side._in_flight) == MAX_IN_FLIGHT
     side.on_acknowledged([0])
     assert side.is_due(9.0)
+
+
+def test_a_portrait_that_is_withdrawn_is_announced_until_that_is_acknowledged() -> None:
+    side = OutboundParticipant()
+    side.set_portrait_withdrawn(True, 0.0)
+    assert side.is_due(0.0) and not side.is_due_alone(WAIT_S - 0.01, 0.0) and side.is_due_alone(WAIT_S, 0.0)
+    assert announced(side, 0.1, counter=3) == ParticipantMessage("", ON, is_portrait_withdrawn=True)
+    side.set_portrait_withdrawn(True, 0.2)
+    side.on_acknowledged([3])
+    assert not side.is_due(9.0)
+    side.set_portrait_withdrawn(False, 10.0)
+    assert announced(side, 10.0) == ParticipantMessage("", ON)
