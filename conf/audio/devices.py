@@ -28,8 +28,9 @@ DEVICE_RATE = 48000
 PERIOD_MS = 10  # of a microphone, from callback to callback; 20 delays a voice by 10 ms more
 SPEAKER_MS = 20  # the same of a speaker; what it takes until sound is heard
 # With PulseAudio the library keeps but one period ready and asks for it by quarters: a callback that is later than
-# three of them leaves a gap that nobody counts. 15 ms were too few beside a thread that draws.
+# three of them leaves a gap that nobody counts.
 PULSE_SPEAKER_MS = 30
+SWITCH_INTERVAL_S = 0.001  # for which a callback waits for a thread that computes; Python's default are 5 ms
 MISSING = "miniaudio is missing, so there is no sound: type  pip install miniaudio."
 
 _BUFFER_S = 2.0  # capacity of the ring buffers
@@ -281,6 +282,7 @@ def _start(kind: str, name: str, device_id: object, callback: Generator[Any, Any
     if name == NULL_DEVICE:
         options["backends"] = [miniaudio.Backend.NULL]
     next(callback)
+    sys.setswitchinterval(min(sys.getswitchinterval(), SWITCH_INTERVAL_S))
     try:
         device = getattr(miniaudio, kind)(
             nchannels=1, sample_rate=DEVICE_RATE, device_id=device_id, app_name="conf", **options

@@ -3,11 +3,9 @@
 The echo is removed first (echo_canceller.py). The other filters are WebRTC's (pywebrtc-audio). Two of their habits are
 worked around. The gain control starts 15 dB up, which drives loud speech into its limiter for seconds (STOI .96 on
 full-scale speech), so the sound enters 15 dB down and the gain starts at 1. The speech probability comes late, so
-activity looks at the level, too, and returned blocks lag by two: a talk spurt starts 20 ms before the first block in
-which speech was noticed.
+activity looks at the level, too.
 """
 
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -20,7 +18,6 @@ from conf.audio.samples import FULL_SCALE, SAMPLE_RATE, SILENCE_DBFS, AudioBlock
 from conf.audio.voice_activity import VoiceActivity
 
 BLOCK_SAMPLES = SAMPLE_RATE // 100  # 10 ms, WebRTC's frame
-LOOK_BACK = 2  # blocks
 MISSING = "pywebrtc-audio is missing, so noise and level stay as they are: type  pip install pywebrtc-audio."
 
 # The gain control fills the scale. Codecs need headroom: Codec2's energies end 6 dB lower (STOI .01 better),
@@ -38,7 +35,7 @@ class VoiceBlock:
 
     timestamp : capture time of the first sample, s
     samples : (BLOCK_SAMPLES,) int16
-    active : whether somebody speaks: send it
+    active : whether speech is noticed, in this block or within the hangover; it began LOOK_BACK blocks before
     """
 
     timestamp: float
@@ -82,7 +79,6 @@ class VoiceProcessor:
         self._echo_canceller = EchoCanceller() if read_played else None
         self._activity = VoiceActivity()
         self._rest = AudioBlock(0.0, np.zeros(0, np.int16))  # less than a block
-        self._waiting: deque[VoiceBlock] = deque()
         self._noise_power = 0.0
 
     @property
@@ -91,32 +87,25 @@ class VoiceProcessor:
         return max(SILENCE_DBFS, 10 * float(np.log10(max(self._noise_power, 1e-12))))
 
     def process(self, block: AudioBlock) -> list[VoiceBlock]:
-        """Return the blocks that this sound completes, in order of time, LOOK_BACK blocks behind it.
+        """Return the blocks that this sound completes, in order of time.
 
-        block : of any length; a gap to the last one's end starts a new stretch
+        block : of any length; a gap to the last one's end starts a new stretch, and what fills no block is dropped
         """
         if self._echo_canceller and self._read_played:
             block = self._echo_canceller.process(block, self._read_played())
-        blocks: list[VoiceBlock] = []
         if len(self._rest.samples) and abs(block.timestamp - self._rest.end) > _GAP_S:
-            blocks += self.flush()
+            self._rest = replace(self._rest, samples=self._rest.samples[:0])
         start = self._rest.timestamp if len(self._rest.samples) else block.timestamp
         samples = np.concatenate([self._rest.samples, block.samples])
         whole = len(samples) // BLOCK_SAMPLES * BLOCK_SAMPLES
-        for first in range(0, whole, BLOCK_SAMPLES):
-            piece = samples[first : first + BLOCK_SAMPLES]
-            blocks += self._process_block(start + first / SAMPLE_RATE - self._delay_s, piece)
+        pieces = [
+            (start + first / SAMPLE_RATE - self._delay_s, samples[first : first + BLOCK_SAMPLES])
+            for first in range(0, whole, BLOCK_SAMPLES)
+        ]
         self._rest = AudioBlock(start + whole / SAMPLE_RATE, samples[whole:])
-        return blocks
+        return [self._process_block(timestamp, piece) for timestamp, piece in pieces]
 
-    def flush(self) -> list[VoiceBlock]:
-        """Return the blocks that still wait for a look back, and drop what fills no block: the sound has ended."""
-        blocks = list(self._waiting)
-        self._waiting.clear()
-        self._rest = replace(self._rest, samples=self._rest.samples[:0])
-        return blocks
-
-    def _process_block(self, timestamp: float, samples: Samples) -> list[VoiceBlock]:
+    def _process_block(self, timestamp: float, samples: Samples) -> VoiceBlock:
         level, probability = level_dbfs(samples), 0.0
         if self._filter is not None:
             scaled = samples.astype(np.float32) * np.float32(_INITIAL_GAIN / FULL_SCALE)
@@ -129,13 +118,10 @@ class VoiceProcessor:
             else:
                 samples = _from_float(filtered)
         active = self._activity.update(level, probability)
-        if active:
-            self._waiting = deque(replace(block, active=True) for block in self._waiting)
-        else:
+        if not active:
             power = 10 ** (level_dbfs(samples) / 10)
             self._noise_power += _NOISE_WEIGHT * (power - self._noise_power)
-        self._waiting.append(VoiceBlock(timestamp, samples, active))
-        return [self._waiting.popleft()] if len(self._waiting) > LOOK_BACK else []
+        return VoiceBlock(timestamp, samples, active)
 
 
 def _from_float(values: NDArray[np.float32]) -> Samples:

@@ -14,6 +14,7 @@ from conf.protocol.address import Address
 from conf.protocol.call_endpoint import CallEndpoint
 from conf.protocol.participant.state import CameraState
 from conf.sender.face_capture import CapturedMotion, CaptureMode
+from conf.sender.voice.voice_poller import VOICE_POLL_S
 from conf.transport.interface import ReceivedDatagram
 from tests.support.simulated_call import A, B
 from tests.support.simulated_calls import PARAMETERS, talk
@@ -324,7 +325,7 @@ def test_the_call_comes_back_after_the_network_was_gone(stage: Stage) -> None:
 
 
 def test_a_step_is_due_early_enough_for_the_voice(stage: Stage) -> None:
-    assert stage.a.step(0.0) == pytest.approx(0.005)
+    assert stage.a.step(0.0) == pytest.approx(VOICE_POLL_S)
     assert stage.b.loop.run(seconds=0.0) is None  # type: ignore[func-returns-value]
 
 

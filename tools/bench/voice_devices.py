@@ -9,7 +9,8 @@ the delay is the lag at which the recordings correlate best, a figure for each P
 
 delay_ms : the median, less the duration of the voice in a datagram, which nobody can avoid; least_ms, worst_ms : of
 single pieces: whatever stops the processes for a moment adds to the playout delay for ten seconds and more; error_ms :
-between two recordings of the same sink, which is how exact the figures are
+between two recordings of the same sink, which is how exact the figures are; gaps : silences of MIN_GAP_S and more that
+interrupt the sound, which the sound server plays when it has been given too little
 """
 
 import argparse
@@ -48,6 +49,7 @@ SETTLE_S = 14.0  # of the recordings before pieces count: the call begins, the p
 PIECE_S = 3.0
 MAX_LAG = int(1.5 * SAMPLE_RATE)
 MIN_LEVEL = 100.0  # RMS of a piece with speech
+MIN_GAP_S, BESIDE_S = 0.001, 0.005  # of a gap, and of the sound beside it
 RECORD_FORMAT = ["--format=s16le", "--channels=1", f"--rate={SAMPLE_RATE}"]
 RECORD_LATENCY_MS = 20
 CHUNK_BYTES = 640  # 20 ms
@@ -64,6 +66,7 @@ class Figures:
     datagram_ms: int
     pieces: int
     underruns: int
+    gaps: int
     error_ms: float
 
 
@@ -169,6 +172,7 @@ def measure(motion: Path, speech: Path, kbps: float, seconds: float) -> Figures:
         datagram_ms=datagram_ms,
         pieces=len(delays),
         underruns=int(max(line.get("underruns", 0) for line in lines)),
+        gaps=count_gaps(sounds[2][int(SETTLE_S * SAMPLE_RATE) :]),
         error_ms=round(1000 * max(map(abs, errors)), 1),
     )
 
@@ -189,6 +193,19 @@ def lags(captured: Samples, heard: Samples, offset_s: float) -> list[float]:
         if min(np.std(piece), np.std(later[:size])) > MIN_LEVEL:
             found.append((align(piece, later, max_samples=MAX_LAG) - MAX_LAG // 2) / SAMPLE_RATE)
     return found
+
+
+def count_gaps(sound: Samples) -> int:
+    """Return how often a sound is interrupted by silence; speech that ends softly is not interrupted."""
+    silent = np.concatenate([[False], np.abs(sound.astype(int)) <= 1, [False]])
+    edges = np.flatnonzero(np.diff(silent.astype(int)))
+    beside = int(BESIDE_S * SAMPLE_RATE)
+    count = 0
+    for begin, end in edges.reshape(-1, 2):
+        if end - begin >= MIN_GAP_S * SAMPLE_RATE:
+            neighbours = sound[max(begin - beside, 0) : begin], sound[end : end + beside]
+            count += any(len(part) and np.std(part.astype(float)) > MIN_LEVEL for part in neighbours)
+    return count
 
 
 def main() -> None:

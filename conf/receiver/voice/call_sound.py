@@ -16,11 +16,11 @@ from conf.errors import AudioError
 from conf.receiver.voice.voice_mixer import VoiceMixer
 
 BLOCK = SAMPLE_RATE // 100  # samples rendered at a time: 10 ms
-TARGET_S = 0.03  # of sound ready for the device; more on a machine that keeps this thread waiting for longer
+TARGET_S = 0.02  # of sound ready for the device; more on a machine that keeps this thread waiting for longer
 MAX_TARGET_S = 0.24
 TARGET_GROWTH = 1.5  # each time that the device ran out of sound
 TARGET_DECAY = 0.999  # with each block of BLOCK samples: half of it is gone after 7 s
-POLL_S = 0.01
+POLL_S = 0.005
 RETRY_S = 2.0  # between two attempts to open a loudspeaker that is gone
 MAX_TAPPED = 500  # blocks that wait to be recorded: 5 s
 MAX_SKIPPED_S = 1.0  # of sound that a stopped program does not make up for

@@ -11,6 +11,8 @@ from conf.audio.samples import AudioBlock
 from conf.errors import AudioError
 
 RETRY_S = 2.0  # between two attempts to open a microphone that is gone
+# The first calls of `read` may come some 20 ms after the `until` that they are given: the first frame takes so long.
+SETTLING_READS = 8
 
 
 class MicrophoneSource:
@@ -19,7 +21,7 @@ class MicrophoneSource:
     @property
     def offset_s(self) -> float:
         """The clock of the frames minus that of the sound device, as far as known."""
-        return self._offset or 0.0
+        return 0.0 if self._settling else self._offset
 
     def __init__(
         self, device: str | None = None, *, live_frames: bool = True, clock: Callable[[], float] = time.monotonic
@@ -37,15 +39,19 @@ class MicrophoneSource:
         self._tried_at = float("-inf")
         self._opening: threading.Thread | None = None
         self._clock = clock
-        self._offset: float | None = 0.0 if live_frames else None  # clock of the frames minus `clock`
+        self._offset = 0.0 if live_frames else float("-inf")  # clock of the frames minus `clock`
+        self._settling = 0 if live_frames else SETTLING_READS
 
     def read(self, until: float, /) -> list[AudioBlock]:
         """Return what was captured since the last call; `until` is now.
 
         Raises AudioError while the device is gone.
         """
-        if self._offset is None:
-            self._offset = until - self._clock()
+        if self._settling:
+            self._settling -= 1
+            self._offset = max(self._offset, until - self._clock())
+            if self._settling:
+                return []
         if self._device is None:
             self._try_again()
             raise self._fault

@@ -6,7 +6,7 @@ from conf.errors import AudioError
 from conf.protocol.voice.formats import VoiceState
 from conf.sender.voice.voice_sender import VoiceOutlet
 
-VOICE_POLL_S = 0.01  # a block of the microphone's processing; the frames that wait go with a complete packet
+VOICE_POLL_S = 0.004  # while a packet may be complete; the frames that wait go with it
 IDLE_POLL_S = 0.03  # while no packet can be complete
 
 

@@ -1,8 +1,13 @@
-"""From captured sound to encoded packets: clean, cut, decide whether somebody talks, encode in the format asked for."""
+"""From captured sound to encoded packets: clean, cut, decide whether somebody talks, encode in the format asked for.
+
+Strategy. Speech is noticed late: a talk spurt starts LOOK_BACK blocks before. A packet in which speech is noticed
+leaves at once; one without waits for that long, for the beginning of a talk spurt after it.
+"""
 
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import islice
 from typing import Protocol
 
 import numpy as np
@@ -18,6 +23,7 @@ from conf.sender.capture.sound import SoundSource
 BLOCK_S = BLOCK_SAMPLES / SAMPLE_RATE
 MAX_FILL_S = 0.5  # a longer gap in the captured sound begins the stream anew
 MIN_GAP_S = 0.03  # capture times vary by less
+LOOK_BACK = 2  # blocks: the speech probability comes 20 ms late
 MAX_BUFFERED_S = 2.0  # of sound that waits to be sent
 
 
@@ -61,6 +67,7 @@ class VoiceSender:
         self._blocks: deque[VoiceBlock] = deque()  # without a gap
         self._end: float | None = None  # capture time of what follows them
         self._overlaps = False  # whether sound was captured that lies before this
+        self._packet_s: float | None = None  # duration of the next packet
 
     def poll(self, until: float, outlet: VoiceOutlet, now: float) -> None:
         """Send the packets that are complete at `until`, a time on the clock of the frames. Raises CameraError."""
@@ -73,15 +80,17 @@ class VoiceSender:
             return
         while (voice_format := outlet.voice_format) and self._send_packet(voice_format, outlet, now):
             pass
+        self._packet_s = voice_format.packet_s if voice_format else None
         while len(self._blocks) * BLOCK_S > MAX_BUFFERED_S:
             self._blocks.popleft()
 
     @property
     def due_in_s(self) -> float:
         """Return the seconds after which the next packet may be complete, 0 if there is no telling."""
-        if self._end is None or self._encoder is None or not self._blocks:
+        if self._end is None or self._packet_s is None:
             return 0.0
-        return max(self._blocks[0].timestamp + self._encoder[0].packet_s - self._end, 0.0)
+        start = self._blocks[0].timestamp if self._blocks else self._end
+        return max(start + self._packet_s - self._end, 0.0)
 
     def close(self) -> None:
         """Release the file or device."""
@@ -110,10 +119,13 @@ class VoiceSender:
         count = round(voice_format.packet_s / BLOCK_S)
         if len(self._blocks) < count:
             return False
-        packet = [self._blocks.popleft() for _ in range(count)]
-        if not any(block.active for block in packet):
+        is_active = any(block.active for block in islice(self._blocks, count + LOOK_BACK))
+        if not is_active:  # tell it before the look back ends: the other side expects voice
             outlet.set_voice_state(VoiceState.SILENT, now, noise_level=self._noise_level())
-        else:
+            if len(self._blocks) < count + LOOK_BACK:
+                return False
+        packet = [self._blocks.popleft() for _ in range(count)]
+        if is_active:
             outlet.set_voice_state(VoiceState.TALKING, now, noise_level=self._noise_level())
             frames = self._encode(np.concatenate([block.samples for block in packet]), voice_format)
             outlet.send_voice(VoicePacket(packet[0].timestamp, voice_format, frames), now)

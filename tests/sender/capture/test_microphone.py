@@ -9,7 +9,7 @@ import pytest
 from conf.audio.devices import NULL_DEVICE
 from conf.audio.samples import SAMPLE_RATE, AudioBlock
 from conf.errors import AudioError
-from conf.sender.capture.microphone import RETRY_S, MicrophoneSource
+from conf.sender.capture.microphone import RETRY_S, SETTLING_READS, MicrophoneSource
 
 
 @pytest.mark.slow
@@ -40,6 +40,9 @@ def test_beside_a_clip_the_times_are_those_of_its_frames(monkeypatch: pytest.Mon
     beside_camera = MicrophoneSource(clock=lambda: now)
     beside_clip = MicrophoneSource(clock=lambda: now, live_frames=False)
     assert beside_camera.read(999.97)[0].timestamp == pytest.approx(999.99)  # a camera's frames come late
+    assert beside_clip.read(2.48) == []  # the first frame took 20 ms: `until` is as old
+    for _ in range(SETTLING_READS - 2):
+        assert beside_clip.read(2.5) == []
     assert beside_clip.read(2.5)[0].timestamp == pytest.approx(2.49)
     now = 1004.0
     assert beside_clip.read(6.501)[0].timestamp == pytest.approx(6.49)  # a loop that is late changes no time

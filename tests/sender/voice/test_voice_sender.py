@@ -94,13 +94,14 @@ def test_silence_sends_no_voice_but_its_level() -> None:
     sound, sender, outlet = make()
     sound.add(0.0, 1.2, value=8)
     sender.poll(1.2, outlet, 0.0)
-    sound.add(1.2, 0.06)
+    sound.add(1.2, 0.03, value=8)
+    sound.add(1.23, 0.03)
     sound.add(1.26, 0.06, value=0)
     sender.poll(2.0, outlet, 0.0)
     assert [packet.timestamp for packet in outlet.packets] == pytest.approx([1.2])
     states = [state for state, _ in outlet.states]
-    assert states == [VoiceState.SILENT] * 20 + [VoiceState.TALKING, VoiceState.SILENT]
-    assert outlet.states[19][1] == 72  # 8 of 32768 is -72.2 dBFS
+    assert states[-2:] == [VoiceState.TALKING, VoiceState.SILENT] and set(states[:-2]) == {VoiceState.SILENT}
+    assert outlet.states[0][1] == 72  # 8 of 32768 is -72.2 dBFS
 
 
 def test_a_packet_is_voice_if_any_of_it_is() -> None:
@@ -111,6 +112,39 @@ def test_a_packet_is_voice_if_any_of_it_is() -> None:
     sender.poll(0.2, outlet, 0.0)
     (packet,) = outlet.packets
     assert len(packet.frames) == 10
+
+
+def test_a_talk_spurt_begins_20_ms_before_speech_is_noticed() -> None:
+    for silent, begin in ((0.11, 0.06), (0.12, 0.06), (0.13, 0.06), (0.14, 0.12), (0.15, 0.12)):
+        sound, sender, outlet = make()
+        sound.add(0.0, silent, value=0)
+        sound.add(silent, 0.1)
+        sender.poll(1.0, outlet, 0.0)
+        assert outlet.packets[0].timestamp == pytest.approx(begin)
+
+
+def test_speech_leaves_at_once_and_silence_is_told_at_once() -> None:
+    sound, sender, outlet = make()
+    sound.add(0.0, 0.06)
+    sender.poll(0.06, outlet, 0.0)
+    assert len(outlet.packets) == 1
+    sound.add(0.06, 0.06, value=0)
+    sender.poll(0.12, outlet, 0.0)
+    assert outlet.states[-1][0] is VoiceState.SILENT
+    sound.add(0.12, 0.02)  # speech after all: the packet before it is sent, too
+    sender.poll(0.14, outlet, 0.0)
+    assert [packet.timestamp for packet in outlet.packets] == pytest.approx([0.0, 0.06])
+
+
+def test_it_tells_when_the_next_packet_may_be_complete() -> None:
+    sound, sender, outlet = make()
+    assert sender.due_in_s == 0.0
+    sound.add(0.0, 0.07)
+    sender.poll(0.07, outlet, 0.0)
+    assert sender.due_in_s == pytest.approx(0.05)
+    sound.add(0.07, 0.05)
+    sender.poll(0.12, outlet, 0.0)
+    assert sender.due_in_s == pytest.approx(0.06)
 
 
 def test_a_change_of_format_applies_to_the_next_packet() -> None:

@@ -1,10 +1,10 @@
-"""The delay that tools/bench/voice_devices.py finds between two recordings is the one put in."""
+"""tools/bench/voice_devices.py finds the delay between two recordings, and the gaps in one, that were put in."""
 
 import numpy as np
 import pytest
 
 from conf.audio.samples import SAMPLE_RATE
-from tools.bench.voice_devices import PIECE_S, SETTLE_S, lags
+from tools.bench.voice_devices import PIECE_S, SETTLE_S, count_gaps, lags
 
 SECONDS = SETTLE_S + 4 * PIECE_S
 
@@ -22,3 +22,13 @@ def test_lags_are_those_of_the_sound_whenever_the_recordings_began(offset_s: flo
 def test_silence_has_no_lag() -> None:
     silence = np.zeros(int(SECONDS * SAMPLE_RATE), np.int16)
     assert lags(silence, silence, 0.0) == []
+
+
+def test_gaps_are_interruptions_of_the_sound() -> None:
+    sound = np.random.default_rng(2).normal(0, 3000, SAMPLE_RATE).astype(np.int16)
+    assert count_gaps(sound) == 0
+    sound[4000:4100] = 0
+    sound[8000:8016] = 1
+    assert count_gaps(sound) == 2
+    fading = (sound[:4000] * np.linspace(1, 0, 4000) ** 4).astype(np.int16)
+    assert count_gaps(np.concatenate([fading, np.zeros(800, np.int16), fading[::-1]])) == 0
