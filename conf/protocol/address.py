@@ -18,7 +18,8 @@ class RelayAddress(NamedTuple):
 
 
 # (host, port) for IPv4; (host, port, flow info, scope id) for IPv6.
-Address = tuple[str, int] | tuple[str, int, int, int] | RelayAddress
+SocketAddress = tuple[str, int] | tuple[str, int, int, int]
+Address = SocketAddress | RelayAddress
 
 # [HOST]:PORT, HOST:PORT, or an IPv6 address without brackets, which has no port
 _TYPED = re.compile(

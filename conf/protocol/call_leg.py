@@ -17,6 +17,7 @@ from conf.protocol.receive_leg import ReceiveLeg
 from conf.protocol.reception_statistics import REPORT_INTERVAL_S, ReceptionStatistics
 from conf.protocol.send_leg import SendLeg
 from conf.protocol.session.packet import MAX_OVERHEAD
+from conf.protocol.session.path_candidates import PathCandidates
 from conf.protocol.statistics import HEADER_BYTES
 from conf.protocol.wire import (
     KEEP_ALIVE,
@@ -33,7 +34,7 @@ from conf.protocol.wire import (
 
 # Datagrams that call for no report, after which one rides all the same: counters are short up to 64 unacknowledged.
 QUIET_DATAGRAMS = 32
-_QUIET = (messages.Feedback, messages.PortraitAck, messages.PathProbe, messages.PathAnswer)
+_QUIET = (messages.Feedback, messages.PortraitAck, messages.PathProbe, messages.PathAnswer, PathCandidates)
 # What a datagram goes without, one after another, when it exceeds the user's limit.
 _VISUAL = (MOTION_BIT, PORTRAIT_CHUNK)
 _DROPPED = ((), _VISUAL, (*_VISUAL, VOICE_BIT, PARAMETERS, KEEP_ALIVE))

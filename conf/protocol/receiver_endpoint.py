@@ -1,6 +1,7 @@
 """The side of all calls that is called: its sessions and a leg for each. No I/O, no clock."""
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -56,6 +57,10 @@ class ReceiverEndpoint:
                     leg.on_sent(sealed.counter, outgoing, now)
                     datagrams.append((sealed.datagram, sealed.address))
         return datagrams
+
+    def set_candidates(self, addresses: Sequence[Address]) -> None:
+        """Announce the addresses at which this end may be reached directly, in sessions over a relay."""
+        self._sessions.set_candidates(addresses)
 
     def snapshot(self, now: float) -> TrafficSnapshot:
         """Return the traffic figures of the present callers together.

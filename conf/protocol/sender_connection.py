@@ -1,6 +1,7 @@
 """The side of a call that calls: its session and its leg, in the shape of aioquic. No I/O, no clock."""
 
 from collections import deque
+from collections.abc import Sequence
 
 from conf.protocol.address import Address
 from conf.protocol.call_leg import CallLeg
@@ -94,6 +95,10 @@ class SenderConnection:
         datagrams = self._seal(self._leg.closing_bodies(now), now)
         self._count(datagrams, now)
         return datagrams
+
+    def set_candidates(self, addresses: Sequence[Address]) -> None:
+        """Announce the addresses at which this end may be reached directly, in a session over a relay."""
+        self._session.set_candidates(addresses)
 
     def next_event(self) -> Event | None:
         """Return the oldest event not returned yet."""

@@ -35,6 +35,7 @@ from conf.protocol.messages import (
     VoiceStateMessage,
 )
 from conf.protocol.participant.state import MAX_NAME_BYTES, CameraState, clean_name
+from conf.protocol.session.path_candidates import PATH_CANDIDATES, PathCandidates, decode_candidates, encode_candidates
 from conf.protocol.session.path_validation import PATH_ANSWER, PATH_PROBE, TOKEN_BYTES
 from conf.protocol.voice.formats import MAX_CODEC_NAME, MAX_FORMATS, MAX_NOISE_LEVEL, VoiceFormat, VoiceState
 
@@ -244,6 +245,7 @@ _ENCODERS: dict[type, tuple[int, Callable[[Any], bytes]]] = {
     ParticipantMessage: (PARTICIPANT, _encode_participant),
     PathProbe: (PATH_PROBE, lambda body: body.token),
     PathAnswer: (PATH_ANSWER, lambda body: body.token),
+    PathCandidates: (PATH_CANDIDATES, encode_candidates),
 }
 _DECODERS: dict[int, Callable[[bytes], SingleBody]] = {
     PARAMETERS: _decode_parameters,
@@ -259,4 +261,5 @@ _DECODERS: dict[int, Callable[[bytes], SingleBody]] = {
     PARTICIPANT: _decode_participant,
     PATH_PROBE: lambda data: PathProbe(_token(data)),
     PATH_ANSWER: lambda data: PathAnswer(_token(data)),
+    PATH_CANDIDATES: decode_candidates,
 }

@@ -133,6 +133,21 @@ def read_participant(body: bytes) -> tuple[bool, bool, str]:
     return body[1] in (0, 2), body[1] in (2, 3), body[2:].decode("utf-8")
 
 
+def read_candidates(body: bytes) -> tuple[bool, int, int, list[str]]:
+    """Return whether an answer is wanted, the revision, the newest one received, and the addresses."""
+    assert body[0] == 0x0E
+    rest, addresses = body[4:], []
+    for _ in range(body[3] // 16):
+        addresses.append(".".join(str(byte) for byte in rest[:4]) + f":{rest[4] * 256 + rest[5]}")
+        rest = rest[6:]
+    for _ in range(body[3] % 16):
+        groups = ":".join(rest[at : at + 2].hex() for at in range(0, 16, 2))
+        addresses.append(f"{groups}:{rest[16] * 256 + rest[17]}")
+        rest = rest[18:]
+    assert len(addresses) <= 8 and not rest
+    return body[1] >= 128, body[1] % 128, body[2], addresses
+
+
 def read_voice(body: bytes) -> tuple[int, bool, int, bytes]:
     """Return number, begins, format number and frames of a voice body."""
     head = f"{int.from_bytes(body[:2]):016b}"

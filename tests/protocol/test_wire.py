@@ -28,6 +28,7 @@ from conf.protocol.messages import (
     VoiceStateMessage,
 )
 from conf.protocol.participant.state import CameraState
+from conf.protocol.session.path_candidates import PathCandidates
 from conf.protocol.voice.formats import VoiceFormat, VoiceState
 from conf.protocol.wire import MAX_BODY, decode_body, encode_body, join_bodies
 
@@ -58,6 +59,8 @@ VARIABLE: dict[bytes, Body] = {
     b"\5chunk": PortraitChunk(b"chunk"),
     b"\6ack": PortraitAck(b"ack"),
     b"\x40\xf3data": VoicePayload(7, True, 3, b"data"),
+    b"\x0e\x81\0\0": PathCandidates(1, 0, True, ()),
+    b"\x0e\x7f\x03\x10\xc6\x33\x64\x07\x9c\x40": PathCandidates(127, 3, False, (("198.51.100.7", 40000),)),
     b"\x7f\xe0d": VoicePayload(511, False, 0, b"d"),
     b"\x16\x83motion\5chunk": Composite((MotionPayload(3, b"motion"), PortraitChunk(b"chunk"))),
     b"\x10\4\x11\x80m\x40\0v": Composite((Bye(), MotionPayload(0, b"m"), VoicePayload(0, False, 0, b"v"))),
@@ -150,7 +153,7 @@ def voice_format(**changes: object) -> bytes:
     [
         (b"", "a body is empty or too long"),
         (b"\x80" * 1101, "a body is empty or too long"),
-        (b"\x0e\x91\0", "unknown kind 14"),
+        (b"\x0f\x91\0", "unknown kind 15"),
         (b"\x0f", "unknown kind 15"),
         *((parameters(**{name: 0}), "out of range") for name in ("width", "height", "rate", "points", "a", "e")),
         *((parameters(**{name: 16385}), "out of range") for name in ("width", "height")),
@@ -179,8 +182,15 @@ def voice_format(**changes: object) -> bytes:
         (b"\x10\4\x10\4", "a composite cut off"),
         (b"\x10\4" * 8 + b"\4", "too many"),
         (b"\x12\x10\4\4\4", "unknown kind 16"),
-        (b"\x10\x0e\4", "unknown kind 14"),
+        (b"\x10\x0f\4", "unknown kind 15"),
         (b"\x40\0", "voice without data"),
+        (b"\x0e\x81\0", "path candidates cut off"),
+        (b"\x0e\x80\0\0", "revision out of range"),
+        (b"\x0e\x01\x80\0", "revision out of range"),
+        (b"\x0e\x01\0\x10" + bytes(5), "of a wrong length"),
+        (b"\x0e\x01\0\x10" + bytes(7), "of a wrong length"),
+        (b"\x0e\x01\0\x90" + bytes(54), "of a wrong length"),
+        (b"\x0e\x01\0\x81" + bytes(66), "of a wrong length"),
         (b"\x7f", "voice without data"),
         (b"\x08\xc1", "not msgpack"),
         (voice_format(extra=1), "not msgpack"),

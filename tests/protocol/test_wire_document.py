@@ -21,7 +21,7 @@ from conf.protocol.session.drop_reasons import DropReason
 from conf.protocol.session.packet import parse_datagram
 from conf.protocol.voice.formats import VoiceFormat
 from conf.protocol.wire import decode_body
-from tests.protocol.independent_decoder import PayloadReader, read_patch, read_shape
+from tests.protocol.independent_decoder import PayloadReader, read_candidates, read_patch, read_shape
 from tests.support.portrait_objects import example_patch, example_photo
 from tools.golden.wire import BODIES, FOLDER, HEADERS
 
@@ -46,6 +46,15 @@ def test_every_golden_file_has_an_example() -> None:
 def test_example_bodies_decode_to_the_golden_messages(name: str) -> None:
     assert decode_body(EXAMPLES[name]) == BODIES[name]
     assert (FOLDER / f"body_{name}.bin").read_bytes() == EXAMPLES[name]
+
+
+def test_the_addresses_of_a_body_are_as_wire_md_describes() -> None:
+    assert read_candidates(EXAMPLES["path_candidates"]) == (
+        True,
+        2,
+        1,
+        ["198.51.100.7:40000", "10.1.0.2:40000", "2001:0db8:0000:0000:0000:0000:0000:0007:40000"],
+    )
 
 
 @pytest.mark.parametrize("name", HEADERS)

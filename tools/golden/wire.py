@@ -32,6 +32,7 @@ from conf.protocol.messages import (
     VoiceStateMessage,
 )
 from conf.protocol.participant.state import CameraState
+from conf.protocol.session.path_candidates import PathCandidates
 from conf.protocol.voice.formats import VoiceFormat, VoicePacket, VoiceState
 from conf.protocol.voice.packing import pack_frames
 from conf.protocol.wire import MAX_BODY, encode_body
@@ -72,6 +73,9 @@ BODIES: dict[str, Body] = {
     "participant_withdrawn": ParticipantMessage("Zoë", CameraState.ON, is_portrait_withdrawn=True),
     "path_probe": PathProbe(bytes.fromhex("31415926 53589793")),
     "path_answer": PathAnswer(bytes.fromhex("31415926 53589793")),
+    "path_candidates": PathCandidates(
+        2, 1, True, (("198.51.100.7", 40000), ("10.1.0.2", 40000), ("2001:db8::7", 40000, 0, 0))
+    ),
     "composite": Composite((REPORT, MotionPayload(77, b"\x01\x02\x03"), VoicePayload(303, False, 0, b"\x0a"))),
     "composite_long": Composite((MotionPayload(77, bytes(range(1, 50))), Bye())),
 }
@@ -101,7 +105,7 @@ def invalid() -> dict[str, bytes]:
     return {
         "empty": b"",
         "too_long": bytes([0x80]) * (MAX_BODY + 1),
-        "unknown_kind": b"\x0e" + parameters[1:],
+        "unknown_kind": b"\x0f" + parameters[1:],
         "parameters_truncated": parameters[:-1],
         "parameters_without_points": parameters.replace(b"\x32", b"\x00", 1),
         "parameters_width_0": parameters.replace(b"\xcd\x01\x40", b"\x00", 1),
@@ -127,6 +131,9 @@ def invalid() -> dict[str, bytes]:
         "participant_name_cut": good["participant"][:-1],
         "path_probe_cut": good["path_probe"][:-1],
         "path_answer_with_a_tail": good["path_answer"] + b"\x00",
+        "path_candidates_cut": good["path_candidates"][:-1],
+        "path_candidates_of_nine": good["path_candidates"][:3] + b"\x90" + bytes(54),
+        "path_candidates_revision_0": b"\x0e\x80" + good["path_candidates"][2:],
         "voice_state_noise_128": good["voice_state"][:2] + b"\x80",
     }
 

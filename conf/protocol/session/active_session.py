@@ -6,7 +6,7 @@ from conf.protocol.address import Address
 from conf.protocol.session.events import AddressChanged, BodyReceived
 from conf.protocol.session.handshake import RandomBytes
 from conf.protocol.session.packet import DataPacket
-from conf.protocol.session.path_validation import PathValidation
+from conf.protocol.session.path_selection import PathSelection
 from conf.protocol.session.seal import EPOCH_LENGTH, CounterExhausted, OpeningKey, SealingKey
 
 
@@ -20,7 +20,7 @@ class SealedDatagram:
 
 
 class ActiveSession:
-    """A session with a peer at `address`.
+    """A session with a peer.
 
     number : of the session; last_received : when a valid datagram came
     """
@@ -33,16 +33,24 @@ class ActiveSession:
         now: float,
         *,
         random: RandomBytes,
+        is_caller: bool = False,
         epoch_length: int = EPOCH_LENGTH,
     ) -> None:
-        """secrets : of the bodies to seal and of those to open, 32 B each; random : n -> n random bytes"""
+        """secrets : of the bodies to seal and of those to open, 32 B each; random : n -> n random bytes
+
+        address : at which the handshake was made; is_caller : whether this end began it
+        """
         self.number = number
         self.sealing_key = SealingKey(number, secrets[0], epoch_length=epoch_length)
         self.opening_key = OpeningKey(secrets[1], epoch_length=epoch_length)
-        self.address = address
         self.last_received = now
-        self._paths = PathValidation(random)
-        self._path_bodies: list[tuple[bytes, Address]] = []  # probes and answers to send
+        self.paths = PathSelection(address, now, random=random, is_caller=is_caller)
+        self._reported = address
+
+    @property
+    def address(self) -> Address:
+        """The peer's address on the path in use."""
+        return self.paths.address
 
     def seal(self, body: bytes) -> SealedDatagram:
         """Return the datagram that carries `body` to the peer. Raises as SealingKey.seal."""
@@ -58,21 +66,24 @@ class ActiveSession:
         counter, body = self.opening_key.open(packet)
         self.last_received = now
         result: list[AddressChanged | BodyReceived] = [BodyReceived(self.number, body, address, counter)]
-        if answer := self._paths.answer_to(body, now):
-            self._path_bodies.append((answer, address))
-        validated = self._paths.validated_by(body, now)
-        if validated and validated != self.address:
-            self.address = validated
-            result.insert(0, AddressChanged(self.number, validated))
-        # A datagram that arrives late says nothing about where the peer is now.
-        if address != self.address and counter > newest and (probe := self._paths.probe(address, now)):
-            self._path_bodies.append((probe, address))
-        return result
+        self.paths.receive(body, address, now, is_newest=counter > newest)
+        return [*self._address_changes(), *result]
 
-    def datagrams_to_send(self) -> list[tuple[bytes, Address]]:
-        """Return the probes of new addresses, and the answers to the peer's."""
-        bodies, self._path_bodies = self._path_bodies, []
+    def datagrams_to_send(self, now: float) -> tuple[list[tuple[bytes, Address]], list[AddressChanged]]:
+        """Return the datagrams that concern paths, and whether the path in use has changed."""
+        bodies = self.paths.bodies_to_send(now)
+        changes = self._address_changes()
         try:
-            return [(self.sealing_key.seal(body), address) for body, address in bodies]
+            return [(self.sealing_key.seal(body), address) for body, address in bodies], changes
         except CounterExhausted:  # the next body of the call ends the session
+            return [], changes
+
+    def is_at(self, address: Address) -> bool:
+        """Return whether an address is the peer's, on the path in use or on the relay."""
+        return address in (self.paths.address, self.paths.relay)
+
+    def _address_changes(self) -> list[AddressChanged]:
+        if self.address == self._reported:
             return []
+        self._reported = self.address
+        return [AddressChanged(self.number, self.address)]

@@ -12,6 +12,7 @@ after OTHER_HOST_SILENCE_S, as a busy machine may stop its program for seconds.
 """
 
 from collections import Counter, deque
+from collections.abc import Sequence
 
 from conf.protocol.address import Address, host_of
 from conf.protocol.session.active_session import ActiveSession, SealedDatagram
@@ -87,6 +88,12 @@ class CallSession:
         self._collect_events(now)
         return datagrams
 
+    def set_candidates(self, addresses: Sequence[Address]) -> None:
+        """Announce the addresses at which this end may be reached directly, in a session over a relay."""
+        self._server.set_candidates(addresses)
+        if self._caller:
+            self._caller.set_candidates(addresses)
+
     def seal_body(self, body: bytes) -> SealedDatagram | None:
         """Return the datagram that carries `body` to the peer; None while there is no session."""
         for number in self._server.sessions:
@@ -133,7 +140,7 @@ class CallSession:
 
     def _refuse(self, address: Address, now: float) -> tuple[Refusal, float] | None:
         active = self._active
-        if active is None or active.address == address:
+        if active is None or active.is_at(address):
             return None
         silence_s = SILENCE_S if host_of(active.address) == host_of(address) else OTHER_HOST_SILENCE_S
         wait_s = active.last_received + silence_s - now

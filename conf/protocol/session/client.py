@@ -6,6 +6,7 @@ of the session arrives meanwhile, the handshake is dropped; if the handshake suc
 """
 
 from collections import Counter, deque
+from collections.abc import Sequence
 
 from conf.protocol.address import Address
 from conf.protocol.session import events
@@ -50,6 +51,7 @@ class SenderSession:
         self._trying_since = now
         self._no_answer_reported = False
         self._events: deque[Event] = deque()
+        self._candidates: tuple[Address, ...] = ()
 
     @property
     def session(self) -> int | None:
@@ -127,11 +129,24 @@ class SenderSession:
         datagram = self._initiator.datagram(now) if self._initiator else None
         addresses = dict.fromkeys((self._remote, self._moved_to)) if datagram else {}
         handshake = [(datagram, address) for address in addresses if datagram and address]
-        return handshake + (self._active.datagrams_to_send() if self._active else [])
+        return handshake + self._path_datagrams(now)
+
+    def set_candidates(self, addresses: Sequence[Address]) -> None:
+        """Announce the addresses at which this end may be reached directly, in sessions over a relay."""
+        self._candidates = tuple(addresses)
+        if self._active:
+            self._active.paths.set_local(self._candidates)
 
     def next_event(self) -> Event | None:
         """Return the oldest event not returned yet."""
         return self._events.popleft() if self._events else None
+
+    def _path_datagrams(self, now: float) -> list[tuple[bytes, Address]]:
+        if self._active is None:
+            return []
+        datagrams, changes = self._active.datagrams_to_send(now)
+        self._events += changes
+        return datagrams
 
     def _handle_silence(self, now: float) -> None:
         """Report silence, start a new handshake, end a dead session."""
@@ -182,8 +197,9 @@ class SenderSession:
         address = address if address == self._moved_to else self._remote
         secrets = result.secrets.from_sender, result.secrets.from_receiver
         self._active = ActiveSession(
-            result.session, secrets, address, now, random=self._random, epoch_length=self._epoch_length
+            result.session, secrets, address, now, random=self._random, is_caller=True, epoch_length=self._epoch_length
         )
+        self._active.paths.set_local(self._candidates)
         self._initiator, self._moved_to = None, address
         self._events.append(events.Connected(result.session, address))
 

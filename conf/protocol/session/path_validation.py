@@ -17,7 +17,7 @@ from conf.protocol.rate_control.rate_limit import TokenBucket
 PATH_PROBE, PATH_ANSWER = 0x0C, 0x0D  # kinds of bodies, see WIRE.md
 TOKEN_BYTES = 8
 PROBE_INTERVAL_S = 0.1  # to one address
-MAX_CANDIDATES = 4  # addresses that are probed at a time
+MAX_CANDIDATES = 12  # addresses that are probed at a time: the announced ones, and some that were not
 CANDIDATE_LIFE_S = 5.0
 PER_SECOND = 20.0  # probes, and answers
 

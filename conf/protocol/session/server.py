@@ -1,7 +1,7 @@
 """The receiver's side: many sessions over one socket, told apart by the number in each datagram. No I/O, no clock."""
 
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from conf.protocol.address import Address
 from conf.protocol.rate_control.rate_limit import TokenBucket
@@ -62,6 +62,7 @@ class SessionServer:
         self._next_session = random(1)[0] % (MAX_SESSION + 1)
         self._events: deque[Event] = deque()
         self._pending: list[tuple[bytes, Address]] = []
+        self._candidates: tuple[Address, ...] = ()
         self._closed: dict[int, ActiveSession] = {}  # for LINGER_S, in which their last datagrams may arrive
 
     def receive_datagram(self, data: bytes, address: Address, now: float) -> None:
@@ -108,7 +109,17 @@ class SessionServer:
         for session in [s for s, peer in self.sessions.items() if peer.last_received + IDLE_S <= now]:
             self._drop(session, LossReason.IDLE)
         pending, self._pending = self._pending, []
-        return pending + [datagram for peer in self.sessions.values() for datagram in peer.datagrams_to_send()]
+        for peer in self.sessions.values():
+            datagrams, changes = peer.datagrams_to_send(now)
+            pending += datagrams
+            self._events += changes
+        return pending
+
+    def set_candidates(self, addresses: Sequence[Address]) -> None:
+        """Announce the addresses at which this end may be reached directly, in sessions over a relay."""
+        self._candidates = tuple(addresses)
+        for peer in self.sessions.values():
+            peer.paths.set_local(self._candidates)
 
     def next_event(self) -> Event | None:
         """Return the oldest event not returned yet."""
@@ -137,7 +148,7 @@ class SessionServer:
             raise DatagramError(DropReason.DIRECTION)
 
     def _refuse(self, address: Address, now: float) -> tuple[Refusal, float] | None:
-        others = sum(peer.address != address for peer in self.sessions.values())
+        others = sum(not peer.is_at(address) for peer in self.sessions.values())
         return None if others < self._max_sessions else (Refusal.FULL, 0.0)
 
     def _accept(self, attempt: Attempt, address: Address, now: float) -> int | None:
@@ -145,7 +156,7 @@ class SessionServer:
             return None
         if self._admit:
             self._admit(attempt)
-        replaced = [s for s, peer in self.sessions.items() if peer.address == address or self._max_sessions == 1]
+        replaced = [s for s, peer in self.sessions.items() if peer.is_at(address) or self._max_sessions == 1]
         for session in replaced:
             self._drop(session, LossReason.REPLACED)
         while self._next_session in self.sessions:
@@ -157,6 +168,7 @@ class SessionServer:
         self.sessions[session] = ActiveSession(
             session, both, address, now, random=self._random, epoch_length=self._epoch_length
         )
+        self.sessions[session].paths.set_local(self._candidates)
         self._events.append(events.Connected(session, address))
         return session
 
