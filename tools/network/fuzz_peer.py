@@ -2,12 +2,13 @@
 
     python tools/network/fuzz_peer.py [--datagrams 1000000] [--seed 1] [--json]
 
-The peer calls two victims: a receiver of many callers, which has an honest caller at the same time, and a call of two.
-It sends damaged bodies of real calls and of the golden files, random bytes, chunks of objects that never end, names and
-cameras that change with each datagram, voice formats, floods of path probes, and datagrams from ever new addresses. Now
-and then it hangs up and calls again. Half of the datagrams go to each victim. The program ends with an error at the
-first exception, when the honest call loses a frame, when more is sent to the peer than it sends, when more than 20
-probes and 20 answers a second go to addresses that it only pretends to have, or when memory grows.
+The peer calls two victims: a receiver of many callers, which has an honest caller at the same time, and, over a relay,
+a call of two. It sends damaged bodies of real calls and of the golden files, random bytes, chunks of objects that never
+end, names and cameras that change with each datagram, voice formats, floods of path probes and path candidates, and
+datagrams from ever new addresses. Now and then it hangs up and calls again. Half of the datagrams go to each victim. The
+program ends with an error at the first exception, when the honest call loses a frame, when more is sent to the peer than
+it sends, when more than 20 probes and 20 answers a second go to addresses that it only pretends to have, or when memory
+grows.
 """
 
 import argparse
@@ -22,7 +23,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from conf.errors import ProtocolError
-from conf.protocol.address import Address
+from conf.protocol.address import Address, RelayAddress
 from conf.protocol.call_endpoint import CallEndpoint
 from conf.protocol.messages import (
     Bye,
@@ -39,6 +40,7 @@ from conf.protocol.rate_control.send_budget import RateOptions
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.sender_connection import SenderConnection
 from conf.protocol.session.client import SenderSession
+from conf.protocol.session.path_candidates import MAX_CANDIDATES, MAX_REVISION, PathCandidates
 from conf.protocol.session.path_validation import PATH_ANSWER, PATH_PROBE, PER_SECOND, TOKEN_BYTES
 from conf.protocol.session.server import SessionServer
 from conf.protocol.voice.formats import VoiceFormat, VoicePacket, VoiceState
@@ -121,7 +123,12 @@ class HostileBodies:
         return encode_body(VoiceFormatMessage(self._random.randrange(16), made))
 
     def _path(self) -> bytes:
-        return bytes((self._random.choice((PATH_PROBE, PATH_ANSWER)),)) + self._random.randbytes(TOKEN_BYTES)
+        if self._random.random() < 0.5:
+            return bytes((self._random.choice((PATH_PROBE, PATH_ANSWER)),)) + self._random.randbytes(TOKEN_BYTES)
+        revision, seen = self._random.randrange(1, MAX_REVISION + 1), self._random.randrange(MAX_REVISION + 1)
+        hosts = self._random.choices(range(256), k=self._random.randrange(MAX_CANDIDATES + 1))
+        addresses = tuple((f"198.51.100.{host}", self._random.randrange(1 << 16)) for host in hosts)
+        return encode_body(PathCandidates(revision, seen, self._random.random() < 0.5, addresses))
 
 
 _STATES = [state for state in VoiceState if state is not VoiceState.TALKING]
@@ -134,7 +141,10 @@ class Peer:
     elsewhere : datagrams for addresses that it only pretends to have
     """
 
-    def __init__(self, victim: ReceiverEndpoint | CallEndpoint, bodies: HostileBodies, seed: int) -> None:
+    def __init__(
+        self, victim: ReceiverEndpoint | CallEndpoint, bodies: HostileBodies, seed: int, address: Address = HOSTILE
+    ) -> None:
+        self._address = address
         self._victim = victim
         self._bodies = bodies
         self._random = random.Random(f"peer {seed}")
@@ -147,19 +157,19 @@ class Peer:
         sealed = self._session.seal_body(body)
         if sealed is None:
             for data, _ in self._session.datagrams_to_send(now):
-                self._send(data, HOSTILE, now)
+                self._send(data, self._address, now)
             return
         pretended = self._random.random() < 0.05
         host = f"203.0.113.{self._random.randrange(100, 200)}"
-        self._send(sealed.datagram, (host, self._random.randrange(1 << 16)) if pretended else HOSTILE, now)
+        self._send(sealed.datagram, (host, self._random.randrange(1 << 16)) if pretended else self._address, now)
         if body == BYE:
             self._session = self._new_session(now)
 
     def receive(self, data: bytes, address: Address, now: float) -> None:
         """Receive what a victim has sent to this peer; start again if the victim does not know the session."""
         self.received_bytes += len(data)
-        self.elsewhere += address != HOSTILE
-        if address != HOSTILE:
+        self.elsewhere += address != self._address
+        if address != self._address:
             return
         before = self._session.session
         self._session.receive_datagram(data, RECEIVER, now)
@@ -185,7 +195,10 @@ class Attack:
         self.honest = SenderConnection(SenderSession(CODE, RECEIVER, rng.randbytes, 0.0), PARAMETERS, 0.0)
         rate = RateOptions(kbps=16.0, voice=VoiceMode.AUTOMATIC)
         self.call = CallEndpoint(code=CODE, parameters=PARAMETERS, now=0.0, random=rng.randbytes, rate=rate, name="Ada")
-        self.peers = Peer(self.receiver, bodies, seed), Peer(self.call, bodies, seed + 1)
+        self.peers = (
+            Peer(self.receiver, bodies, seed),
+            Peer(self.call, bodies, seed + 1, RelayAddress("4711", "hostile")),
+        )
         self.frame = 0
         self._play_honestly(0.0)
 
