@@ -5,10 +5,10 @@
 The peer calls two victims: a receiver of many callers, which has an honest caller at the same time, and, over a relay,
 a call of two. It sends damaged bodies of real calls and of the golden files, random bytes, chunks of objects that never
 end, names and cameras that change with each datagram, voice formats, floods of path probes and path candidates, and
-datagrams from ever new addresses. Now and then it hangs up and calls again. Half of the datagrams go to each victim. The
-program ends with an error at the first exception, when the honest call loses a frame, when more is sent to the peer than
-it sends, when more than 20 probes and 20 answers a second go to addresses that it only pretends to have, or when memory
-grows.
+datagrams from ever new addresses. Now and then it hangs up and calls again. Half of the datagrams go to each victim.
+The program ends with an error at the first exception, when the honest call loses a frame, when more is sent to the peer
+than it sends, when more than 20 probes and 20 answers a second go to addresses that it only pretends to have, or when
+memory grows.
 """
 
 import argparse
