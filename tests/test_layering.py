@@ -75,6 +75,7 @@ PURE_STANDARD_LIBRARY = {
         "hmac",
         "importlib",
         "io",
+        "ipaddress",
         "itertools",
         "json",
         "math",

@@ -17,7 +17,7 @@ from conf.protocol.receive_leg import ReceiveLeg
 from conf.protocol.reception_statistics import REPORT_INTERVAL_S, ReceptionStatistics
 from conf.protocol.send_leg import SendLeg
 from conf.protocol.session.packet import MAX_OVERHEAD
-from conf.protocol.session.path_candidates import PathCandidates
+from conf.protocol.session.paths.candidates import PathCandidates
 from conf.protocol.statistics import HEADER_BYTES
 from conf.protocol.wire import (
     KEEP_ALIVE,

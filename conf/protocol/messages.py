@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from conf.protocol.feedback import Report
 from conf.protocol.participant.state import CameraState
-from conf.protocol.session.path_candidates import PathCandidates
+from conf.protocol.session.paths.candidates import PathCandidates
 from conf.protocol.voice.formats import VoiceFormat, VoiceState
 
 

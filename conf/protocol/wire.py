@@ -35,8 +35,8 @@ from conf.protocol.messages import (
     VoiceStateMessage,
 )
 from conf.protocol.participant.state import MAX_NAME_BYTES, CameraState, clean_name
-from conf.protocol.session.path_candidates import PATH_CANDIDATES, PathCandidates, decode_candidates, encode_candidates
-from conf.protocol.session.path_validation import PATH_ANSWER, PATH_PROBE, TOKEN_BYTES
+from conf.protocol.session.paths.candidates import PATH_CANDIDATES, PathCandidates, decode_candidates, encode_candidates
+from conf.protocol.session.paths.validation import PATH_ANSWER, PATH_PROBE, TOKEN_BYTES
 from conf.protocol.voice.formats import MAX_CODEC_NAME, MAX_FORMATS, MAX_NOISE_LEVEL, VoiceFormat, VoiceState
 
 NUMBER_BITS = 7

@@ -28,7 +28,7 @@ from conf.protocol.messages import (
     VoiceStateMessage,
 )
 from conf.protocol.participant.state import CameraState
-from conf.protocol.session.path_candidates import PathCandidates
+from conf.protocol.session.paths.candidates import PathCandidates
 from conf.protocol.voice.formats import VoiceFormat, VoiceState
 from conf.protocol.wire import MAX_BODY, decode_body, encode_body, join_bodies
 

@@ -32,7 +32,7 @@ from conf.protocol.messages import (
     VoiceStateMessage,
 )
 from conf.protocol.participant.state import CameraState
-from conf.protocol.session.path_candidates import PathCandidates
+from conf.protocol.session.paths.candidates import PathCandidates
 from conf.protocol.voice.formats import VoiceFormat, VoicePacket, VoiceState
 from conf.protocol.voice.packing import pack_frames
 from conf.protocol.wire import MAX_BODY, encode_body

@@ -40,8 +40,8 @@ from conf.protocol.rate_control.send_budget import RateOptions
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.sender_connection import SenderConnection
 from conf.protocol.session.client import SenderSession
-from conf.protocol.session.path_candidates import MAX_CANDIDATES, MAX_REVISION, PathCandidates
-from conf.protocol.session.path_validation import PATH_ANSWER, PATH_PROBE, PER_SECOND, TOKEN_BYTES
+from conf.protocol.session.paths.candidates import MAX_CANDIDATES, MAX_REVISION, PathCandidates
+from conf.protocol.session.paths.validation import PATH_ANSWER, PATH_PROBE, PER_SECOND, TOKEN_BYTES
 from conf.protocol.session.server import SessionServer
 from conf.protocol.voice.formats import VoiceFormat, VoicePacket, VoiceState
 from conf.protocol.wire import MAX_BODY, PORTRAIT_CHUNK, decode_body, encode_body

@@ -6,7 +6,7 @@ from conf.protocol.address import Address
 from conf.protocol.session.events import AddressChanged, BodyReceived
 from conf.protocol.session.handshake import RandomBytes
 from conf.protocol.session.packet import DataPacket
-from conf.protocol.session.path_selection import PathSelection
+from conf.protocol.session.paths.selection import PathSelection
 from conf.protocol.session.seal import EPOCH_LENGTH, CounterExhausted, OpeningKey, SealingKey
 
 

@@ -7,7 +7,7 @@ from conf.protocol.session.active_session import ActiveSession
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.events import AddressChanged, BodyReceived
 from conf.protocol.session.packet import DataPacket, parse_datagram
-from conf.protocol.session.path_validation import PER_SECOND, TOKEN_BYTES
+from conf.protocol.session.paths.validation import PER_SECOND, TOKEN_BYTES
 from conf.protocol.session.seal import CounterExhausted
 from tests.support.simulated_sessions import seeded
 

@@ -6,8 +6,8 @@ import pytest
 
 from conf.protocol.address import Address, RelayAddress
 from conf.protocol.session.events import AddressChanged, Connected
-from conf.protocol.session.path_candidates import MAX_CANDIDATES, PATH_CANDIDATES, PathCandidates, encode_candidates
-from conf.protocol.session.path_selection import (
+from conf.protocol.session.paths.candidates import MAX_CANDIDATES, PATH_CANDIDATES, PathCandidates, encode_candidates
+from conf.protocol.session.paths.selection import (
     ANNOUNCE_OFTEN,
     FALLBACK_S,
     FAST_S,
@@ -18,7 +18,7 @@ from conf.protocol.session.path_selection import (
     Announcement,
     PathSelection,
 )
-from conf.protocol.session.path_validation import PATH_PROBE
+from conf.protocol.session.paths.validation import PATH_PROBE
 from tests.support.simulated_paths import CALLER, LOCAL, PUBLIC, STEP_S, WAITING, PathWorld
 from tests.support.simulated_sessions import seeded
 

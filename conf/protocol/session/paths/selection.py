@@ -19,7 +19,7 @@ from conf.errors import ProtocolError
 from conf.protocol.address import Address, RelayAddress, SocketAddress
 from conf.protocol.rate_control.rate_limit import TokenBucket
 from conf.protocol.session.handshake import RandomBytes
-from conf.protocol.session.path_candidates import (
+from conf.protocol.session.paths.candidates import (
     MAX_CANDIDATES,
     MAX_REVISION,
     PATH_CANDIDATES,
@@ -29,7 +29,7 @@ from conf.protocol.session.path_candidates import (
     has_loopback,
     usable_candidates,
 )
-from conf.protocol.session.path_validation import PATH_ANSWER, PATH_PROBE, PathValidation
+from conf.protocol.session.paths.validation import PATH_ANSWER, PATH_PROBE, PathValidation
 
 SUSPECT_S = 1.2  # without a datagram: something is sent each second
 FALLBACK_S = 1.7

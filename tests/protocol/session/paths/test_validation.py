@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.protocol.session.path_validation import (
+from conf.protocol.session.paths.validation import (
     CANDIDATE_LIFE_S,
     MAX_CANDIDATES,
     PATH_ANSWER,

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
 from conf.protocol.address import RelayAddress, SocketAddress
-from conf.protocol.session.path_candidates import (
+from conf.protocol.session.paths.candidates import (
     MAX_CANDIDATES,
     MAX_REVISION,
     PathCandidates,
