@@ -7,7 +7,7 @@ from scipy.spatial import KDTree
 from conf.face.mesh.mesh import Mesh
 from conf.face.mesh.raycast import cast_clip_rays
 from conf.render.materials import material_of
-from conf.render.textures import with_transparent_parts
+from conf.render.preparation.transparency import with_transparent_parts
 
 MAX_DEPTH_ERROR_CM = 1.5  # if the ray's hit lies farther than this from a mirrored position, the nearest vertex is used
 

@@ -188,7 +188,7 @@ def call(options: CallOptions, *, began: float) -> CallFigures:
         endpoint = _endpoint(options, socket, objects)
         with _connecting(socket, endpoint) as early:
             from conf.call.self_view import SelfView
-            from conf.face.loading import load_face
+            from conf.face.prepared_face import prepared_face
             from conf.sender.face_capture import CaptureMode, FaceCapture
 
             self_view = SelfView(made)
@@ -203,7 +203,7 @@ def call(options: CallOptions, *, began: float) -> CallFigures:
                 )
             )
             endpoint.outbound.parameters = stream_parameters(source)
-            model = load_face(options.face)
+            model = prepared_face(options.face)
         if model.mesh.notes:
             options.on_note(f"{options.face}: {'; '.join(model.mesh.notes)}")
         window, drawing = stack.enter_context(open_display(options.display, endpoint.streams))

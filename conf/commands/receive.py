@@ -78,13 +78,13 @@ def receive(
     code : what callers need, as normalise_code returns it
     Raises GraphicsError, FileFormatError, RecordingError, AudioError.
     """
-    from conf.face.loading import load_face
+    from conf.face.prepared_face import prepared_face
     from conf.protocol.address import format_address
     from conf.protocol.receiver_endpoint import ReceiverEndpoint
     from conf.protocol.session.server import SessionServer
     from conf.receiver.pipeline import ReceiverLoop
 
-    model = load_face(face)
+    model = prepared_face(face)
     if model.mesh.notes and options.on_event is not None:
         options.on_event(f"{face}: {'; '.join(model.mesh.notes)}")
     endpoint = ReceiverEndpoint(SessionServer(code, os.urandom))

@@ -6,19 +6,20 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.disk_cache import cache_key, cached
 from conf.errors import FileFormatError
 from conf.face.default_head import DEFAULT_HEAD, default_joints
 from conf.face.deformation.blendshapes import Blendshapes, load_blendshapes
 from conf.face.deformation.face_model import DeformerOptions, FaceModel
 from conf.face.deformation.operator_builder import OperatorBuilder
-from conf.face.deformation.operator_cache import cache_key, cached_operator
+from conf.face.deformation.rbf import Operator
 from conf.face.deformation.rig import Rig
 from conf.face.deformation.rig_builder import build_rig
 from conf.face.fitting.custom_face import prepare_face
 from conf.face.formats.ppc import read_ppc
 from conf.face.mesh.mesh import Mesh, load_mesh
 
-_CACHE_VERSION = 19  # raise whenever the way from the files to the operator changes
+_CACHE_VERSION = 20  # raise whenever the way from the files to the operator changes
 
 
 def load_face(path: Path | str | None = None, /, *, kernel: str = "multiquadric") -> FaceModel:
@@ -65,5 +66,5 @@ def build_face(
     lids = b"" if rig is None or rig.eyelid_helpers is None else rig.eyelid_helpers.weights
     parts = (rigid, jaw, lids, b"" if blendshapes is None else blendshapes.offsets)
     key = cache_key(_CACHE_VERSION, mesh.vertices, mesh.triangles, points, builder.anchors, *parts, options)
-    operator = cached_operator(key, (len(mesh.vertices), len(points)), lambda: builder.build(options))
+    operator = cached("operators", key, lambda: builder.build(options), Operator)
     return builder.face(operator)

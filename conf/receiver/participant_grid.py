@@ -7,6 +7,7 @@ One participant is drawn into the window. Of several, each frame draws those who
 import math
 from collections.abc import Collection, Mapping
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import moderngl
 
@@ -14,8 +15,6 @@ from conf.face.deformation.face_model import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.protocol.messages import MotionFrame
 from conf.receiver.cell_cache import CellCache, CellContent, Viewport
-from conf.receiver.portrait.portrait_renderer import PortraitRenderer
-from conf.receiver.portrait.portrait_store import PortraitStore
 from conf.receiver.resolution_control import DrawingDetail
 from conf.receiver.stats_overlay import covered_width
 from conf.render.auto_framing import AutoFraming, FrameArea, rest_pose
@@ -23,6 +22,9 @@ from conf.render.camera import ViewState
 from conf.render.face_renderer import FaceRenderer
 from conf.render.gpu_object import GpuObject
 from conf.render.window import Window
+
+if TYPE_CHECKING:
+    from conf.receiver.portrait.portrait_renderer import PortraitRenderer
 
 PLACEHOLDER_ID = -1  # participant that is drawn when there is none
 BACKGROUND = (0.10, 0.11, 0.135)  # sRGB, behind the stats overlay beside several participants
@@ -76,6 +78,9 @@ class ParticipantGrid(GpuObject):
     def receive_portrait_object(self, participant: int, data: bytes) -> None:
         """Add an object of a participant's portrait; an invalid one is ignored."""
         if participant not in self._portraits:
+            from conf.receiver.portrait.portrait_renderer import PortraitRenderer  # with SciPy
+            from conf.receiver.portrait.portrait_store import PortraitStore
+
             self._portraits[participant] = PortraitRenderer(self._window.ctx, PortraitStore())
         self._portraits[participant].store.receive(data)
         self._objects[participant] = self._objects.get(participant, 0) + 1
@@ -169,7 +174,7 @@ class ParticipantGrid(GpuObject):
         vertices = self._face.neutral if displacements is None else self._face.deform(displacements)
         self._renderer.draw(vertices, pose, view, framebuffer, participant=participant)
 
-    def _portrait(self, participant: int, view: ViewState) -> PortraitRenderer | None:
+    def _portrait(self, participant: int, view: ViewState) -> "PortraitRenderer | None":
         """Return the portrait to draw a participant's motion with, None for the face model."""
         portrait = None if participant in self.withdrawn else self._portraits.get(participant)
         return portrait if view.portrait and portrait and portrait.ready else None

@@ -15,18 +15,17 @@ from conf.face.deformation.lip_opening import INNER_LIPS, LipOpening
 from conf.face.deformation.neck import NeckBend
 from conf.face.head_pose import HeadPose
 from conf.face.mesh.mesh import Mesh
-from conf.face.mesh.winding import orient_outwards
 from conf.render.camera import ViewState, clip_matrix, view_rotation
 from conf.render.control_point_markers import ControlPointMarkers
 from conf.render.drawn_area import covered_bands, longest_edges
 from conf.render.gpu_object import GpuObject
 from conf.render.lighting import STUDIO, Lighting
 from conf.render.materials import EYE, MOUTH, SKIN, Material, group_triangles, material_of
+from conf.render.preparation.drawn_mesh import drawn_mesh
 from conf.render.render_target import RenderTarget
 from conf.render.shader_programs import DrawCall, to_column_major
 from conf.render.shadow_map import ShadowMap, light_matrix
-from conf.render.textures import MeshImages, MeshTextures, separate_transparent
-from conf.render.vertex_cache import optimise_vertex_cache
+from conf.render.textures import MeshImages, MeshTextures
 from conf.render.vertex_colour_renderer import VertexColourRenderer
 from conf.render.vertex_normals import VertexNormals
 from conf.render.wireframe import WireframeRenderer
@@ -40,7 +39,7 @@ class FaceRenderer(GpuObject):
 
     def __init__(self, ctx: moderngl.Context, face: FaceModel, *, lighting: Lighting = STUDIO) -> None:
         images = MeshImages(face.mesh)
-        mesh = optimise_vertex_cache(orient_outwards(separate_transparent(face.mesh, images)))
+        mesh = drawn_mesh(face.mesh, images)
         self.background = "wall"  # a key of render_target.BACKDROPS or SOLID_COLOURS
         self.scale = 1.0  # of the width and height in which the face is drawn, before it is enlarged to the viewport
         self.target: RenderTarget | None = None  # of the last draw

@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import astuple
 from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -18,16 +19,23 @@ from conf.face.formats.dpc import MotionClip, read_dpc
 from conf.face.head_pose import NEUTRAL_POSE
 from conf.protocol.messages import MotionFrame
 from conf.sender.capture.camera import Camera
-from conf.sender.capture.clip import Clip
 from conf.sender.capture.frame import Frame
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.motion.mean_face import MEAN_FACE
-from conf.sender.portrait.photo_builder import CapturedFace
-from conf.sender.portrait.scheduler import PortraitScheduler
+from conf.sender.portrait.captured_face import CapturedFace
 from conf.sender.tracking.orientation import UprightCamera
 from conf.sender.tracking.tracker import FaceTracker, TrackedFace
 
+if TYPE_CHECKING:
+    from conf.sender.capture.clip import Clip  # with PyAV, which a camera does not need
+
 REFERENCE_SIZE = (320, 240)  # px of a recording's frames: those of the thesis
+
+
+class PortraitFrames(Protocol):
+    """What makes images of the person from frames, a little at a time."""
+
+    def process_frame(self, face: CapturedFace, motion: MotionFrame, presence: float, now: float) -> None: ...
 
 
 class TrackedMotionSource:
@@ -40,11 +48,11 @@ class TrackedMotionSource:
 
     def __init__(
         self,
-        source: Camera | UprightCamera | Clip,
+        source: "Camera | UprightCamera | Clip",
         tracker: FaceTracker,
         extractor: MotionExtractor,
         *,
-        portrait_scheduler: PortraitScheduler | None = None,
+        portrait_scheduler: PortraitFrames | None = None,
         on_frame: Callable[[Frame, TrackedFace | None], None] | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -55,7 +63,7 @@ class TrackedMotionSource:
         clock : measures the tracker's duration
         """
         self.fps, self.size = source.fps, source.size
-        self.is_live = not isinstance(source, Clip)
+        self.is_live = source.is_live
         self.makes_portrait = True
         self._source = source
         self._tracker = tracker
@@ -108,7 +116,7 @@ class TrackedMotionSource:
 
     def release(self) -> None:
         """Release the camera until the next frame is read; a clip stays open."""
-        if not isinstance(self._source, Clip):
+        if self.is_live:
             self._source.release()
 
     def after_send(self, now: float) -> None:

@@ -181,7 +181,9 @@ def test_the_head_at_rest_leaves_room_for_hair() -> None:
 def test_the_grid_tells_whether_a_photo_is_drawn(
     monkeypatch: pytest.MonkeyPatch, window: OffscreenWindow, face: FaceModel
 ) -> None:
-    monkeypatch.setattr("conf.receiver.participant_grid.PortraitRenderer", lambda ctx, store: Mock(store=store))
+    monkeypatch.setattr(
+        "conf.receiver.portrait.portrait_renderer.PortraitRenderer", lambda ctx, store: Mock(store=store)
+    )
     grid = ParticipantGrid(window, face)
     grid.receive_portrait_object(7, b"not a photo")
     shown: list[bool] = []

@@ -57,7 +57,9 @@ def test_a_camera_is_shown_without_being_tracked_and_released() -> None:
     shown: list[tuple[float, object]] = []
     log: list[str] = []
     frame = Frame(np.zeros((4, 4, 3), np.uint8), 7.0)
-    camera = SimpleNamespace(fps=30.0, size=(4, 4), read=lambda: frame, release=lambda: log.append("release"))
+    camera = SimpleNamespace(
+        fps=30.0, size=(4, 4), is_live=True, read=lambda: frame, release=lambda: log.append("release")
+    )
     source = TrackedMotionSource(
         camera,  # type: ignore[arg-type]
         SimpleNamespace(track=lambda pixels: log.append("track")),  # type: ignore[arg-type]

@@ -12,7 +12,8 @@ from conf.face.portrait import contours
 from conf.face.portrait.photographed_face import project
 from conf.protocol.messages import MotionFrame
 from conf.protocol.portrait.photo import Photo
-from conf.sender.portrait.photo_builder import FULL, CapturedFace, PhotoBuilder
+from conf.sender.portrait.captured_face import CapturedFace
+from conf.sender.portrait.photo_builder import FULL, PhotoBuilder
 from conf.sender.tracking.canonical_face import CanonicalFace
 from tests.support.drawn_person import SIZE, draw_person, to_pixels
 from tests.support.synthetic_portrait import POSE, face_points

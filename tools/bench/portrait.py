@@ -39,7 +39,7 @@ from conf.receiver.portrait.portrait_store import PortraitStore
 from conf.render.camera import ViewState
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.motion.extractor import MotionExtractor
-from conf.sender.portrait.photo_builder import CapturedFace
+from conf.sender.portrait.captured_face import CapturedFace
 from conf.sender.portrait.scheduler import PortraitScheduler
 from conf.sender.tracking.canonical_face import load_canonical_face
 from conf.sender.tracking.model_files import fetch_models

@@ -16,7 +16,8 @@ from conf.protocol.portrait.objects import encode_object
 from conf.protocol.portrait.patch import Patch, encode_patch, step_size
 from conf.protocol.portrait.probability_model import BlockModel, PortraitModel
 from conf.sender.motion.extractor import MotionExtractor
-from conf.sender.portrait.photo_builder import FULL, CapturedFace, PhotoBuilder
+from conf.sender.portrait.captured_face import CapturedFace
+from conf.sender.portrait.photo_builder import FULL, PhotoBuilder
 from conf.sender.portrait.reference_photo import ReferencePhoto, patch_residual
 from conf.sender.tracking.canonical_face import load_canonical_face
 from conf.sender.tracking.model_files import fetch_models

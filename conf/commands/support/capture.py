@@ -144,7 +144,7 @@ def open_source(
     from conf.sender.capture.camera import open_camera
     from conf.sender.motion.extractor import MotionExtractor
     from conf.sender.motion_source import TrackedMotionSource, open_motion_file
-    from conf.sender.portrait.scheduler import PortraitScheduler
+    from conf.sender.portrait.deferred_scheduler import DeferredPortraitScheduler
     from conf.sender.tracking.canonical_face import load_canonical_face
     from conf.sender.tracking.detector import FaceDetector
     from conf.sender.tracking.model_files import fetch_models
@@ -171,7 +171,7 @@ def open_source(
             source = UprightCamera(camera, FaceDetector(models), on_note=on_note)
         canonical = load_canonical_face()
         extractor = MotionExtractor(canonical, source.size)
-        scheduler = PortraitScheduler(canonical, object_sender) if object_sender else None
+        scheduler = DeferredPortraitScheduler(canonical, object_sender) if object_sender else None
         if options.calibrate:
             extractor.set_neutral_now()
         tracker = FaceTracker(models)

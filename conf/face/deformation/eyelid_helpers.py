@@ -11,13 +11,13 @@ would be pulled down with it: brow helpers above the fold move as the brow does.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
 from conf.face.deformation.regions import InfluenceField, Regions
+from conf.face.deformation.rig import EyelidHelpers
 from conf.face.mesh.depth_profiles import LabelledMesh, find_lid_edge
 from conf.face.mesh.raycast import cast_front_rays
 
@@ -33,20 +33,6 @@ _BROWS = ("brow_outer", "brow_top", "brow_inner")
 _LIDS = ("eyelid_upper_l", "eyelid_upper_r", "eyelid_lower_l", "eyelid_lower_r")
 _SEARCH_MARGIN = 1.0  # cm around the lids
 _GAP_RANGE = (0.03, 1.2)  # of the gap at the control points; outside it a measurement is not a gap between lids
-
-
-@dataclass(frozen=True)
-class EyelidHelpers:
-    """The helper points of one face.
-
-    positions : (h, 3), in the unit of the control points
-    weights : (h, n) of the control points' displacements in each helper point's
-    lids : (h,) control point of the lid or brow that each belongs to
-    """
-
-    positions: NDArray[np.float64]
-    weights: NDArray[np.float64]
-    lids: NDArray[np.intp]
 
 
 def helpers_on_parabola(points: NDArray[np.float64], /) -> EyelidHelpers:

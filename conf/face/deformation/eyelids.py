@@ -4,6 +4,8 @@ Strategy. Lashes are surfaces of their own that stand on the edge of a lid. Inte
 direction in a blink and stand upright on the closed lid. So each lash vertex has a root on a smooth curve through the
 vertices at the edge; it moves with its root, and its offset from there turns as the middle of the lid does around the
 eye.
+
+SciPy is imported where lids and lashes are searched for: a face that was prepared before needs no search.
 """
 
 import math
@@ -11,12 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.interpolation import smoothstep
 from conf.face.mesh.mesh import Mesh
-from conf.face.mesh.surface_graph import component_labels, triangle_edges
 
 _UPPER, _LOWER = ([CONTROL_POINT_INDEX[f"eyelid_{lid}_{side}"] for side in "lr"] for lid in ("upper", "lower"))
 # Of the neutral gap, by which a closed upper lid covers the lower one: without it a slit stays open between vertices,
@@ -122,6 +122,8 @@ def find_lid_cover(
     mesh: Mesh, points: NDArray[np.float64], skin: NDArray[np.int64], /, *, side: str
 ) -> LidCover | None:
     """Return the edge of the upper lid of one eye; None if it is closed. Arguments are those of `find_lashes`."""
+    from scipy.spatial import KDTree
+
     lids = _lid_points(points, side)
     travel = float(lids[1, 1] - lids[2, 1])
     if travel < _MIN_LENGTH or not len(skin):
@@ -156,6 +158,10 @@ def find_lashes(
     mesh, points : upright, in model centimetres; points (n, 3)
     centre : (3,) of the eyeball; skin : vertices that are not of eyeballs, teeth or tongue; side : "l" or "r"
     """
+    from scipy.spatial import KDTree
+
+    from conf.face.mesh.surface_graph import component_labels, triangle_edges
+
     corners = _lid_points(points, side)
     low, high = corners[:, :2].min(axis=0) - _BOX, corners[:, :2].max(axis=0) + _BOX
     in_box = (mesh.vertices[:, :2] > low) & (mesh.vertices[:, :2] < high)

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_INDEX
-from conf.face.deformation.eyelid_helpers import EyelidHelpers
 from conf.face.deformation.eyelids import Lashes, LidCover
 
 MAX_GAZE = np.radians(40.0)
@@ -138,6 +137,20 @@ def jaw_offsets(
     rotation, translation = motion
     offsets: NDArray[np.float32] = weighted_offsets @ rotation.T + weights[:, None] * translation
     return offsets
+
+
+@dataclass(frozen=True)
+class EyelidHelpers:
+    """Points on the edges of one face's eyelids, between the control points.
+
+    positions : (h, 3), in the unit of the control points
+    weights : (h, n) of the control points' displacements in each helper point's
+    lids : (h,) control point of the lid or brow that each belongs to
+    """
+
+    positions: NDArray[np.float64]
+    weights: NDArray[np.float64]
+    lids: NDArray[np.intp]
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from conf.errors import FileFormatError
 from conf.face.formats.mtl import MeshMaterial
 from conf.face.formats.obj import RawMesh, read_obj
-from conf.face.mesh.orientation import consistent_flips
 
 
 def _read_with_trimesh(path: Path) -> RawMesh:
@@ -103,6 +102,8 @@ def load_mesh(path: Path | str, /) -> Mesh:
 
 
 def _with_consistent_winding(raw: RawMesh) -> RawMesh:
+    from conf.face.mesh.orientation import consistent_flips  # with SciPy, which a face from the cache does not need
+
     flips = consistent_flips(raw.positions, raw.corners[..., 0])
     count = np.count_nonzero(flips)
     if count == 0:

@@ -29,6 +29,8 @@ class Camera:
     fps : frames per second, as far as known; size : width and height, px
     """
 
+    is_live = True
+
     def __init__(
         self, which: int | str, *, clock: Callable[[], float], opener: Opener, is_optional: bool = False
     ) -> None:

@@ -64,6 +64,8 @@ class Clip:
     round : the pass through the file that the newest frame belongs to
     """
 
+    is_live = False
+
     def __init__(self, name: str, *, loop: bool = False, turns: int = 0) -> None:
         """Open a clip and decode its first frame. Raises CameraError."""
         self._name = name
@@ -94,6 +96,9 @@ class Clip:
         if frame.pixels.shape[1::-1] != self.size:
             frame = Frame(fit_into(frame.pixels, self.size), frame.timestamp)
         return Frame(frame.pixels, self._times.of(frame.timestamp, self.fps))
+
+    def release(self) -> None:
+        """Do nothing: a clip stays open until it is closed."""
 
     def close(self) -> None:
         """Close the file."""

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from conf.face.fapu import Fapu
 from conf.face.portrait import contours
 from conf.protocol.portrait.photo import Photo
 from conf.protocol.portrait.vp8 import strip_riff, wrap_riff
+from conf.sender.portrait.captured_face import CapturedFace
 from conf.sender.portrait.segmentation import segment_steps
 from conf.sender.tracking.canonical_face import CanonicalFace, remove_head_pose
 
@@ -38,21 +38,6 @@ class PhotoQuality:
 
 DRAFT = PhotoQuality(1500, 192, 3)  # the first photo, so that a call starts with a face
 FULL = PhotoQuality(4700, 240, 1)
-
-
-@dataclass(frozen=True)
-class CapturedFace:
-    """A frame that may become a photo.
-
-    pixels : (H, W, 3) uint8 BGR
-    landmarks : (478, 3) px
-    neutral : (n, 3) cm in face axes, the control points of the neutral pose in use
-    """
-
-    pixels: NDArray[np.uint8]
-    landmarks: NDArray[np.floating]
-    neutral: NDArray[np.float64]
-    fapu: Fapu
 
 
 class PhotoBuilder:

@@ -9,7 +9,7 @@ position have changed persistently, a new photo is due even if it is no better.
 from dataclasses import dataclass
 
 from conf.protocol.messages import MotionFrame
-from conf.sender.portrait.photo_builder import CapturedFace
+from conf.sender.portrait.captured_face import CapturedFace
 from conf.sender.portrait.photo_quality import TypicalPose, motion_penalty, speed_penalty
 
 FIRST_SEARCH_S = 0.3  # for the draft

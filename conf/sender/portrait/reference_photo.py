@@ -15,9 +15,10 @@ from conf.protocol.messages import MotionFrame
 from conf.protocol.portrait.objects import decode_object
 from conf.protocol.portrait.patch import POINT_STEPS
 from conf.protocol.portrait.photo import Photo
+from conf.sender.portrait.captured_face import CapturedFace
 from conf.sender.portrait.occlusion import AppearanceMatcher
 from conf.sender.portrait.patch_extraction import extract_patch, match_colour
-from conf.sender.portrait.photo_builder import CapturedFace, decode_vp8
+from conf.sender.portrait.photo_builder import decode_vp8
 from conf.sender.portrait.scene_change import SceneChangeDetector, angle_between
 
 MIN_PATCH_WEIGHT = 0.25  # below this weight of the patch the residual is faded out

@@ -15,9 +15,10 @@ from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.portrait.objects import encode_object
 from conf.protocol.portrait.patch import MAX_SLOTS
 from conf.protocol.portrait.photo import MIN_LOG_SCALE, NeutralPoseUpdate, Photo
+from conf.sender.portrait.captured_face import CapturedFace
 from conf.sender.portrait.patch_extraction import make_patch
 from conf.sender.portrait.patch_scheduler import PATCH_BYTES, PatchScheduler
-from conf.sender.portrait.photo_builder import DRAFT, FULL, CapturedFace, PhotoBuilder
+from conf.sender.portrait.photo_builder import DRAFT, FULL, PhotoBuilder
 from conf.sender.portrait.photo_quality import image_penalty
 from conf.sender.portrait.photo_selection import Candidate, PhotoSelector
 from conf.sender.portrait.reference_photo import ReferencePhoto, patch_residual

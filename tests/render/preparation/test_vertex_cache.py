@@ -3,7 +3,7 @@ import pytest
 
 from conf.face.loading import load_face
 from conf.face.mesh.mesh import Mesh
-from conf.render.vertex_cache import optimise_vertex_cache
+from conf.render.preparation.vertex_cache import optimise_vertex_cache
 
 CACHE_SIZE = 32  # vertices, far fewer than a head has
 

@@ -1,0 +1,32 @@
+"""Faces ready to be deformed, from the user's cache: a head that comes with the program opens at once.
+
+Reading a head's files and building its rig takes half as long as all else before the first image of a call, and imports
+SciPy, which takes as long again. Faces from elsewhere consist of files that their names do not tell; these are loaded.
+"""
+
+from pathlib import Path
+
+from conf.disk_cache import cache_key, cached, folder_state, source_state
+from conf.face.default_head import DEFAULT_HEAD
+from conf.face.deformation.eyelids import Lashes, LidCover
+from conf.face.deformation.face_model import FaceModel
+from conf.face.deformation.rig import Eye, EyelidHelpers, Jaw, Rig
+from conf.face.formats.mtl import MeshMaterial
+from conf.face.mesh.mesh import Mesh
+from conf.face.similarity import SimilarityTransform
+
+_CLASSES = (FaceModel, Mesh, MeshMaterial, SimilarityTransform, Rig, Eye, Jaw, Lashes, LidCover, EyelidHelpers)
+
+
+def prepared_face(path: Path | None = None, /) -> FaceModel:
+    """Return the same as `load_face`. Raises FileFormatError if a file is missing or malformed."""
+
+    def load() -> FaceModel:
+        from conf.face.loading import load_face  # with SciPy
+
+        return load_face(path)
+
+    if path is not None and path.resolve() != DEFAULT_HEAD.resolve():
+        return load()
+    key = cache_key(source_state("face"), folder_state(DEFAULT_HEAD.parent, "*"))
+    return cached("faces", key, load, *_CLASSES)
