@@ -16,7 +16,7 @@ from conf.disk_cache import cache_folder, cache_key, cached, file_state, folder_
 @dataclass(frozen=True)
 class Part:
     number: int
-    array: np.ndarray | None
+    array: Any
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, fields
 from pathlib import Path
+from threading import Timer
 from typing import TYPE_CHECKING
 
 from conf.commands import Terminal
@@ -54,6 +55,7 @@ BOTH = "give the HOST to call, or --listen HOST:PORT to be called, not both"
 NEITHER = "give the HOST to call, or --listen HOST:PORT to be called"
 NO_CALL = "there was no call"
 MAX_OBJECTS = 64  # of one's own portrait that wait to be drawn in the corner
+IMPORT_DELAY_S = 2.0  # from the loop's start until what portraits need is imported: a third of a second of CPU time
 # What a call is announced with before the camera is open.
 CAMERA_SIZE = (640, 480)
 FAPU = (6.4, 4.5, 3.0, 5.0, 1.1)  # cm
@@ -244,6 +246,7 @@ def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, dra
     address = format_address(options.remote or end.socket.address)
     state = LocalState(portrait=options.portrait, has_microphone=end.voice is not None)
     thread = CaptureThread(end.capture)
+    later = Timer(IMPORT_DELAY_S if options.remote else 0.0, _import_portraits)
     composer = CallComposer(
         window,
         model,
@@ -260,16 +263,27 @@ def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, dra
     local = LocalEnd(thread, state, end.objects, end.self_view, end.voice)
     loop = CallLoop(end.endpoint, end.socket, local, display=display, sound=drawing.sound)
     try:
+        later.start()
         with thread, until_interrupted() as should_continue:
             if options.remote is None:
+                later.join()
                 options.on_ready(f"listening on {address}, code {options.code}")
             loop.run(seconds=options.seconds, should_continue=should_continue)
     finally:
+        later.cancel()
         loop.close(time.monotonic())
         display.close()
         for text in display.reports:
             options.display.on_report(text)
     return loop
+
+
+def _import_portraits() -> None:
+    from conf.receiver import participant_grid
+    from conf.sender.portrait import deferred_scheduler
+
+    participant_grid.import_portraits()
+    deferred_scheduler.import_portraits()
 
 
 def _figures(end: _End, loop: CallLoop, began: float, early_at: float | None) -> CallFigures:

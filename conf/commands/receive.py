@@ -82,11 +82,13 @@ def receive(
     from conf.protocol.address import format_address
     from conf.protocol.receiver_endpoint import ReceiverEndpoint
     from conf.protocol.session.server import SessionServer
+    from conf.receiver.participant_grid import import_portraits
     from conf.receiver.pipeline import ReceiverLoop
 
     model = prepared_face(face)
     if model.mesh.notes and options.on_event is not None:
         options.on_event(f"{face}: {'; '.join(model.mesh.notes)}")
+    import_portraits()
     endpoint = ReceiverEndpoint(SessionServer(code, os.urandom))
     idle_text = f"listening on {format_address(socket.address)}   code  {code}"
     with open_display(options, endpoint.streams, idle_text=idle_text) as (window, loop_options):

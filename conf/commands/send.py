@@ -104,9 +104,12 @@ def send(
     from conf.protocol.sender_connection import SenderConnection
     from conf.protocol.session.client import SenderSession
     from conf.sender.pipeline import SenderLoop
+    from conf.sender.portrait.deferred_scheduler import import_portraits
     from conf.transport.udp import UdpSocket
 
     object_sender = ObjectSender() if options.portrait_kbps else None
+    if object_sender:
+        import_portraits()
     mute = MuteSwitch()
     viewer = partial(_preview, mute) if options.preview else None
     with (

@@ -6,6 +6,7 @@ One participant is drawn into the window. Of several, each frame draws those who
 
 import math
 from collections.abc import Collection, Mapping
+from importlib import import_module
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -28,6 +29,11 @@ if TYPE_CHECKING:
 
 PLACEHOLDER_ID = -1  # participant that is drawn when there is none
 BACKGROUND = (0.10, 0.11, 0.135)  # sRGB, behind the stats overlay beside several participants
+
+
+def import_portraits() -> None:
+    """Import what draws portraits, with SciPy, so that no frame has to wait for it later."""
+    import_module("conf.receiver.portrait.portrait_renderer")
 
 
 def layout_grid(count: int, size: tuple[int, int], *, left: int = 0) -> list[Viewport]:

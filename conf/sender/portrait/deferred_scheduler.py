@@ -5,6 +5,7 @@ That is SciPy and Pillow, which take a third of the time from a call's command t
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 from conf.protocol.messages import MotionFrame
@@ -14,6 +15,11 @@ from conf.sender.tracking.canonical_face import CanonicalFace
 
 if TYPE_CHECKING:
     from conf.sender.portrait.scheduler import PortraitScheduler
+
+
+def import_portraits() -> None:
+    """Import what makes portraits, so that no frame has to wait for it later."""
+    import_module("conf.sender.portrait.scheduler")
 
 
 class DeferredPortraitScheduler:
