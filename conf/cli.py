@@ -27,6 +27,7 @@ from conf.commands import (
     measure,
     models,
     receive,
+    relay,
     send,
     settings,
 )
@@ -42,7 +43,7 @@ from conf.settings import Settings, load_settings, settings_path
 COMMANDS = {
     "demo": demo, "call": call, "receive": receive, "send": send, "extract": extract, "animate": animate,
     "export": export, "fit": fit, "measure": measure, "models": models, "devices": devices,
-    "doctor": doctor, "settings": settings,
+    "relay": relay, "doctor": doctor, "settings": settings,
 }  # fmt: skip
 WITH_SETTINGS = {"call", "receive", "send", "doctor"}  # commands whose options have the user's settings as defaults
 

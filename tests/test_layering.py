@@ -25,6 +25,7 @@ MAY_IMPORT = {
     "protocol": set(),
     "render": {"face"},
     "transport": {"protocol"},
+    "relay": {"transport", "protocol"},
     "output": {"render", "face", "protocol"},
     "mesh_fitting": {"sender", "render", "face"},
     "sender": {"transport", "audio", "face", "protocol"},
@@ -34,7 +35,7 @@ MAY_IMPORT = {
     "start": {"sender", "render", "transport", "audio", "protocol", "settings"},
     "commands": {
         *("start", "animator", "call", "receiver", "sender", "mesh_fitting", "output", "render", "transport"),
-        *("audio", "face", "protocol", "settings"),
+        *("audio", "face", "protocol", "relay", "settings"),
     },
 }
 MAY_IMPORT["cli"] = MAY_IMPORT["commands"] | {"commands"}

@@ -4,6 +4,7 @@ import re
 from typing import NamedTuple
 
 DEFAULT_PORT = 5005
+DEFAULT_RELAY_PORT = 7447  # that of zenoh
 
 
 class RelayAddress(NamedTuple):
@@ -40,18 +41,18 @@ def host_of(address: Address, /) -> str:
     return "the relay" if isinstance(address, RelayAddress) else address[0]
 
 
-def parse_address(text: str, /) -> tuple[str, int]:
+def parse_address(text: str, /, *, default_port: int = DEFAULT_PORT) -> tuple[str, int]:
     """Return host and port of HOST, HOST:PORT, [HOST]:PORT or [HOST]; without a port the default one.
 
     Raises ValueError, with a message for the user.
     """
-    host, port = _host_and_port(text)
+    host, port = _host_and_port(text, default_port)
     if port == 0:
         raise ValueError(f"{text} names no port: give the one that the receiver shows")
     return host, port
 
 
-def parse_listen_address(text: str, /) -> tuple[str, int]:
+def parse_listen_address(text: str, /, *, default_port: int = DEFAULT_PORT) -> tuple[str, int]:
     """Return host and port as `parse_address`; a port alone, or :PORT, stands for every address of this machine.
 
     Port 0 is any free one. Raises ValueError, with a message for the user.
@@ -59,11 +60,11 @@ def parse_listen_address(text: str, /) -> tuple[str, int]:
     port = text.removeprefix(":")
     if port.isdigit() and int(port) < 65536:
         return "", int(port)
-    return _host_and_port(text)
+    return _host_and_port(text, default_port)
 
 
-def _host_and_port(text: str) -> tuple[str, int]:
+def _host_and_port(text: str, default_port: int) -> tuple[str, int]:
     match = _TYPED.fullmatch(text)
-    if match is None or int(match["port"] or DEFAULT_PORT) > 65535:
+    if match is None or int(match["port"] or default_port) > 65535:
         raise ValueError(f"{text} is not HOST:PORT; an IPv6 address is written [HOST]:PORT")
-    return match["bracketed"] or match["host"] or match["bare"], int(match["port"] or DEFAULT_PORT)
+    return match["bracketed"] or match["host"] or match["bare"], int(match["port"] or default_port)

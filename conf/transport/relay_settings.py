@@ -15,7 +15,6 @@ from conf.errors import NetworkError
 if TYPE_CHECKING:
     import zenoh
 
-DEFAULT_RELAY_PORT = 7447
 KEY_PREFIX = "conf/call"  # the relay carries nothing outside conf/**
 OPEN_TIMEOUT_MS = 1200  # of one attempt; with zenoh's 10 s, three of five starts stalled at 10 % loss
 # A keep-alive each LEASE_MS / 4 costs 29 B on UDP and 107 B on TCP; NATs forget a silent UDP flow after 30 s or more.

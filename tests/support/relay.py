@@ -7,7 +7,9 @@ from contextlib import contextmanager
 
 import zenoh
 
+from conf.transport.interface import ReceivedDatagram
 from conf.transport.relay_settings import make_config
+from conf.transport.zenoh_transport import MAX_QUEUED, RelayTransport
 
 LOOPBACK = "127.0.0.1"
 LIMIT_S = 10.0
@@ -46,3 +48,27 @@ def wait_until(condition: Callable[[], object], seconds: float = LIMIT_S) -> Non
         if time.monotonic() > end:
             raise TimeoutError(f"not within {seconds:.0f} s")
         time.sleep(0.01)
+
+
+def wait_for(transport: RelayTransport, count: int = 1) -> list[ReceivedDatagram]:
+    """Return what arrives, at least `count` datagrams."""
+    arrived: list[ReceivedDatagram] = []
+    for _ in range(200):
+        arrived += transport.receive(MAX_QUEUED)
+        if len(arrived) >= count:
+            return arrived
+        transport.wait(0.05)
+    raise TimeoutError(f"{len(arrived)} of {count} datagrams")
+
+
+def exchange(waiter: RelayTransport, caller: RelayTransport) -> None:
+    """Carry datagrams both ways until they arrive: what is declared takes a while to reach the other end."""
+    arrived: list[ReceivedDatagram] = []
+    for _ in range(200):
+        caller.send([(b"hello", waiter.address)])
+        waiter.wait(0.05)
+        if arrived := waiter.receive(MAX_QUEUED):
+            break
+    assert arrived[0][:2] == (b"hello", caller.address)
+    waiter.send([(b"answer", caller.address)])
+    assert wait_for(caller)[0][:2] == (b"answer", waiter.address)

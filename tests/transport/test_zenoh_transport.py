@@ -2,38 +2,13 @@ import pytest
 
 from conf.errors import NetworkError
 from conf.protocol.address import RelayAddress
-from conf.transport.interface import ReceivedDatagram
 from conf.transport.relay_settings import KEY_PREFIX
 from conf.transport.zenoh_transport import MAX_MEMBERS, MAX_QUEUED, RelayTransport
-from tests.support.relay import LOOPBACK, free_port, router, wait_until
+from tests.support.relay import LOOPBACK, exchange, free_port, router, wait_for, wait_until
 from tests.support.simulated_sessions import seeded
 
 PLATE = "4711"
 WAITER = RelayAddress(PLATE, "")
-
-
-def wait_for(transport: RelayTransport, count: int = 1) -> list[ReceivedDatagram]:
-    """Return what arrives, at least `count` datagrams."""
-    arrived: list[ReceivedDatagram] = []
-    for _ in range(200):
-        arrived += transport.receive(MAX_QUEUED)
-        if len(arrived) >= count:
-            return arrived
-        transport.wait(0.05)
-    raise TimeoutError(f"{len(arrived)} of {count} datagrams")
-
-
-def exchange(waiter: RelayTransport, caller: RelayTransport) -> None:
-    """Carry datagrams both ways until they arrive: what is declared takes a while to reach the other end."""
-    arrived: list[ReceivedDatagram] = []
-    for _ in range(200):
-        caller.send([(b"hello", WAITER)])
-        waiter.wait(0.05)
-        if arrived := waiter.receive(MAX_QUEUED):
-            break
-    assert arrived[0][:2] == (b"hello", caller.address)
-    waiter.send([(b"answer", caller.address)])
-    assert wait_for(caller)[0][:2] == (b"answer", WAITER)
 
 
 @pytest.mark.slow

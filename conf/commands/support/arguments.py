@@ -2,9 +2,10 @@
 
 import argparse
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
-from conf.protocol.address import DEFAULT_PORT, parse_address, parse_listen_address
+from conf.protocol.address import DEFAULT_PORT, DEFAULT_RELAY_PORT, parse_address, parse_listen_address
 
 DEFAULT_HOST = "127.0.0.1"
 AXES = ("x", "-x", "y", "-y", "z", "-z")
@@ -68,6 +69,16 @@ def pairing_code(text: str) -> str:
         return normalise_code(text)
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from error
+
+
+def relay_address(text: str) -> tuple[str, int]:
+    """Return host and port of a relay as `address`; without a port that of relays."""
+    return _parsed(partial(parse_address, default_port=DEFAULT_RELAY_PORT), text)
+
+
+def relay_listen_address(text: str) -> tuple[str, int]:
+    """Return host and port as `listen_address`; without a port that of relays."""
+    return _parsed(partial(parse_listen_address, default_port=DEFAULT_RELAY_PORT), text)
 
 
 def address(text: str) -> tuple[str, int]:

@@ -1,0 +1,72 @@
+import sys
+
+import pytest
+
+from conf.relay.loop import LOG_S, RelayLoop, describe_state, peak_memory_mb
+from conf.relay.router import RouterState
+from conf.relay.stun_responder import StunResponder
+
+IDLE, BUSY = RouterState(), RouterState(members=4, udp=3, tcp=4, calls=2)
+
+
+class FakeRouter:
+    """A router whose counts a test sets."""
+
+    def __init__(self) -> None:
+        self.counts = IDLE
+
+    def state(self) -> RouterState:
+        return self.counts
+
+
+class Stage:
+    """A loop with a router that a test sets, and without sockets."""
+
+    def __init__(self) -> None:
+        self.router, self.stun, self.lines = FakeRouter(), StunResponder([]), list[str]()
+        self.loop = RelayLoop(self.router, self.stun, self.lines.append)
+
+
+def test_members_are_counted_now_and_at_most() -> None:
+    stage = Stage()
+    stage.loop.step(100.0)
+    stage.router.counts = BUSY
+    stage.loop.step(101.0)  # too soon to count again
+    assert stage.loop.figures(101.0).members == 0
+    stage.loop.step(106.0)
+    stage.router.counts = IDLE
+    stage.stun.answered = 3
+    stage.loop.step(120.0)
+    figures = stage.loop.figures(130.0)
+    assert (figures.seconds, figures.members, figures.max_members, figures.calls, figures.max_calls) == (30, 0, 4, 0, 2)
+    assert figures.stun_answered == 3 and figures.cpu_s > 0
+
+
+def test_the_log_has_a_line_a_minute_and_only_if_something_has_changed() -> None:
+    stage = Stage()
+    for now in range(0, 600, 5):
+        stage.router.counts = BUSY if now > 100 else IDLE
+        stage.loop.step(float(now))
+    assert stage.lines == ["4 members (3 over UDP), 2 nameplates"]
+    for now in range(600, 1200, 5):
+        stage.router.counts = RouterState(members=now)
+        stage.loop.step(float(now))
+    assert len(stage.lines) == 1 + 600 / LOG_S
+
+
+def test_other_relays_are_named_by_their_number_only() -> None:
+    assert describe_state(RouterState(peers=2)) == "0 members (0 over UDP), 0 nameplates, 2 other relays"
+
+
+def test_a_loop_runs_until_it_is_stopped() -> None:
+    stage, steps = Stage(), iter([True, True, False])
+    times = iter(range(100))
+    figures = stage.loop.run(should_continue=lambda: next(steps), clock=lambda: float(next(times)))
+    assert figures.seconds > 0
+    assert stage.loop.run(seconds=0).max_members == 0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such figure there")
+def test_the_memory_of_a_process_is_in_megabytes() -> None:
+    memory = peak_memory_mb()
+    assert memory is not None and 10 < memory < 10_000
