@@ -22,6 +22,7 @@ from conf.transport.exchange import DatagramExchange
 from conf.transport.interface import Transport
 
 POLL_S = 0.03  # what was captured waits no longer; the display draws as often
+LEAVING_POLL_S = 0.02
 CAMERA_RETRY_S = 3.0  # between two attempts to open a camera that is missing
 
 
@@ -119,10 +120,14 @@ class CallLoop:
             self.drawn_at = now
         return due
 
-    def close(self, now: float) -> None:
-        """End the call and notify the other end, if that is possible."""
+    def close(self, now: float, *, clock: Callable[[], float] = time.monotonic) -> None:
+        """End the call and notify the other end, if that is possible: at most for a second."""
         with contextlib.suppress(NetworkError):
             self._socket.send(self._endpoint.close(now))
+            while self._endpoint.is_leaving(now := clock()):
+                self._exchange.receive(now)
+                self._exchange.send(now)
+                self._socket.wait(LEAVING_POLL_S)
 
     def _apply_state(self, now: float) -> None:
         """Carry out the switches."""

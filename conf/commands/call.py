@@ -271,6 +271,7 @@ def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, dra
             loop.run(seconds=options.seconds, should_continue=should_continue)
     finally:
         later.cancel()
+        display.hide()
         loop.close(time.monotonic())
         display.close()
         for text in display.reports:

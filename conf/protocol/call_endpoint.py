@@ -9,7 +9,7 @@ from conf.protocol.participant.state import CameraState, RemoteState
 from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.rate_control.send_budget import RateOptions
 from conf.protocol.receive_leg import ReceiveLeg
-from conf.protocol.sender_connection import SenderConnection
+from conf.protocol.sender_connection import FAREWELL, SenderConnection
 from conf.protocol.session.call_session import CallSession
 from conf.protocol.session.events import AddressChanged, Connected, Event, LossReason, SessionEnded
 from conf.protocol.session.handshake import RandomBytes
@@ -78,11 +78,18 @@ class CallEndpoint(SenderConnection):
         return replace(self._log.report(running, now), rejected=self.rejected)
 
     def close(self, now: float) -> list[tuple[bytes, Address]]:
-        """Return the datagrams that end the call, which is over then."""
+        """Return the datagrams that end the call, which is over then.
+
+        They may be lost: as long as `is_leaving`, `datagrams_to_send` returns more of them.
+        """
         datagrams = super().close(now)
-        self._call.close()
+        self._call.close(farewell=FAREWELL)
         self._process_events(0, now)
         return datagrams
+
+    def is_leaving(self, now: float) -> bool:
+        """Return whether the peer may not know yet that this end has hung up: until it answers, at most a second."""
+        return self._call.is_leaving(now)
 
     def _apply(self, event: Event, now: float) -> None:
         super()._apply(event, now)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from conf.protocol.address import Address
 from conf.protocol.call_leg import CallLeg
-from conf.protocol.messages import MotionFrame, StreamParameters
+from conf.protocol.messages import Bye, MotionFrame, StreamParameters
 from conf.protocol.outgoing import OutgoingBody
 from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.rate_control.send_budget import RateOptions
@@ -16,6 +16,9 @@ from conf.protocol.session.client import SenderSession
 from conf.protocol.session.events import AddressChanged, BodyReceived, Connected, Event, LossReason, SessionEnded
 from conf.protocol.statistics import HEADER_BYTES, RateWindow
 from conf.protocol.voice.formats import VoiceFormat, VoicePacket, VoiceState
+from conf.protocol.wire import encode_body
+
+FAREWELL = encode_body(Bye())
 
 
 class SenderConnection:
@@ -121,7 +124,7 @@ class SenderConnection:
         if (acknowledged := self._leg.receive_body(event.body, event.counter, wire_bytes, now)) is not None:
             self._session.acknowledge(acknowledged)
         if self._leg.ended:
-            self._session.close(LossReason.HUNG_UP)
+            self._session.close(LossReason.HUNG_UP, farewell=FAREWELL)
 
     def _apply(self, event: Event, now: float) -> None:
         match event:

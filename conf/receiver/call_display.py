@@ -82,6 +82,10 @@ class CallDisplay:
         if not self._window.visible:
             self._window.visible = True
 
+    def hide(self) -> None:
+        """Hide the window."""
+        self._window.visible = False
+
     def step(self, now: float, *, is_flood: bool = False) -> float:
         """Draw a frame if one is due and the window is shown. Returns the time of the next step.
 

@@ -1,6 +1,7 @@
 """Two loops over a network in memory: capture and display are simulated, endpoints and exchange are real."""
 
 from collections.abc import Callable
+from itertools import count
 from typing import Any
 
 import pytest
@@ -166,6 +167,11 @@ class End:
         self.capture.now = now
         return self.loop.step(now)
 
+    def hang_up(self, now: float) -> None:
+        """Close, and let the time pass that this takes without an answer."""
+        ticks = count()
+        self.loop.close(now, clock=lambda: now + 0.1 * next(ticks))
+
     @property
     def received(self) -> int:
         return self.endpoint.report(1e3).frames_received
@@ -282,16 +288,34 @@ def test_a_portrait_that_is_switched_off_is_withdrawn_at_the_other_end(stage: St
 def test_who_has_called_ends_when_the_other_hangs_up_and_who_waits_goes_on() -> None:
     stage = Stage()
     stage.run(1.0)
-    stage.a.loop.close(stage.now)
+    stage.a.hang_up(stage.now)
     stage.run(0.5)
     assert stage.b.loop.is_over and stage.b.display.texts[-1] == "the other end has hung up"
     stage = Stage()
     stage.run(1.0)
-    stage.b.loop.close(stage.now)
+    stage.b.hang_up(stage.now)
     stage.b.display.is_over = True
     stage.run(0.5)
     assert stage.a.display.texts[-1] == "the other end has hung up"
     assert not stage.a.loop.is_over and stage.a.capture.mode is CaptureMode.PREVIEW
+
+
+def test_who_hangs_up_waits_until_the_other_end_has_answered() -> None:
+    stage, ticks = Stage(), count()
+    stage.run(1.0)
+
+    def clock() -> float:
+        stage.b.step(stage.now)  # the other end goes on meanwhile
+        return stage.now + 0.01 * next(ticks)
+
+    before = len(stage.a.socket.waits)
+    stage.a.loop.close(stage.now, clock=clock)
+    assert stage.b.loop.is_over and len(stage.a.socket.waits) - before <= 2
+    stage = Stage()
+    stage.run(1.0)
+    stage.wire.cut = True
+    stage.a.hang_up(stage.now)
+    assert 5 <= len(stage.a.socket.waits) <= 12
 
 
 def test_the_next_caller_is_not_called_by_the_name_of_the_one_before() -> None:
@@ -299,7 +323,7 @@ def test_the_next_caller_is_not_called_by_the_name_of_the_one_before() -> None:
     stage.b = End(stage.wire, B, A, name="Bob")
     stage.run(1.0)
     assert stage.a.loop.peer_name == "Bob"
-    stage.b.loop.close(stage.now)
+    stage.b.hang_up(stage.now)
     stage.run(0.5)
     assert stage.a.display.texts[-1] == "Bob has hung up" and stage.a.loop.peer_name == "Bob"
     stage.b = End(stage.wire, B, A, now=stage.now)

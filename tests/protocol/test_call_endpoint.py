@@ -149,6 +149,38 @@ def test_with_the_camera_off_nothing_of_the_face_is_sent_and_the_other_end_knows
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("seed", range(6))
+def test_who_has_hung_up_is_not_called_again_though_the_first_byes_were_lost(seed: int) -> None:
+    link, a, b = connected()
+    leaver, other = ((a, b), (b, a))[seed % 2]
+    generator, byes = random.Random(seed), leaver.close(link.now)
+    assert len(byes) == 2 and leaver.is_leaving(link.now)
+    link.delays = lambda _: [0.04] if generator.random() > 0.1 else []
+    link.tick = send_frames(other)
+    while leaver.is_leaving(link.now):
+        link.run(0.05)
+    assert [event.reason for event in link.events_of(other) if isinstance(event, SessionEnded)] == [LossReason.HUNG_UP]
+    link.run(6)
+    assert not other.streams and not leaver.streams
+    assert sum(isinstance(event, Connected) for event in link.events_of(leaver)) == 1
+
+
+@pytest.mark.slow
+def test_who_left_unheard_answers_a_peer_that_goes_on_with_a_bye() -> None:
+    link, a, b = connected()
+    link.delays = lambda _: []
+    a.close(link.now)
+    link.tick = send_frames(b)
+    link.run(1.5)
+    assert not a.is_leaving(link.now) and b.streams
+    link.delays = lambda _: [0.04]
+    link.run(0.5)
+    assert isinstance(ended := link.events_of(b)[-1], SessionEnded) and ended.reason is LossReason.HUNG_UP
+    link.run(6)
+    assert not a.streams and not b.streams
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_a_camera_that_is_switched_under_heavy_loss_is_known_soon(seed: int) -> None:
     link, a, b = connected(voice=True)

@@ -66,6 +66,12 @@ def test_nothing_is_drawn_before_the_window_is_shown() -> None:
     assert stage.composer.log == [("draw", 1.1), ("present", 1.1)]
 
 
+def test_a_window_is_hidden_at_the_end() -> None:
+    window = SimpleNamespace(visible=True)
+    CallDisplay(window, FakeComposer(), LoopOptions(30.0)).hide()  # type: ignore[arg-type]
+    assert not window.visible
+
+
 def test_a_text_is_shown_and_printed() -> None:
     stage = Stage()
     stage.display.report("a call from Ann", 0.0)

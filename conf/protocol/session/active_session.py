@@ -1,4 +1,4 @@
-"""An established session on either side: both directions of the seal, and where the peer is."""
+"""A session on either side, established or just ended: both directions of the seal, and where the peer is."""
 
 from dataclasses import dataclass
 
@@ -8,6 +8,9 @@ from conf.protocol.session.handshake import RandomBytes
 from conf.protocol.session.packet import DataPacket
 from conf.protocol.session.paths.selection import PathSelection
 from conf.protocol.session.seal import EPOCH_LENGTH, CounterExhausted, OpeningKey, SealingKey
+
+LEAVING_S = 1.0  # for which a farewell is repeated that nobody answers
+FAREWELL_INTERVAL_S = 0.15
 
 
 @dataclass(frozen=True)
@@ -87,3 +90,49 @@ class ActiveSession:
             return []
         self._reported = self.address
         return [AddressChanged(self.number, self.address)]
+
+
+class ClosedSession:
+    """A session that has ended at this end, whose last datagrams may still arrive.
+
+    Strategy. Whoever leaves repeats its farewell until the peer answers with its own, at most for LEAVING_S. A peer
+    that sends anything else later did not hear it, and gets it once more: else it would take the silence for an outage
+    and call again. Whoever is left answers each farewell, and nothing else, so that answers never answer answers.
+    """
+
+    def __init__(self, session: ActiveSession, *, farewell: bytes = b"", is_left: bool = False) -> None:
+        """farewell : body that tells the peer of the end, empty for none; is_left : the peer has ended the session"""
+        self.number = session.number
+        self.last_received = session.last_received
+        self._session = session
+        self._farewell = farewell
+        self._is_left = is_left
+        self._is_known = is_left or not farewell  # the end, to the peer
+        self._is_due = is_left and bool(farewell)
+        self._closed_at: float | None = None
+        self._sent_at = float("-inf")
+
+    def receive(self, packet: DataPacket) -> None:
+        """Open a datagram. Raises DatagramError if it was received before or is not authentic."""
+        _, body = self._session.opening_key.open(packet)
+        if body == self._farewell and not self._is_left:
+            self._is_known = True
+        elif self._farewell and (body == self._farewell or not self._is_known):
+            self._is_due = True
+
+    def is_leaving(self, now: float) -> bool:
+        """Return whether the farewell is being repeated."""
+        return not self._is_known and (self._closed_at is None or now < self._closed_at + LEAVING_S)
+
+    def datagrams_to_send(self, now: float) -> list[tuple[bytes, Address]]:
+        """Return the farewell if it is due. That the owner sends one itself when it leaves is assumed."""
+        if self._closed_at is None:
+            self._closed_at = now
+            self._sent_at = self._sent_at if self._is_left else now
+        if not (self._is_due or self.is_leaving(now)) or now < self._sent_at + FAREWELL_INTERVAL_S:
+            return []
+        self._is_due, self._sent_at = False, now
+        try:
+            return [(self._session.sealing_key.seal(self._farewell), self._session.address)]
+        except CounterExhausted:
+            return []

@@ -110,12 +110,19 @@ class CallSession:
         if active := self._active:
             active.sealing_key.acknowledge(counter)
 
-    def close(self, reason: LossReason = LossReason.CLOSED) -> None:
-        """End the session, and call no more. An end that waits to be called continues to wait."""
+    def close(self, reason: LossReason = LossReason.CLOSED, *, farewell: bytes = b"") -> None:
+        """End the session, and call no more. An end that waits to be called continues to wait.
+
+        farewell : as of ClosedSession
+        """
         for number in list(self._server.sessions):
-            self._server.close(number, reason)
+            self._server.close(number, reason, farewell=farewell)
         if self._caller:
-            self._caller.close(reason)
+            self._caller.close(reason, farewell=farewell)
+
+    def is_leaving(self, now: float) -> bool:
+        """Return whether the farewell of a closed session is being repeated."""
+        return self._server.is_leaving(now) or (self._caller is not None and self._caller.is_leaving(now))
 
     def next_event(self) -> Event | None:
         """Return the oldest event not returned yet."""

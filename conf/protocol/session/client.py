@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from conf.protocol.address import Address
 from conf.protocol.session import events
-from conf.protocol.session.active_session import ActiveSession, SealedDatagram
+from conf.protocol.session.active_session import ActiveSession, ClosedSession, SealedDatagram
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.events import Event, LossReason
 from conf.protocol.session.handshake import RandomBytes, Refusal
@@ -46,7 +46,7 @@ class SenderSession:
         self._random = random
         self._epoch_length = epoch_length
         self._active: ActiveSession | None = None
-        self._closed: ActiveSession | None = None  # whose last datagrams may still arrive
+        self._closed: ClosedSession | None = None
         self._initiator: Initiator | None = Initiator(code, random, now)
         self._trying_since = now
         self._no_answer_reported = False
@@ -104,11 +104,17 @@ class SenderSession:
         if self._active:
             self._end(reason)
 
-    def close(self, reason: LossReason = LossReason.CLOSED) -> None:
-        """End the session and try no more."""
+    def close(self, reason: LossReason = LossReason.CLOSED, *, farewell: bytes = b"") -> None:
+        """End the session and try no more. farewell : as of ClosedSession"""
         self.stopped = True
-        self._closed = self._active
+        if self._active:
+            is_left = reason is LossReason.HUNG_UP
+            self._closed = ClosedSession(self._active, farewell=farewell, is_left=is_left)
         self.withdraw(reason)
+
+    def is_leaving(self, now: float) -> bool:
+        """Return whether the farewell of the closed session is being repeated."""
+        return self._closed is not None and self._closed.is_leaving(now)
 
     def has_session(self, number: int) -> bool:
         """Return whether the session has this number, or had it before it was closed."""
@@ -129,7 +135,8 @@ class SenderSession:
         datagram = self._initiator.datagram(now) if self._initiator else None
         addresses = dict.fromkeys((self._remote, self._moved_to)) if datagram else {}
         handshake = [(datagram, address) for address in addresses if datagram and address]
-        return handshake + self._path_datagrams(now)
+        farewells = self._closed.datagrams_to_send(now) if self._closed else []
+        return handshake + farewells + self._path_datagrams(now)
 
     def set_candidates(self, addresses: Sequence[Address]) -> None:
         """Announce the addresses at which this end may be reached directly, in sessions over a relay."""
@@ -164,7 +171,7 @@ class SenderSession:
     def _receive_data(self, packet: DataPacket, address: Address, now: float) -> None:
         active = self._active
         if active is None and self._closed and self.has_session(packet.session):
-            self._closed.opening_key.open(packet)
+            self._closed.receive(packet)
             return
         if active is None or packet.session != self.session:
             raise DatagramError(DropReason.UNKNOWN_SESSION)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from conf.protocol.address import Address
 from conf.protocol.rate_control.rate_limit import TokenBucket
 from conf.protocol.session import events
-from conf.protocol.session.active_session import ActiveSession, SealedDatagram
+from conf.protocol.session.active_session import ActiveSession, ClosedSession, SealedDatagram
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.events import Event, LossReason
 from conf.protocol.session.handshake import RandomBytes, Refusal
@@ -24,7 +24,7 @@ from conf.protocol.session.seal import EPOCH_LENGTH, CounterExhausted
 MAX_SESSIONS = 9
 IDLE_S = 30.0
 UNKNOWN_REPLIES_PER_SECOND = 10.0
-LINGER_S = 2.0  # after a session was closed its datagrams are dropped without being counted: a bye comes twice
+LINGER_S = 10.0  # for which the datagrams of a closed session are known; a peer in the dark calls again after 4 s
 
 
 class SessionServer:
@@ -63,7 +63,7 @@ class SessionServer:
         self._events: deque[Event] = deque()
         self._pending: list[tuple[bytes, Address]] = []
         self._candidates: tuple[Address, ...] = ()
-        self._closed: dict[int, ActiveSession] = {}  # for LINGER_S, in which their last datagrams may arrive
+        self._closed: dict[int, ClosedSession] = {}  # for LINGER_S
 
     def receive_datagram(self, data: bytes, address: Address, now: float) -> None:
         """Process a datagram, whatever its bytes: at worst it is counted in `dropped`."""
@@ -96,19 +96,26 @@ class SessionServer:
         if session in self.sessions:
             self.sessions[session].sealing_key.acknowledge(counter)
 
-    def close(self, session: int, reason: LossReason = LossReason.CLOSED) -> None:
-        """End a session if it has not ended yet."""
+    def close(self, session: int, reason: LossReason = LossReason.CLOSED, *, farewell: bytes = b"") -> None:
+        """End a session if it has not ended yet. farewell : as of ClosedSession"""
         if session in self.sessions:
-            self._closed[session] = self.sessions[session]
+            is_left = reason is LossReason.HUNG_UP
+            self._closed[session] = ClosedSession(self.sessions[session], farewell=farewell, is_left=is_left)
             self._drop(session, reason)
+
+    def is_leaving(self, now: float) -> bool:
+        """Return whether the farewell of a closed session is being repeated."""
+        return any(closed.is_leaving(now) for closed in self._closed.values())
 
     def datagrams_to_send(self, now: float) -> list[tuple[bytes, Address]]:
         """Return the datagrams of handshakes and of path validation, and end sessions that are silent for too long."""
         self._responder.expire(now)
-        self._closed = {s: peer for s, peer in self._closed.items() if now < peer.last_received + LINGER_S}
+        self._closed = {s: closed for s, closed in self._closed.items() if now < closed.last_received + LINGER_S}
         for session in [s for s, peer in self.sessions.items() if peer.last_received + IDLE_S <= now]:
             self._drop(session, LossReason.IDLE)
         pending, self._pending = self._pending, []
+        for closed in self._closed.values():
+            pending += closed.datagrams_to_send(now)
         for peer in self.sessions.values():
             datagrams, changes = peer.datagrams_to_send(now)
             pending += datagrams
@@ -128,7 +135,7 @@ class SessionServer:
     def _receive_data(self, packet: DataPacket, address: Address, now: float) -> None:
         peer = self.sessions.get(packet.session)
         if peer is None and (closed := self._closed.get(packet.session)):
-            closed.opening_key.open(packet)
+            closed.receive(packet)
             return
         if peer is None:
             if self._unknown_replies.consume(1, now):

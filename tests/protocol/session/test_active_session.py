@@ -3,7 +3,7 @@
 import pytest
 
 from conf.protocol.address import Address
-from conf.protocol.session.active_session import ActiveSession
+from conf.protocol.session.active_session import FAREWELL_INTERVAL_S, LEAVING_S, ActiveSession, ClosedSession
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
 from conf.protocol.session.events import AddressChanged, BodyReceived
 from conf.protocol.session.packet import DataPacket, parse_datagram
@@ -133,3 +133,48 @@ def test_after_the_last_counter_no_probe_is_sent() -> None:
         a.seal(b"body")
     receive(a, b.seal(b"body").datagram, NEW_B)
     assert a.datagrams_to_send(5.0)[0] == []
+
+
+def opened(closed: ClosedSession, datagrams: list[tuple[bytes, Address]]) -> None:
+    for datagram, _ in datagrams:
+        packet = parse_datagram(datagram)
+        assert isinstance(packet, DataPacket)
+        closed.receive(packet)
+
+
+def test_a_farewell_is_repeated_until_it_is_answered() -> None:
+    a, b = pair()
+    leaving, left = ClosedSession(a, farewell=b"bye"), ClosedSession(b, farewell=b"bye", is_left=True)
+    assert leaving.is_leaving(5.0) and leaving.datagrams_to_send(5.0) == [], "the owner has sent one"
+    assert [address for _, address in leaving.datagrams_to_send(5.0 + FAREWELL_INTERVAL_S)] == [B]
+    answer = left.datagrams_to_send(5.2)
+    assert [address for _, address in answer] == [A] and left.datagrams_to_send(9.0) == []
+    opened(leaving, answer)
+    assert not leaving.is_leaving(5.3) and leaving.datagrams_to_send(6.0) == []
+
+
+def test_every_farewell_is_answered_and_no_answer_is() -> None:
+    a, b = pair()
+    leaving, left = ClosedSession(a, farewell=b"bye"), ClosedSession(b, farewell=b"bye", is_left=True)
+    leaving.datagrams_to_send(5.0)
+    left.datagrams_to_send(5.0)  # lost
+    opened(left, leaving.datagrams_to_send(5.0 + FAREWELL_INTERVAL_S))
+    opened(leaving, left.datagrams_to_send(5.0 + FAREWELL_INTERVAL_S))
+    assert leaving.datagrams_to_send(5.5) == left.datagrams_to_send(5.5) == []
+
+
+def test_who_leaves_gives_up_but_answers_a_peer_that_goes_on() -> None:
+    a, b = pair()
+    leaving = ClosedSession(a, farewell=b"bye")
+    times = [5.0 + i * 0.05 for i in range(60)]
+    sent = [at for at in times if leaving.datagrams_to_send(at)]
+    assert len(sent) in (5, 6) and sent[-1] < 5.0 + LEAVING_S and not leaving.is_leaving(5.0 + LEAVING_S)
+    opened(leaving, [(b.seal(b"motion").datagram, A)])
+    assert len(leaving.datagrams_to_send(8.0)) == 1 and leaving.datagrams_to_send(8.5) == []
+
+
+def test_without_a_farewell_a_closed_session_is_silent() -> None:
+    a, b = pair()
+    closed = ClosedSession(a)
+    opened(closed, [(b.seal(b"motion").datagram, A)])
+    assert not closed.is_leaving(5.0) and closed.datagrams_to_send(6.0) == []
