@@ -3,12 +3,17 @@
 Strategy. A link that has gone means that the relay has restarted or the network has changed: the other link may be as
 dead, which a lengthened lease would show after half a minute only, so a new session is opened at once. Without UDP all
 goes over TCP, with longer delays: UDP is tried again from time to time.
+A NAT or firewall that stops UDP in the middle closes no link. It shows in that nothing is answered any more; then a new
+session, which may have TCP alone, finds out.
 """
 
 from collections.abc import Set
 
 RETRY_S = (0.1, 0.2, 0.4, 0.8)  # after failures; the last goes on
 UDP_RETRY_S = (5.0, 15.0, 45.0, 120.0)  # with TCP alone
+SILENT_S = 1.5
+SILENT_DATAGRAMS = 4  # sent without an answer: a call sends two reports a second at least
+SILENCE_RETRY_S = (5.0, 10.0, 20.0, 40.0, 60.0)  # the other end may just not be there
 
 
 class LinkPolicy:
@@ -42,3 +47,33 @@ class LinkPolicy:
         """Note that no session could be opened."""
         self._failures += 1
         self._due = now + RETRY_S[min(self._failures, len(RETRY_S)) - 1]
+
+
+class SilenceDetector:
+    """Notice that nothing comes back. `on_received` may be called in another thread."""
+
+    def __init__(self) -> None:
+        self._unanswered = self._tries = 0
+        self._since = 0.0
+        self._due = float("-inf")
+
+    def on_sent(self, now: float) -> None:
+        """Note a datagram sent."""
+        if not self._unanswered:
+            self._since = now
+        self._unanswered += 1
+
+    def on_received(self) -> None:
+        """Note a datagram received."""
+        self._unanswered = self._tries = 0
+
+    def is_silent(self, now: float) -> bool:
+        """Return whether a new session should find out what is wrong."""
+        return self._unanswered >= SILENT_DATAGRAMS and now >= max(self._since + SILENT_S, self._due)
+
+    def on_opened(self, now: float) -> None:
+        """Note a new session, whatever the reason."""
+        if self.is_silent(now):
+            self._due = now + SILENCE_RETRY_S[min(self._tries, len(SILENCE_RETRY_S) - 1)]
+            self._tries += 1
+        self._unanswered = 0

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from conf.transport.link_policy import LinkPolicy
+from conf.transport.link_policy import LinkPolicy, SilenceDetector
 
 if TYPE_CHECKING:
     import zenoh
@@ -31,10 +31,11 @@ class RelayLink:
         fault_text: str,
         *,
         is_supervised: bool = True,
+        silence: SilenceDetector | None = None,
     ) -> None:
         """open_session : may raise zenoh.ZError; on_open : called in the thread for each session, before it is used
 
-        is_supervised : whether links that have gone cause a new session
+        is_supervised : whether links that have gone cause a new session; silence : so does what it detects
         """
         self.fault = ""
         self.kinds: frozenset[str] = frozenset()
@@ -42,6 +43,7 @@ class RelayLink:
         self._on_open = on_open
         self._fault_text = fault_text
         self._is_supervised = is_supervised
+        self._silence = silence or SilenceDetector()
         self._session: zenoh.Session | None = None
         self._policy = LinkPolicy()
         self._tasks: queue.Queue[Callable[[zenoh.Session], None] | None] = queue.Queue(MAX_TASKS)
@@ -84,35 +86,48 @@ class RelayLink:
         from zenoh import ZError
 
         self.kinds = _kinds(self._session)
-        is_due = self._policy.is_due(self.kinds, time.monotonic()) if self._is_supervised else self._session is None
-        if not is_due:
+        if not self._is_due(time.monotonic()):
             return
+        session = None
         try:
             session = self._open_session()
-        except ZError:
+            if not self._stopped.is_set():
+                self._on_open(session)
+        except ZError:  # not opened, or closed again at once
+            _close(session)
             if not self._policy.is_whole(self.kinds):  # what is left of the session is as dead
                 self._replace(None)
                 self.kinds, self.fault = frozenset(), self._fault_text
             self._policy.on_failed(time.monotonic())
             return
-        if self._stopped.is_set():
-            session.close()
-            return
-        self._on_open(session)
         self._replace(session)
         self.fault, self.kinds = "", _kinds(session)
         self._policy.on_opened(self.kinds, time.monotonic())
+        self._silence.on_opened(time.monotonic())
+
+    def _is_due(self, now: float) -> bool:
+        """Return whether to open a session now."""
+        if self._session and self._silence.is_silent(now):
+            return True
+        return self._policy.is_due(self.kinds, now) if self._is_supervised else self._session is None
 
     def _replace(self, session: "zenoh.Session | None") -> None:
-        from zenoh import ZError
-
         old, self._session = self._session, session
-        if old:
-            with suppress(ZError):
-                old.close()
+        _close(old)
 
 
 def _kinds(session: "zenoh.Session | None") -> frozenset[str]:
-    if session is None:
+    from zenoh import ZError
+
+    try:
+        return frozenset(link.dst.partition("/")[0] for link in session.info.links()) if session else frozenset()
+    except ZError:
         return frozenset()
-    return frozenset(link.dst.partition("/")[0] for link in session.info.links())
+
+
+def _close(session: "zenoh.Session | None") -> None:
+    from zenoh import ZError
+
+    if session:
+        with suppress(ZError):
+            session.close()

@@ -19,6 +19,7 @@ from conf.errors import NetworkError
 from conf.protocol.address import Address, RelayAddress
 from conf.protocol.rate_control.rate_limit import TokenBucket
 from conf.transport.interface import ReceivedDatagram
+from conf.transport.link_policy import SilenceDetector
 from conf.transport.relay_link import RelayLink
 from conf.transport.relay_settings import (
     KEY_PREFIX,
@@ -76,8 +77,13 @@ class RelayTransport:
         self._received: deque[tuple[bytes, Address, float]] = deque()
         self._wake_up = WakeUp()
         self._route: _Route | None = None
+        self._silence = SilenceDetector()
         self._link = RelayLink(
-            open_session or (lambda: _open(settings)), self._on_open, _fault_text(relay), is_supervised=bool(relay)
+            open_session or (lambda: _open(settings)),
+            self._on_open,
+            _fault_text(relay),
+            is_supervised=bool(relay),
+            silence=self._silence,
         )
         self._link.start()
 
@@ -157,6 +163,8 @@ class RelayTransport:
             is_ours = isinstance(address, RelayAddress) and address.nameplate == self._nameplate
             if route is None or not is_ours or not route.send(data, str(address[1]), self._clock()):
                 self.unsent += 1
+            else:
+                self._silence.on_sent(self._clock())
         if datagrams and self._link.fault:
             raise NetworkError(self._link.fault)
 
@@ -187,6 +195,7 @@ class RelayTransport:
         if not is_valid or len(self._received) >= MAX_QUEUED:
             self.dropped += 1
             return
+        self._silence.on_received()
         self._received.append((sample.payload.to_bytes(), RelayAddress(self._nameplate, name), self._clock()))
         self._wake_up.set()
 

@@ -3,7 +3,7 @@ from itertools import pairwise
 
 import pytest
 
-from conf.transport.link_policy import LinkPolicy
+from conf.transport.link_policy import SILENT_DATAGRAMS, LinkPolicy, SilenceDetector
 
 BOTH, TCP, UDP, NONE = frozenset({"udp", "tcp"}), frozenset({"tcp"}), frozenset({"udp"}), frozenset[str]()
 
@@ -54,3 +54,33 @@ def test_udp_is_tried_again_ever_more_rarely() -> None:
 
 def test_tcp_alone_that_breaks_is_replaced_at_once() -> None:
     assert opened(TCP).is_due(NONE, 0.2)
+
+
+def test_datagrams_without_an_answer_are_noticed_after_a_second_and_a_half() -> None:
+    silence = SilenceDetector()
+    for step in range(20):
+        silence.on_sent(step * 0.1)
+        assert not silence.is_silent(step * 0.1) or step * 0.1 >= 1.5
+    assert silence.is_silent(2.0)
+    silence.on_received()
+    assert not silence.is_silent(2.0)
+
+
+def test_few_datagrams_are_no_silence() -> None:
+    silence = SilenceDetector()
+    for step in range(SILENT_DATAGRAMS - 1):
+        silence.on_sent(float(step))
+    assert not silence.is_silent(100.0)
+
+
+def test_the_other_end_that_is_not_there_causes_ever_fewer_sessions() -> None:
+    silence = SilenceDetector()
+    times: list[float] = []
+    for step in range(3000):
+        now = step * 0.1
+        silence.on_sent(now)
+        if silence.is_silent(now):
+            times.append(now)
+            silence.on_opened(now)
+    waits = [round(b - a) for a, b in pairwise(times)]
+    assert times[0] == 1.5 and waits[:5] == [5, 10, 20, 40, 60] and set(waits[5:]) == {60}

@@ -86,3 +86,19 @@ def _wait(event: threading.Event) -> None:
 
 def test_a_link_that_was_never_started_can_be_closed() -> None:
     Stage().link.close()
+
+
+@pytest.mark.slow
+def test_a_session_that_breaks_while_it_is_prepared_is_closed_and_opened_again() -> None:
+    stage, used = Stage("tcp udp", "tcp udp"), list[object]()
+
+    def prepare(session: object) -> None:
+        used.append(session)
+        if len(used) == 1:
+            raise zenoh.ZError("session closed")
+
+    stage.link._on_open = prepare
+    stage.link.start()
+    wait_until(lambda: stage.link.kinds)
+    assert used == stage.sessions and [session.is_closed for session in stage.sessions] == [True, False]
+    stage.link.close()
