@@ -37,6 +37,7 @@ _BUFFER_S = 2.0  # capacity of the ring buffers
 _MICROPHONE_PERIODS = 20  # in the device's own buffer: what a late callback may leave there
 _SPEAKER_PERIODS = 2
 _DEAD_AFTER_S = 2.0  # without a callback a device is gone
+_CHECK_S = 0.25  # that count between two checks: in a longer time the whole program was stopped, not its device
 _ALSA_NULL = "Discard all samples"  # how ALSA names a device on machines that have none
 _GAP_S = 0.001
 
@@ -66,6 +67,8 @@ class _Device:
         self.name = name
         self._clock = clock
         self._opened = self._called = clock()  # times of opening and of the last callback
+        self._checked = self._opened
+        self._silent_s = 0.0
         self._device: Any = None
 
     def close(self) -> None:
@@ -89,7 +92,10 @@ class _Device:
             time.sleep(0.01)
 
     def _check_alive(self, complaint: str) -> None:
-        if self._clock() - self._called > _DEAD_AFTER_S:
+        now = self._clock()
+        passed, self._checked = now - max(self._checked, self._called), now
+        self._silent_s = min(self._silent_s + min(passed, _CHECK_S), now - self._called)
+        if self._silent_s > _DEAD_AFTER_S:
             raise AudioError(f"{self.name} {complaint} any more: plug it in again, or name another device.")
 
 
