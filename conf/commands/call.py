@@ -28,6 +28,7 @@ from conf.commands.support.capture import (
     stream_parameters,
 )
 from conf.commands.support.display import DisplayOptions, check_before_call, open_display
+from conf.commands.support.garbage import frozen_memory
 from conf.commands.support.interruption import until_interrupted
 from conf.commands.support.sound import PlayedSound, add_no_sound, add_sound_output
 from conf.errors import ConfError
@@ -264,7 +265,7 @@ def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, dra
     loop = CallLoop(end.endpoint, end.socket, local, display=display, sound=drawing.sound)
     try:
         later.start()
-        with thread, until_interrupted() as should_continue:
+        with thread, frozen_memory(), until_interrupted() as should_continue:
             if options.remote is None:
                 later.join()
                 options.on_ready(f"listening on {address}, code {options.code}")

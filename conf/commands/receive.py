@@ -13,6 +13,7 @@ from conf.commands import Terminal
 from conf.commands.support.arguments import add_face, add_headless, add_json, add_listen, add_seconds, pairing_code
 from conf.commands.support.call_table import call_table
 from conf.commands.support.display import DisplayOptions, check_before_call, open_display
+from conf.commands.support.garbage import frozen_memory
 from conf.commands.support.interruption import until_interrupted
 from conf.commands.support.sound import add_no_sound, add_sound_output
 
@@ -99,7 +100,7 @@ def receive(
 def _run(loop: ReceiverLoop, options: ReceiveOptions, should_continue: Callable[[], bool]) -> CallReport:
     """Run the loop until the time is over, should_continue is False or the user interrupts."""
     try:
-        with until_interrupted() as is_uninterrupted:
+        with frozen_memory(), until_interrupted() as is_uninterrupted:
             return loop.run(seconds=options.seconds, should_continue=lambda: is_uninterrupted() and should_continue())
     finally:
         for text in loop.reports:

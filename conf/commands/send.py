@@ -22,6 +22,7 @@ from conf.commands.support.capture import (
     read_code,
     stream_parameters,
 )
+from conf.commands.support.garbage import frozen_memory
 from conf.commands.support.interruption import until_interrupted
 from conf.commands.support.sound import MuteSwitch, add_no_sound
 from conf.commands.support.terminal_keys import terminal_keys
@@ -123,7 +124,7 @@ def send(
         connection = SenderConnection(session, stream_parameters(source), now, rate=rate, portrait=object_sender)
         loop = SenderLoop(source, connection, socket, voice=voice)
         mute.voice = voice
-        with until_interrupted() as is_uninterrupted, terminal_keys() as read_keys:
+        with frozen_memory(), until_interrupted() as is_uninterrupted, terminal_keys() as read_keys:
             if read_keys and voice:
                 on_note(MUTE_HINT)
 

@@ -27,6 +27,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from conf.commands.send import SendOptions
 from conf.commands.send import send as send_face
 from conf.commands.support.display import HEADLESS_SIZE, WINDOW_FPS
+from conf.commands.support.garbage import frozen_memory
 from conf.errors import NetworkError
 from conf.face.loading import load_face
 from conf.protocol.address import Address
@@ -168,7 +169,8 @@ def receive(
     with UdpSocket.bind(*address) as link, window, sound.output if sound else nullcontext() as output:
         log(listening="{}:{}".format(*link.address))
         loop = WatchedReceiverLoop(window, load_face(None), callers, link, LoopOptions(fps, sound=output))
-        final = loop.run(seconds=seconds)
+        with frozen_memory():
+            final = loop.run(seconds=seconds)
         log(at=time.monotonic(), memory_kb=memory_kb(), **asdict(final), pictures=window.pictures)
 
 

@@ -27,6 +27,8 @@ CORRECTION_S = 0.4  # a difference is made good in about so long
 MAX_STRETCHED_S = 0.25  # a larger difference is jumped
 MAX_MISFIT_S = 0.005  # between the end of a frame and the start of the next; the rounding of sample counts
 CONCEALMENT_WINDOW_S = 1.0
+BLOCK_S = 0.01  # what is rendered at a time
+MAX_LOOKAHEAD_S = 0.025  # the margin of the playout clock has room for the rest
 MAX_NEW_FRAMES = 64  # decoded in one step: bounds the time whatever a peer sends
 
 
@@ -44,8 +46,6 @@ class ParticipantVoice:
     level_dbfs : of the newest sound; concealed_s : duration concealed within the last CONCEALMENT_WINDOW_S
     unknown_codec : why the newest format cannot be decoded, empty if it can
     """
-
-    lookahead_s = 0.025  # by which the decoder may be ahead of what is heard: a block, and what stretching searches
 
     def __init__(
         self,
@@ -68,6 +68,11 @@ class ParticipantVoice:
         self._pending: deque[VoiceFrame] = deque()  # received, later than the cursor
         self._is_silent = True
         self._concealed: deque[tuple[float, float]] = deque()  # stream time, duration
+
+    @property
+    def lookahead_s(self) -> float:
+        """By how much the decoder may be ahead of what is heard: by a block and the codec's delay."""
+        return min(BLOCK_S + self._delay_s, MAX_LOOKAHEAD_S)
 
     @property
     def concealed_s(self) -> float:

@@ -61,7 +61,7 @@ class VoiceMixer:
         for session, stream in streams.items():
             if session not in self.participants:
                 self.participants[session] = ParticipantVoice(stream.voice, self._rng)
-            stream.clock.extra_delay_s = output_delay_s + ParticipantVoice.lookahead_s
+            stream.clock.extra_delay_s = output_delay_s + self.participants[session].lookahead_s
         sounds = {
             session: self.participants[session].render(stream.clock.playhead(heard_at), count)
             for session, stream in streams.items()

@@ -8,7 +8,6 @@ import pytest
 from conf.protocol.playout_clock import PlayoutClock
 from conf.protocol.voice.formats import VoiceFormat, VoiceFrame, VoiceState
 from conf.protocol.voice.inbound import InboundVoice
-from conf.receiver.voice.participant_voice import ParticipantVoice
 from conf.receiver.voice.voice_mixer import VoiceMixer
 
 CODEC2 = VoiceFormat("codec2", 3200, 20, 1, fixed_size=True)
@@ -60,7 +59,7 @@ def test_a_caller_without_voice_delays_nothing() -> None:
     mixer = make({1: quiet, 2: talking})
     mixer.render(0.0, 160, output_delay_s=0.1)
     assert quiet.clock.extra_delay_s == 0.0
-    assert talking.clock.extra_delay_s == pytest.approx(0.1 + ParticipantVoice.lookahead_s)
+    assert talking.clock.extra_delay_s == pytest.approx(0.1 + mixer.participants[2].lookahead_s)
 
 
 def test_volume_and_mute_change_what_is_heard() -> None:
