@@ -26,10 +26,10 @@ from conf.errors import AudioError
 NULL_DEVICE = "null"  # the name of a microphone of silence and a speaker that nobody hears, in real time
 DEVICE_RATE = 48000
 PERIOD_MS = 10  # of a microphone, from callback to callback; 20 delays a voice by 10 ms more
-SPEAKER_MS = 20  # the same of a speaker; what it takes until sound is heard
+SPEAKER_MS = 20  # the same of a speaker, which keeps two periods ready
 # With PulseAudio the library keeps but one period ready and asks for it by quarters: a callback that is later than
 # three of them leaves a gap that nobody counts.
-PULSE_SPEAKER_MS = 30
+PULSE_SPEAKER_MS, PULSE_REQUESTS = 30, 4
 SWITCH_INTERVAL_S = 0.001  # for which a callback waits for a thread that computes; Python's default are 5 ms
 MISSING = "miniaudio is missing, so there is no sound: type  pip install miniaudio."
 
@@ -40,6 +40,9 @@ _DEAD_AFTER_S = 2.0  # without a callback a device is gone
 _CHECK_S = 0.25  # that count between two checks: in a longer time the whole program was stopped, not its device
 _ALSA_NULL = "Discard all samples"  # how ALSA names a device on machines that have none
 _GAP_S = 0.001
+# Of ma_device_config.noFixedSizedCallback from ma_device_config.periods, bytes, in all versions 0.11 of miniaudio: a
+# field that its Python module does not have.
+_FLAG_OFFSET, _FLAG_VERSION = 11, "0.11."
 
 
 @dataclass(frozen=True)
@@ -127,7 +130,11 @@ class Microphone(_Device):
 
 
 class Speaker(_Device):
-    """An open speaker. It plays silence while nothing is written."""
+    """An open speaker. It plays silence while nothing is written.
+
+    request_s : duration of the sound that it takes at a time; device_latency_s : from a request until the last sample
+    of the sound that answers it is heard
+    """
 
     def __init__(self, name: str, device_id: object, clock: Callable[[], float]) -> None:
         """Use `open_speaker` instead."""
@@ -135,11 +142,12 @@ class Speaker(_Device):
         self._buffer = PlaybackBuffer(round(_BUFFER_S * DEVICE_RATE), rate=DEVICE_RATE)
         self._resampler = Resampler(SAMPLE_RATE, DEVICE_RATE)
         self._played = _ClockedBuffer()
-        self._period_ms = PULSE_SPEAKER_MS if name != NULL_DEVICE and _has_pulseaudio() else SPEAKER_MS
+        is_pulse = name != NULL_DEVICE and _has_pulseaudio()
+        ready_ms = PULSE_SPEAKER_MS if is_pulse else SPEAKER_MS
+        self.request_s = ready_ms / 1000 / (PULSE_REQUESTS if is_pulse else 1)
+        self.device_latency_s = self._resampler.delay_s + ready_ms / 1000 * (1 if is_pulse else _SPEAKER_PERIODS)
         options = {"output_format": _sample_format(), "callback_periods": _SPEAKER_PERIODS}
-        self._device = _start(
-            "PlaybackDevice", name, device_id, self._callback(), buffersize_msec=self._period_ms, **options
-        )
+        self._device = _start("PlaybackDevice", name, device_id, self._callback(), buffersize_msec=ready_ms, **options)
 
     @property
     def queued_s(self) -> float:
@@ -148,11 +156,8 @@ class Speaker(_Device):
 
     @property
     def latency_s(self) -> float:
-        """Return the time until a sample written now is heard, s.
-
-        The system's part is one period: with PulseAudio three quarters in its buffer and one in its sink.
-        """
-        return self.queued_s + self._resampler.delay_s + self._period_ms / 1000
+        """Return the time until a sample written now is heard, s."""
+        return self.queued_s + self.device_latency_s - min(self._clock() - self._called, self.request_s)
 
     @property
     def underruns(self) -> int:
@@ -290,13 +295,31 @@ def _start(kind: str, name: str, device_id: object, callback: Generator[Any, Any
     next(callback)
     sys.setswitchinterval(min(sys.getswitchinterval(), SWITCH_INTERVAL_S))
     try:
-        device = getattr(miniaudio, kind)(
+        device = _without_fixed_sizes(miniaudio, kind)(
             nchannels=1, sample_rate=DEVICE_RATE, device_id=device_id, app_name="conf", **options
         )
         device.start(callback)
     except miniaudio.MiniaudioError as error:
         raise AudioError(f"{name} cannot be opened ({error}): close what uses it, or name another device.") from error
     return device
+
+
+def _without_fixed_sizes(miniaudio: Any, kind: str) -> Any:
+    """Return a device's class whose callbacks get as much as the system asks for.
+
+    By default the library collects whole periods: sound waits for up to one more, and moves in steps of one.
+    """
+    base: Any = getattr(miniaudio, kind)
+    if not miniaudio.lib_version().startswith(_FLAG_VERSION):
+        return base
+
+    class Device(base):  # type: ignore[misc]
+        def _make_context(self, *arguments: Any) -> Any:
+            flag = miniaudio.ffi.offsetof("ma_device_config", "periods") + _FLAG_OFFSET
+            miniaudio.ffi.buffer(miniaudio.ffi.addressof(self._devconfig))[flag : flag + 1] = b"\1"
+            return super()._make_context(*arguments)
+
+    return Device
 
 
 def _import_miniaudio() -> Any:

@@ -68,7 +68,7 @@ def stub(monkeypatch: pytest.MonkeyPatch, **names: Any) -> None:
         def get_playbacks(self) -> list[dict[str, str]]:
             return [{"name": name, "id": name} for name in ("HDMI 1", "HDMI 2", "HDMI")]
 
-    library = {"Devices": Devices, "CaptureDevice": Opened, "PlaybackDevice": Opened}
+    library = {"Devices": Devices, "CaptureDevice": Opened, "PlaybackDevice": Opened, "lib_version": lambda: "0.12.0"}
     for name in ("SampleFormat", "Backend", "MiniaudioError"):
         library[name] = getattr(miniaudio, name)
     monkeypatch.setitem(sys.modules, "miniaudio", SimpleNamespace(**(library | names)))
@@ -238,6 +238,9 @@ def test_written_sound_is_played_after_the_latency_and_kept_for_echo_cancellatio
     speaker.write(tone(500, 0.2))
     assert speaker.queued_s == pytest.approx(0.2)
     assert speaker.latency_s == pytest.approx(0.2 + 0.001 + PULSE_SPEAKER_MS / 1000)
+    clock.now += 0.004  # time passes, and the device asks for nothing yet
+    assert speaker.latency_s == pytest.approx(0.2 + 0.001 + PULSE_SPEAKER_MS / 1000 - 0.004)
+    clock.now -= 0.004
     played = pull(speaker, 20, clock)
     assert speaker.queued_s == 0 and speaker.underruns == 0
     times = np.arange(len(played)) / DEVICE_RATE - 0.001
@@ -253,17 +256,22 @@ def test_written_sound_is_played_after_the_latency_and_kept_for_echo_cancellatio
 
 
 @pytest.mark.parametrize(
-    ("backend", "name", "period_ms"),
-    [("PulseAudio", "HDMI 2", PULSE_SPEAKER_MS), ("PulseAudio", NULL_DEVICE, SPEAKER_MS), ("ALSA", "HDMI", SPEAKER_MS)],
+    ("backend", "name", "period_ms", "request_ms", "latency_ms"),
+    [
+        ("PulseAudio", "HDMI 2", PULSE_SPEAKER_MS, PULSE_SPEAKER_MS / 4, PULSE_SPEAKER_MS),
+        ("PulseAudio", NULL_DEVICE, SPEAKER_MS, SPEAKER_MS, 2 * SPEAKER_MS),
+        ("ALSA", "HDMI", SPEAKER_MS, SPEAKER_MS, 2 * SPEAKER_MS),
+    ],
 )
 def test_pulseaudio_is_asked_for_more_as_it_keeps_one_period_only(
-    backend: str, name: str, period_ms: int, monkeypatch: pytest.MonkeyPatch
+    backend: str, name: str, period_ms: int, request_ms: float, latency_ms: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     stub(monkeypatch)
     monkeypatch.setattr(sys.modules["miniaudio"].Devices, "backend", backend)
     speaker = open_speaker(name, clock=Clock())
     assert speaker._device.options["buffersize_msec"] == period_ms
-    assert speaker.latency_s == pytest.approx(0.001 + period_ms / 1000)
+    assert speaker.request_s == pytest.approx(request_ms / 1000)
+    assert speaker.latency_s == speaker.device_latency_s == pytest.approx(0.001 + latency_ms / 1000)
     assert open_microphone("0", clock=Clock())._device.options["buffersize_msec"] == PERIOD_MS
 
 
@@ -318,3 +326,23 @@ def test_listing_prints_nothing(capfd: pytest.CaptureFixture[str]) -> None:
 def test_real_lists_never_raise() -> None:
     assert [device.number for device in list_microphones()] == list(range(len(list_microphones())))
     assert [device.number for device in list_speakers()] == list(range(len(list_speakers())))
+
+
+@pytest.mark.parametrize("kind", ["CaptureDevice", "PlaybackDevice"])
+def test_callbacks_get_what_the_system_asks_for(kind: str) -> None:
+    made: list[bytes] = []
+
+    class Base:
+        _devconfig = miniaudio.lib.ma_device_config_init(miniaudio.lib.ma_device_type_playback)
+
+        def _make_context(self, name: str) -> str:
+            made.append(bytes(miniaudio.ffi.buffer(miniaudio.ffi.addressof(self._devconfig))))
+            return name
+
+    before = bytes(miniaudio.ffi.buffer(miniaudio.ffi.addressof(Base._devconfig)))
+    library = SimpleNamespace(lib_version=miniaudio.lib_version, ffi=miniaudio.ffi, **{kind: Base})
+    assert devices._without_fixed_sizes(library, kind)()._make_context("x") == "x"
+    changed = [index for index, (old, new) in enumerate(zip(before, made[0], strict=True)) if old != new]
+    # the fourth of the flags behind ma_device_config.performanceProfile, the last before the callbacks
+    assert changed == [miniaudio.ffi.offsetof("ma_device_config", "dataCallback") // 8 * 8 - 5]
+    assert made[0][changed[0]] == 1

@@ -16,7 +16,7 @@ from conf.errors import AudioError
 from conf.receiver.voice.voice_mixer import VoiceMixer
 
 BLOCK = SAMPLE_RATE // 100  # samples rendered at a time: 10 ms
-TARGET_S = 0.02  # of sound ready for the device; more on a machine that keeps this thread waiting for longer
+RESERVE_S = 0.0125  # of sound beyond the device's next request; more on a machine that keeps this thread waiting
 MAX_TARGET_S = 0.24
 TARGET_GROWTH = 1.5  # each time that the device ran out of sound
 TARGET_DECAY = 0.999  # with each block of BLOCK samples: half of it is gone after 7 s
@@ -54,9 +54,14 @@ class SoundOutput(Protocol):
     """An open loudspeaker.
 
     queued_s : of what was written and has not gone to the device
+    request_s : of what the device takes at a time
+    device_latency_s : from a request until the last sample of the sound that answers it is heard
     latency_s : until a sample written now is heard
     check, write : raise AudioError if the device is gone
     """
+
+    request_s: float
+    device_latency_s: float
 
     @property
     def queued_s(self) -> float: ...
@@ -89,7 +94,7 @@ class LoudspeakerSound:
         self._output = output
         self._reopen = reopen
         self._clock = clock
-        self._target_s = TARGET_S
+        self._target_s = self._min_target_s
         self._has_played = False
         self._tapped: deque[AudioBlock] | None = None
         self._stopped = threading.Event()
@@ -127,16 +132,19 @@ class LoudspeakerSound:
         if self._has_played and not self._output.queued_s:
             self._target_s = min(self._target_s * TARGET_GROWTH, MAX_TARGET_S)
         while self._output.queued_s < self._target_s:
-            latency_s = self._output.latency_s
-            heard_at = self._clock() + latency_s
-            delay_s = latency_s - self._output.queued_s + self._target_s
+            heard_at = self._clock() + self._output.latency_s
+            delay_s = self._output.device_latency_s + self._target_s
             with self.lock:
                 samples = self.mixer.render(heard_at, BLOCK, output_delay_s=delay_s)
             if (tapped := self._tapped) is not None:
                 tapped.append(AudioBlock(heard_at, samples))
             self._output.write(self.mixer.audible(samples))
             self._has_played = True
-            self._target_s = max(self._target_s * TARGET_DECAY, TARGET_S)
+            self._target_s = max(self._target_s * TARGET_DECAY, self._min_target_s)
+
+    @property
+    def _min_target_s(self) -> float:
+        return self._output.request_s + RESERVE_S
 
     def _run(self) -> None:
         while not self._stopped.wait(RETRY_S if self.fault else POLL_S):

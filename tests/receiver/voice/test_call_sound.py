@@ -7,8 +7,10 @@ import pytest
 
 from conf.audio.samples import SAMPLE_RATE, AudioBlock, Samples
 from conf.errors import AudioError
-from conf.receiver.voice.call_sound import BLOCK, MAX_TARGET_S, TARGET_S, ClipSound, LoudspeakerSound
+from conf.receiver.voice.call_sound import BLOCK, MAX_TARGET_S, RESERVE_S, ClipSound, LoudspeakerSound
 from conf.receiver.voice.voice_mixer import VoiceMixer
+
+TARGET_S = RESERVE_S + 0.0075
 
 
 class CountingMixer(VoiceMixer):
@@ -27,6 +29,8 @@ class CountingMixer(VoiceMixer):
 
 class FakeOutput:
     """A loudspeaker with 50 ms behind its queue. gone : whether it was unplugged"""
+
+    request_s, device_latency_s = TARGET_S - RESERVE_S, 0.05
 
     def __init__(self) -> None:
         self.queue = np.zeros(0, np.int16)
