@@ -6,7 +6,6 @@ never calls them. It writes two wishes, the mode and the rate, and removes what 
 more, from a queue. Objects of the portrait cross through a `SharedObjectSender`.
 """
 
-import threading
 import time
 from collections import deque
 from collections.abc import Callable
@@ -15,6 +14,7 @@ from typing import Self
 
 from conf.errors import ConfError
 from conf.sender.face_capture import CapturedMotion, CaptureMode, FaceCapture
+from conf.stoppable_thread import StoppableThread
 
 MAX_WAITING = 8  # frames captured that the loop has not sent: half a second
 
@@ -31,8 +31,7 @@ class CaptureThread:
         self._clock = clock
         self._captured: deque[CapturedMotion] = deque(maxlen=MAX_WAITING)
         self._fault = ""
-        self._stopped = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="capture", daemon=True)
+        self._thread = StoppableThread(self._run, name="capture")
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -41,8 +40,7 @@ class CaptureThread:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._stopped.set()
-        self._thread.join()
+        self._thread.stop()
 
     @property
     def capture(self) -> FaceCapture:
@@ -93,7 +91,7 @@ class CaptureThread:
         return fault
 
     def _run(self) -> None:
-        while not self._stopped.is_set():
+        while not self._thread.is_stopped:
             try:
                 wait = self._capture.step(self._clock())
             except ConfError as error:  # the call goes on without a face
@@ -106,4 +104,4 @@ class CaptureThread:
                 self.ended = True
                 return
             if wait:
-                self._stopped.wait(wait)
+                self._thread.wait(wait)

@@ -1,12 +1,12 @@
 """Connect while the rest of the program is still loading."""
 
-import threading
 import time
 from collections.abc import Callable
 from types import TracebackType
 from typing import Self
 
 from conf.errors import NetworkError
+from conf.stoppable_thread import StoppableThread
 from conf.transport.exchange import DatagramExchange
 from conf.transport.interface import Transport
 
@@ -34,8 +34,7 @@ class EarlyExchange:
         self._exchange = exchange
         self._clock = clock
         self._error: NetworkError | None = None
-        self._stopped = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="connect", daemon=True)
+        self._thread = StoppableThread(self._run, name="connect")
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -45,14 +44,13 @@ class EarlyExchange:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Stop. Raises NetworkError if nothing could be sent or received."""
-        self._stopped.set()
-        self._thread.join()
+        self._thread.stop()
         if self._error is not None and error is None:
             raise self._error
 
     def _run(self) -> None:
         try:
-            while not self._stopped.is_set():
+            while not self._thread.is_stopped:
                 now = self._clock()
                 self._exchange.receive(now)
                 self._exchange.send(now)

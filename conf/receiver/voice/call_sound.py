@@ -14,6 +14,7 @@ from typing import Protocol, Self
 from conf.audio.samples import SAMPLE_RATE, AudioBlock, Samples
 from conf.errors import AudioError
 from conf.receiver.voice.voice_mixer import VoiceMixer
+from conf.stoppable_thread import StoppableThread
 
 BLOCK = SAMPLE_RATE // 100  # samples rendered at a time: 10 ms
 RESERVE_S = 0.0125  # of sound beyond the device's next request; more on a machine that keeps this thread waiting
@@ -97,8 +98,7 @@ class LoudspeakerSound:
         self._target_s = self._min_target_s
         self._has_played = False
         self._tapped: deque[AudioBlock] | None = None
-        self._stopped = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="voice", daemon=True)
+        self._thread = StoppableThread(self._run, name="voice")
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -107,8 +107,7 @@ class LoudspeakerSound:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._stopped.set()
-        self._thread.join()
+        self._thread.stop()
         self._output.close()
 
     def record(self, recording: bool, /) -> None:
@@ -147,7 +146,7 @@ class LoudspeakerSound:
         return self._output.request_s + RESERVE_S
 
     def _run(self) -> None:
-        while not self._stopped.wait(RETRY_S if self.fault else POLL_S):
+        while not self._thread.wait(RETRY_S if self.fault else POLL_S):
             try:
                 if self.fault and self._reopen:
                     output = self._reopen()
