@@ -1,5 +1,6 @@
 """Mix several talkers into one sound and name the loudest."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -49,7 +50,7 @@ class Mixer(Generic[Talker]):
         """Return a talker's level, dBFS: smoothed over some syllables."""
         new = level_dbfs(block)
         old = self._levels.get(talker, new)
-        weight = 1 - float(np.exp(-len(block) / SAMPLE_RATE / _SMOOTHING_S))
+        weight = 1 - math.exp(-len(block) / SAMPLE_RATE / _SMOOTHING_S)
         return old + (new - old) * weight
 
     def _choose_loudest(self) -> None:
@@ -64,4 +65,6 @@ def soft_limit(values: NDArray[np.float64], /) -> NDArray[np.float64]:
     """Bend what is beyond the knee so that no sum exceeds full scale; below the knee nothing changes."""
     room = FULL_SCALE - 1 - _KNEE
     excess = np.maximum(0.0, np.abs(values) - _KNEE)
+    if not excess.any():
+        return values
     return np.asarray(np.sign(values) * (np.minimum(np.abs(values), _KNEE) + room * np.tanh(excess / room)))

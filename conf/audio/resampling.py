@@ -34,6 +34,7 @@ class Resampler:
         self._filters = _design(self._up, half, _CUTOFF * lower)
         self.delay_s = half / source_rate
         self._tail = np.zeros(self._taps - 1)
+        self._windows = np.zeros((0, self._taps), np.intp)  # numbers of the values that make each new sample
         self._position = 0  # of the next output sample from the first new input sample, in 1/up input samples
 
     def process(self, samples: Samples, /) -> Samples:
@@ -45,9 +46,10 @@ class Resampler:
         positions = np.arange(self._position, end, self._down)
         self._position += len(positions) * self._down - end
         self._tail = values[len(values) - self._taps + 1 :]
-        if self._down == 1:  # each phase of each window: one product, without copies of windows and filters
-            windows = np.lib.stride_tricks.sliding_window_view(values, self._taps)[: len(samples)]
-            return to_int16((windows @ self._filters.T).ravel())
+        if self._down == 1:  # each phase of each window: one product
+            if len(self._windows) < len(samples):
+                self._windows = np.arange(len(samples))[:, None] + np.arange(self._taps)
+            return to_int16((values[self._windows[: len(samples)]] @ self._filters.T).ravel())
         starts, phases = positions // self._up, positions % self._up
         windows = np.lib.stride_tricks.sliding_window_view(values, self._taps)[starts]
         if self._up == 1:

@@ -1,5 +1,6 @@
 """The one format of sound inside the program: 16 kHz, mono, int16, in blocks that know when they were captured."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,7 +32,7 @@ class AudioBlock:
 
 def to_int16(values: NDArray[np.float64], /) -> Samples:
     """Return float samples in int16 units as int16, rounded and clipped."""
-    return np.asarray(np.clip(np.rint(values), -32768, 32767), dtype=np.int16)
+    return np.minimum(np.maximum(np.rint(values), -32768), 32767).astype(np.int16)
 
 
 def level_dbfs(samples: Samples, /) -> float:
@@ -40,7 +41,7 @@ def level_dbfs(samples: Samples, /) -> float:
         return SILENCE_DBFS
     values = samples.astype(np.float64)
     power = float(values @ values) / len(values) / FULL_SCALE**2
-    return max(SILENCE_DBFS, 10 * float(np.log10(max(power, 1e-12))))
+    return max(SILENCE_DBFS, 10 * math.log10(max(power, 1e-12)))
 
 
 def amplitude(dbfs: float, /) -> float:

@@ -5,7 +5,8 @@ governs it in the neutral face, as in MPEG-4: a wide smile of a small mouth is a
 Source: ISO/IEC 14496-2, Annex C, table of facial animation parameter units.
 """
 
-from dataclasses import astuple, dataclass
+import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +34,7 @@ class Fapu:
     irisd0: float
 
     def __post_init__(self) -> None:
-        if not all(np.isfinite(d) and d > 0 for d in astuple(self)):
+        if not all(math.isfinite(d) and d > 0 for d in self.distances):
             raise ValueError(f"every FAPU distance must be positive, got {self}")
 
     @classmethod
@@ -45,24 +46,29 @@ class Fapu:
             more for a tracker's landmarks
         Raises ValueError if a distance is not positive.
         """
-        at = {name: np.asarray(points[i], dtype=np.float64) for name, i in CONTROL_POINT_INDEX.items()}
-        eyes = (at["pupil_l"] + at["pupil_r"]) / 2
-        nose = (at["nose_bottom_edge_l"] + at["nose_bottom_edge_r"]) / 2
-        mouth = (at["outer_lip_corner_l"] + at["outer_lip_corner_r"]) / 2
-        gaps = [np.linalg.norm(at[f"eyelid_upper_{s}"] - at[f"eyelid_lower_{s}"]) for s in "lr"]
+        left, right = np.asarray(points, dtype=np.float64)[_MEASURED]  # (5, 3) each
+        eyes, nose, mouth, *_ = ((left + right) / 2).tolist()
+        (pupil_l, _, corner_l, *lids_l), (pupil_r, _, corner_r, *lids_r) = left.tolist(), right.tolist()
         return cls(
-            es0=float(np.linalg.norm(at["pupil_l"] - at["pupil_r"])),
-            ens0=float(np.linalg.norm(eyes - nose)),
-            mns0=float(np.linalg.norm(nose - mouth)),
-            mw0=float(np.linalg.norm(at["outer_lip_corner_l"] - at["outer_lip_corner_r"])),
-            irisd0=float(np.mean(gaps)) * (1 - closed_lid_gap),
+            es0=math.dist(pupil_l, pupil_r),
+            ens0=math.dist(eyes, nose),
+            mns0=math.dist(nose, mouth),
+            mw0=math.dist(corner_l, corner_r),
+            irisd0=(math.dist(*lids_l) + math.dist(*lids_r)) / 2 * (1 - closed_lid_gap),
         )
+
+    @property
+    def distances(self) -> tuple[float, float, float, float, float]:
+        """The five distances, in the order of their definition."""
+        return self.es0, self.ens0, self.mns0, self.mw0, self.irisd0
 
     def lengths(self) -> NDArray[np.float64]:
         """Return the (n, 3) length of one unit for each axis of each control point, in the face's length unit."""
-        return np.asarray(np.array(astuple(self))[_GOVERNING] / UNITS_PER_DISTANCE)
+        return np.asarray(np.array(self.distances)[_GOVERNING] / UNITS_PER_DISTANCE)
 
 
+_MEASURED_NAMES = ("pupil", "nose_bottom_edge", "outer_lip_corner", "eyelid_upper", "eyelid_lower")
+_MEASURED = [[CONTROL_POINT_INDEX[f"{name}_{side}"] for name in _MEASURED_NAMES] for side in "lr"]
 _FIELDS = ("es0", "ens0", "mns0", "mw0", "irisd0")
 
 # The distances that govern x, y and z of each feature point group; a name takes precedence over its group.

@@ -6,7 +6,6 @@ A source goes from frame to frame; motion is requested separately, so that only 
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import astuple
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -78,7 +77,7 @@ class TrackedMotionSource:
     @property
     def fapu_lengths(self) -> tuple[float, ...]:
         """The five FAPU distances of this person's neutral face, cm."""
-        return astuple(self._extractor.fapu)
+        return self._extractor.fapu.distances
 
     @property
     def calibrated(self) -> bool:
@@ -141,7 +140,7 @@ class RecordedMotionSource:
     def __init__(self, clip: MotionClip, *, loop: bool) -> None:
         """clip : N frames of 50 control points, in FAPU units"""
         self.fps = clip.fps
-        self.fapu_lengths = astuple(Fapu.measure(MEAN_FACE))
+        self.fapu_lengths = Fapu.measure(MEAN_FACE).distances
         self._clip = clip
         self._loop = loop
         self._frame_number = -1

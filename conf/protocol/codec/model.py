@@ -48,7 +48,7 @@ class CodecModel:
     def scale(self, row: int, index: int, features: tuple[int, ...]) -> int:
         """Return the expected distance of value `index` from its prediction, as an index on the scale grid."""
         scale: int = sum(map(mul, self.weights[row][index], features)) // WEIGHT_ONE
-        return max(0, min(self.tables.last + RAW_OCTAVES * SCALES_PER_OCTAVE, scale))
+        return 0 if scale < 0 else min(scale, self.tables.last + RAW_OCTAVES * SCALES_PER_OCTAVE)
 
 
 @cache

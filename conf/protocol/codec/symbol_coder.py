@@ -10,7 +10,7 @@ Source: Sullivan, Wiegand 1998 (rate-distortion optimised quantisation).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from itertools import accumulate
 from math import log2
 
@@ -37,7 +37,7 @@ class Tables:
         cumulative = [_accumulate(row) for row in frequencies]
         return cls(cumulative, [[PRECISION - log2(frequency) for frequency in row] for row in frequencies])
 
-    @property
+    @cached_property
     def last(self) -> int:
         """The largest scale with a table."""
         return len(self.cumulative) - 1

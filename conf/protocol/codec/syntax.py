@@ -78,24 +78,29 @@ class FrameCoder:
             _log(sum(motion[POSE_VALUES:])),
         )
         self._coded_motion = [0, 0]  # sums of the differences so far, of pose and of components
+        self._predictions = [max(-LIMIT, min(LIMIT, value)) for value in self._reference]
 
     def code(self, targets: Sequence[float]) -> None:
         """Code the next len(targets) values. Raises ProtocolError when a value read is out of range."""
         coder, model, values, coded_motion = self._coder, self._model, self.values, self._coded_motion
-        for target in targets:
-            index = len(values)
+        logs = [_log(distance) for distance in coded_motion]
+        for index, target in enumerate(targets, len(values)):
             size = values[LOG_SCALE] if values else 0
-            features = (LOG_ONE, size, *map(_log, coded_motion), self._motion_features[index], *self._frame_features)
+            features = (LOG_ONE, size, *logs, self._motion_features[index], *self._frame_features)
             scale = model.scale(self._row, index, features)
-            prediction = self._predict(index)
+            in_face_sizes = FACE_CENTRE.start <= index < FACE_CENTRE.stop
+            prediction = self._face_centre(index) if in_face_sizes else self._predictions[index]
             difference = coder.number(model.tables, scale, target - prediction)
-            coded_motion[index >= POSE_VALUES] += abs(difference)
+            if difference:
+                part = index >= POSE_VALUES
+                coded_motion[part] += abs(difference)
+                logs[part] = _log(coded_motion[part])
             values.append(_checked(prediction + difference))
 
-    def _predict(self, index: int) -> int:
+    def _face_centre(self, index: int) -> int:
+        """Return the prediction of a coordinate that is measured in face sizes: it shrinks when the face grows."""
         value = self._reference[index]
-        if FACE_CENTRE.start <= index < FACE_CENTRE.stop:  # measured in face sizes: it shrinks when the face grows
-            value -= value * (self.values[LOG_SCALE] - self._reference[LOG_SCALE]) * self._model.scale_coupling >> 16
+        value -= value * (self.values[LOG_SCALE] - self._reference[LOG_SCALE]) * self._model.scale_coupling >> 16
         return max(-LIMIT, min(LIMIT, value))
 
 

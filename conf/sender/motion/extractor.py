@@ -38,11 +38,12 @@ class MotionExtractor:
         self._pose_filter = OneEuroFilter(min_cutoff=_POSE_MIN_CUTOFF, beta=_POSE_BETA)
         self._points: NDArray[np.float64] | None = None
         self._set_neutral_next = False
+        self._fapu = self._measure_fapu()
 
     @property
     def fapu(self) -> Fapu:
         """The FAPU distances of this person's neutral face, cm."""
-        return Fapu.measure(self._neutral.points, closed_lid_gap=float(self._eyes.closed_gap_ratio.mean()))
+        return self._fapu
 
     @property
     def neutral_points(self) -> NDArray[np.float64]:
@@ -66,6 +67,7 @@ class MotionExtractor:
             self._set_neutral_next = True
         else:
             self._neutral.set(self._points)
+            self._fapu = self._measure_fapu()
 
     def update(self, tracked: TrackedFace, timestamp: float, /) -> MotionFrame:
         """Return the motion of a frame captured at `timestamp`, seconds."""
@@ -81,8 +83,12 @@ class MotionExtractor:
             self._eyes.update(raw_points, self._neutral.points, tracked.blendshapes)
         neutral = self._neutral.blended(timestamp)
         openness = self._eyes.openness(self._points, neutral)
+        self._fapu = self._measure_fapu()
         displacements = to_displacements(self._points, neutral, self.fapu, openness)
         return MotionFrame(timestamp, displacements.astype(np.float32), smooth_pose)
+
+    def _measure_fapu(self) -> Fapu:
+        return Fapu.measure(self._neutral.points, closed_lid_gap=float(self._eyes.closed_gap_ratio.mean()))
 
 
 def off_axis_angle(pose: HeadPose, /) -> float:
