@@ -13,10 +13,12 @@ import signal
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from conf.commands import Terminal
-from conf.commands.support.arguments import add_json, add_listen
+from conf.commands.support.arguments import add_json, add_listen, relay_address
 from conf.commands.support.child_process import start_conf
 from conf.commands.support.display import has_display
 from conf.errors import ConfError
@@ -59,16 +61,23 @@ class Check:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--camera", default="0", metavar="N", help="number or device of the camera (default 0)")
     add_listen(parser)
-    parser.add_argument("--check", choices=list(CHECKS), help="make only this check, in this process")
+    parser.add_argument(
+        "--relay", type=relay_address, metavar="HOST[:PORT]", help="also check the way to this relay, and the NAT"
+    )
+    parser.add_argument("--relay-password", type=Path, metavar="FILE", help="for the relay: a line user:password")
+    parser.add_argument("--check", choices=[*CHECKS, *RELAY_CHECKS], help="make only this check, in this process")
     add_json(parser)
 
 
 def run(options: argparse.Namespace, terminal: Terminal) -> None:
+    if options.check in RELAY_CHECKS and options.relay is None:
+        raise ConfError(f"--check {options.check} needs the name of a relay: give it with --relay HOST")
     if options.check:
-        findings = [run_check(CHECKS[options.check], options)]
+        findings = [run_check((CHECKS | RELAY_CHECKS)[options.check], options)]
     else:
+        keys = [*CHECKS, *(RELAY_CHECKS if options.relay else ())]
         with terminal.status_line() as show:
-            findings = [_run_in_child(key, options, show) for key in CHECKS]
+            findings = [_run_in_child(key, options, show) for key in keys]
     lines = [f"{'works' if finding.works else 'FAILS'}  {finding.name}: {finding.detail}" for finding in findings]
     terminal.print_list("findings", findings, "\n".join(lines))
 
@@ -84,11 +93,16 @@ def run_check(check: Check, options: argparse.Namespace) -> CheckResult:
 def _run_in_child(key: str, options: argparse.Namespace, show: Callable[[str], None]) -> CheckResult:
     from conf.protocol.address import format_address
 
-    show(f"checking: {CHECKS[key].name}")
+    check = (CHECKS | RELAY_CHECKS)[key]
+    show(f"checking: {check.name}")
     host, port = options.listen
     listen = format_address((host, port)) if host else str(port)
     arguments = ["doctor", "--check", key, f"--camera={options.camera}", "--listen", listen, "--json"]
-    return collect(CHECKS[key], lambda: start_conf(arguments))
+    if options.relay:
+        arguments += ["--relay", format_address(options.relay)]
+    if options.relay_password:
+        arguments.append(f"--relay-password={options.relay_password}")
+    return collect(check, lambda: start_conf(arguments))
 
 
 def collect(check: Check, start: Callable[[], subprocess.Popen[str]], /) -> CheckResult:
@@ -204,6 +218,18 @@ def _check_port(options: argparse.Namespace) -> str:
         return f"{format_address(socket.address)} is free"
 
 
+def _check_nat(options: argparse.Namespace) -> str:
+    from conf.commands.support.relay_checks import check_nat
+
+    return check_nat(options.relay)
+
+
+def _check_link(kind: str, options: argparse.Namespace) -> str:
+    from conf.commands.support.relay_checks import check_link
+
+    return check_link(options.relay, options.relay_password, kind)
+
+
 CHECKS = {
     # pip tries again for a while before it says that there is no network
     "files": Check("tracker's files", _check_files, 180.0, "check the network, then type `conf models fetch`"),
@@ -220,4 +246,10 @@ CHECKS = {
         "window", _check_window, 20.0, f"{DRIVER}, or draw without a window: `conf receive --headless OUT.mp4`"
     ),
     "port": Check("port", _check_port, 20.0, "name another with --listen HOST:PORT"),
+}
+RELAY_HANGS = "check the relay's name, and this machine's network"
+RELAY_CHECKS = {
+    "relay-udp": Check("relay over UDP", partial(_check_link, "udp"), 20.0, RELAY_HANGS),
+    "relay-tcp": Check("relay over TCP", partial(_check_link, "tcp"), 20.0, RELAY_HANGS),
+    "nat": Check("NAT", _check_nat, 20.0, RELAY_HANGS),
 }

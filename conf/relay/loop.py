@@ -111,8 +111,8 @@ class RelayLoop:
 
 def describe_state(state: RouterState, /) -> str:
     """Return the load of a relay as a line of a log, without names, codes or addresses."""
-    text = f"{state.members} members ({state.udp} over UDP), {state.calls} nameplates"
-    return f"{text}, {state.peers} other relays" if state.peers else text
+    text = f"members: {state.members}, {state.udp} of them over UDP; nameplates: {state.calls}"
+    return f"{text}; other relays: {state.peers}" if state.peers else text
 
 
 def peak_memory_mb() -> float | None:

@@ -70,6 +70,13 @@ def make_config(settings: Settings, /) -> "zenoh.Config":
     return config
 
 
+def open_zenoh(settings: Settings, /) -> "zenoh.Session":
+    """Return a new session. Raises zenoh.ZError."""
+    import zenoh
+
+    return zenoh.open(make_config(settings))
+
+
 def url_host(host: str, /) -> str:
     """Return a host as in a URL: an IPv6 address in brackets."""
     try:

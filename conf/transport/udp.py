@@ -188,6 +188,16 @@ class UdpSocket:
         return handle
 
 
+def resolve(host: str, port: int, /) -> list[Address]:
+    """Return the addresses of a name, as sockets report them. Raises NetworkError."""
+    try:
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
+    except (OSError, UnicodeError) as error:
+        raise NetworkError(f"no address for {host!r}: check the name and this machine's network") from error
+    addresses: list[Any] = list(dict.fromkeys(address for *_, address in found))[:MAX_CANDIDATES]
+    return addresses
+
+
 if sys.platform == "linux":
 
     def _timestamp_clock() -> float:

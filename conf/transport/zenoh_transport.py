@@ -21,15 +21,7 @@ from conf.protocol.rate_control.rate_limit import TokenBucket
 from conf.transport.interface import ReceivedDatagram
 from conf.transport.link_policy import SilenceDetector
 from conf.transport.relay_link import RelayLink
-from conf.transport.relay_settings import (
-    KEY_PREFIX,
-    Credentials,
-    Settings,
-    client_settings,
-    lan_settings,
-    make_config,
-    url_host,
-)
+from conf.transport.relay_settings import KEY_PREFIX, Credentials, client_settings, lan_settings, open_zenoh, url_host
 from conf.transport.udp import MAX_DATAGRAM
 from conf.transport.wake_up import WakeUp
 
@@ -79,7 +71,7 @@ class RelayTransport:
         self._route: _Route | None = None
         self._silence = SilenceDetector()
         self._link = RelayLink(
-            open_session or (lambda: _open(settings)),
+            open_session or (lambda: open_zenoh(settings)),
             self._on_open,
             _fault_text(relay),
             is_supervised=bool(relay),
@@ -271,12 +263,6 @@ class _WaiterRoute:
 
 
 _Route = _CallerRoute | _WaiterRoute
-
-
-def _open(settings: Settings) -> "zenoh.Session":
-    import zenoh
-
-    return zenoh.open(make_config(settings))
 
 
 def _declare_publisher(session: "zenoh.Session", key: str) -> "zenoh.Publisher":

@@ -9,8 +9,10 @@ from pathlib import Path
 import pytest
 
 from conf.audio import devices
-from conf.commands.doctor import CHECKS, Check, CheckResult, add_arguments, collect, run, run_check
+from conf.commands.doctor import CHECKS, RELAY_CHECKS, Check, CheckResult, add_arguments, collect, run, run_check
+from conf.errors import ConfError
 from conf.transport.udp import UdpSocket
+from tests.support.relay import router, running_responder
 
 NAMES = [
     "tracker's files",
@@ -31,7 +33,7 @@ def options(*arguments: str) -> argparse.Namespace:
 
 
 def finding(key: str, *arguments: str) -> CheckResult:
-    return run_check(CHECKS[key], options(*arguments))
+    return run_check((CHECKS | RELAY_CHECKS)[key], options(*arguments))
 
 
 def child(script: str, *, limit_s: float = 60.0) -> CheckResult:
@@ -153,3 +155,17 @@ def test_voice_names_its_codecs_or_what_is_missing(monkeypatch: pytest.MonkeyPat
     missing = finding("voice")
     assert not missing.works
     assert "pip install pycodec2" in missing.detail and "pip install pywebrtc-audio" in missing.detail
+
+
+@pytest.mark.slow
+def test_the_way_to_a_relay_is_checked_if_one_is_named() -> None:
+    with running_responder() as (host, port), router(port):
+        arguments = ("--relay", f"{host}:{port}")
+        assert finding("relay-udp", *arguments) == CheckResult("relay over UDP", True, f"{host}:{port} carries calls")
+        assert finding("relay-tcp", *arguments).works
+        assert "there is none" in finding("nat", *arguments).detail
+
+
+def test_a_check_of_a_relay_needs_its_name() -> None:
+    with pytest.raises(ConfError, match="--check nat needs the name of a relay"):
+        run(options("--check", "nat"), Terminal())  # type: ignore[arg-type]

@@ -47,7 +47,7 @@ def test_the_log_has_a_line_a_minute_and_only_if_something_has_changed() -> None
     for now in range(0, 600, 5):
         stage.router.counts = BUSY if now > 100 else IDLE
         stage.loop.step(float(now))
-    assert stage.lines == ["4 members (3 over UDP), 2 nameplates"]
+    assert stage.lines == ["members: 4, 3 of them over UDP; nameplates: 2"]
     for now in range(600, 1200, 5):
         stage.router.counts = RouterState(members=now)
         stage.loop.step(float(now))
@@ -55,7 +55,7 @@ def test_the_log_has_a_line_a_minute_and_only_if_something_has_changed() -> None
 
 
 def test_other_relays_are_named_by_their_number_only() -> None:
-    assert describe_state(RouterState(peers=2)) == "0 members (0 over UDP), 0 nameplates, 2 other relays"
+    assert describe_state(RouterState(peers=2)) == "members: 0, 0 of them over UDP; nameplates: 0; other relays: 2"
 
 
 def test_a_loop_runs_until_it_is_stopped() -> None:

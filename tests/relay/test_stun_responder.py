@@ -5,21 +5,12 @@ from conf.protocol.address import Address
 from conf.relay.stun_responder import ANSWERS_PER_S, StunResponder
 from conf.transport.stun import StunClient, encode_request
 from conf.transport.udp import UdpSocket
-from tests.support.relay import LOOPBACK, free_port
+from tests.support.relay import LOOPBACK, bound_responder
 from tests.support.simulated_sessions import seeded
 
 
-def bound() -> StunResponder:
-    for _ in range(20):  # the two ports after a free one may be in use
-        try:
-            return StunResponder.bind(LOOPBACK, free_port() - 1)
-        except NetworkError:
-            continue
-    raise AssertionError("no ports")
-
-
 def test_both_ports_tell_the_address_of_who_asks() -> None:
-    with bound() as responder, UdpSocket.bind(LOOPBACK, 0) as link:
+    with bound_responder() as responder, UdpSocket.bind(LOOPBACK, 0) as link:
         servers: list[Address] = [(LOOPBACK, port) for port in responder.ports]
         client = StunClient(servers, seeded(1))
         link.send(client.datagrams_to_send(0.0))
@@ -38,7 +29,7 @@ def test_both_ports_tell_the_address_of_who_asks() -> None:
 
 
 def test_answers_are_limited() -> None:
-    with bound() as responder, UdpSocket.bind(LOOPBACK, 0) as link:
+    with bound_responder() as responder, UdpSocket.bind(LOOPBACK, 0) as link:
         request = (encode_request(bytes(12)), (LOOPBACK, responder.ports[0]))
         for _ in range(30):
             link.send([request] * 100)
@@ -47,5 +38,5 @@ def test_answers_are_limited() -> None:
 
 
 def test_ports_in_use() -> None:
-    with bound() as responder, pytest.raises(NetworkError, match="cannot listen"):
+    with bound_responder() as responder, pytest.raises(NetworkError, match="cannot listen"):
         StunResponder.bind(LOOPBACK, responder.ports[0])

@@ -1,12 +1,15 @@
 """A relay in this process, on loopback."""
 
 import socket
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import zenoh
 
+from conf.errors import NetworkError
+from conf.relay.stun_responder import StunResponder
 from conf.transport.interface import ReceivedDatagram
 from conf.transport.relay_settings import make_config
 from conf.transport.zenoh_transport import MAX_QUEUED, RelayTransport
@@ -72,3 +75,33 @@ def exchange(waiter: RelayTransport, caller: RelayTransport) -> None:
     assert arrived[0][:2] == (b"hello", caller.address)
     waiter.send([(b"answer", caller.address)])
     assert wait_for(caller)[0][:2] == (b"answer", waiter.address)
+
+
+@contextmanager
+def running_responder() -> Iterator[tuple[str, int]]:
+    """Run a STUN responder in a thread. Yields host and port of the relay beside which it would stand."""
+    stopped = threading.Event()
+
+    def run(responder: StunResponder) -> None:
+        while not stopped.is_set():
+            responder.step(time.monotonic())
+            responder.wait(0.02)
+
+    with bound_responder() as responder:
+        thread = threading.Thread(target=run, args=(responder,))
+        thread.start()
+        try:
+            yield LOOPBACK, responder.ports[0] - 1
+        finally:
+            stopped.set()
+            thread.join()
+
+
+def bound_responder() -> StunResponder:
+    """Return a responder on free ports."""
+    for _ in range(20):  # the two ports after a free one may be in use
+        try:
+            return StunResponder.bind(LOOPBACK, free_port() - 1)
+        except NetworkError:
+            continue
+    raise AssertionError("no ports")

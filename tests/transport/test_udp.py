@@ -8,7 +8,7 @@ import pytest
 
 from conf.errors import NetworkError
 from conf.protocol.address import Address
-from conf.transport.udp import MAX_QUEUED_S, UdpSocket
+from conf.transport.udp import MAX_QUEUED_S, UdpSocket, resolve
 
 LOOPBACK = "127.0.0.1"
 
@@ -303,3 +303,9 @@ def test_a_receive_buffer_that_the_system_refuses_is_no_error(monkeypatch: pytes
     monkeypatch.setattr("conf.transport.udp.socket.SO_RCVBUF", 0x7777)  # no such option: OSError
     with UdpSocket.bind(LOOPBACK, 0) as receiver:
         assert receiver.address[0] == LOOPBACK
+
+
+def test_a_name_is_resolved_to_addresses_as_sockets_report_them() -> None:
+    assert resolve(LOOPBACK, 7448) == [(LOOPBACK, 7448)]
+    with pytest.raises(NetworkError, match=r"no address for 'no\.such\.host\.invalid': check the name"):
+        resolve("no.such.host.invalid", 1)
