@@ -43,7 +43,7 @@ def describe_event(event: Event, *, name: str, is_calling: bool) -> str:
         case WrongCode() if is_calling:
             raise NetworkError(WRONG_CODE)
         case WrongCode(tries_left=left, address=address):
-            return f"a wrong code from {host_of(address)}: {left} more tries this minute"
+            return f"a wrong code from {host_of(address)}: {left} more tries for now"
         case Refused(refusal=refusal, wait_s=None):
             raise NetworkError(REFUSALS[refusal])
         case Refused(refusal=refusal, wait_s=float(wait)):

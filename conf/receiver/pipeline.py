@@ -90,7 +90,7 @@ class ReceiverLoop:
                 self._composer.names.pop(session, None)
                 text = "a call has ended"
             case WrongCode(tries_left=left, address=address):
-                text = f"a wrong code from {host_of(address)}: {left} more tries this minute"
+                text = f"a wrong code from {host_of(address)}: {left} more tries for now"
             case _:
                 return
         if isinstance(event, Connected | AddressChanged):

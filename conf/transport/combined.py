@@ -46,6 +46,15 @@ class CombinedTransport:
         """What becomes readable when a datagram has arrived."""
         return [*self._udp.handles, *self._relay.handles]
 
+    @property
+    def candidates(self) -> tuple[Address, ...]:
+        """No addresses."""
+        return ()
+
+    def path_name(self, address: Address, /) -> str:
+        """Return how datagrams reach an address."""
+        return (self._relay if isinstance(address, RelayAddress) else self._udp).path_name(address)
+
     def __enter__(self) -> Self:
         return self
 

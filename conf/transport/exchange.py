@@ -1,6 +1,6 @@
 """Exchange datagrams between a transport and one end of a call: the part that all loops have in common."""
 
-from collections.abc import Callable, Set
+from collections.abc import Callable, Sequence, Set
 from contextlib import AbstractContextManager, nullcontext
 from typing import Protocol
 
@@ -17,6 +17,7 @@ class DatagramEndpoint(Protocol):
 
     def receive_datagram(self, data: bytes, address: Address, now: float, /) -> None: ...
     def datagrams_to_send(self, now: float, /) -> list[tuple[bytes, Address]]: ...
+    def set_candidates(self, addresses: Sequence[Address], /) -> None: ...
 
 
 class DatagramExchange:
@@ -39,6 +40,7 @@ class DatagramExchange:
         lock : held while datagrams change the endpoint's streams
         """
         self._refused = ""
+        self._candidates: Sequence[Address] = ()
         self._socket = socket
         self._endpoint = endpoint
         self._peers = peers
@@ -70,6 +72,9 @@ class DatagramExchange:
     def send(self, now: float) -> None:
         """Send what is due. Raises NetworkError if that has failed for too long."""
         with self._lock:
+            if (candidates := self._socket.candidates) != self._candidates:
+                self._endpoint.set_candidates(candidates)
+                self._candidates = candidates
             datagrams = self._endpoint.datagrams_to_send(now)
         peers = None if self._peers is None else self._peers()
         is_to_peer = bool(datagrams) if peers is None else any(address in peers for _, address in datagrams)

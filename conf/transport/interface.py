@@ -32,6 +32,13 @@ class Transport(Protocol):
     def address(self) -> Address:
         """The address of this end."""
 
+    @property
+    def candidates(self) -> tuple[Address, ...]:
+        """The addresses at which this end may be reached directly; none if its peer has a path already."""
+
+    def path_name(self, address: Address, /) -> str:
+        """Return in words how datagrams reach an address: "direct", "relay" or "relay over TCP"."""
+
     def receive(self, limit: int, /) -> list[ReceivedDatagram]:
         """Return the datagrams that have arrived, at most about `limit`.
 

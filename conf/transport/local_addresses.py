@@ -18,6 +18,11 @@ def find_local_addresses() -> tuple[str, ...]:
     return usable_addresses([*_of_default_route(), *_of_host_name()])
 
 
+def find_route_addresses() -> tuple[str, ...]:
+    """Return the addresses of the default routes of IPv4 and IPv6, without asking anybody."""
+    return usable_addresses(_of_default_route())
+
+
 def is_port_free(port: int, /) -> bool:
     """Return whether no other program listens on a UDP port of this machine."""
     try:

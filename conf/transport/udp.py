@@ -20,6 +20,7 @@ from conf.protocol.address import Address, RelayAddress, format_address
 from conf.transport.interface import ReceivedDatagram
 
 MAX_DATAGRAM = 2048
+DIRECT = "direct"  # name of the path without a relay
 # What the kernel may queue while a frame is drawn, the datagrams of a flood included.
 BUFFER_BYTES = 4 << 20
 # Linux notes the arrival of each datagram in nanoseconds of its wall clock. Python has no name for the option.
@@ -121,6 +122,15 @@ class UdpSocket:
         """The first local host and port."""
         host, port = next(iter(self._sockets.values())).getsockname()[:2]
         return host, port
+
+    @property
+    def candidates(self) -> tuple[Address, ...]:
+        """No addresses: the peer has found this end."""
+        return ()
+
+    def path_name(self, address: Address, /) -> str:
+        """Return how datagrams reach an address."""
+        return DIRECT
 
     def receive(self, limit: int = 4096) -> list[ReceivedDatagram]:
         """Return the datagrams that have arrived, at most `limit` for each address family.

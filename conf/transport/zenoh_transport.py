@@ -34,6 +34,7 @@ MAX_MEMBERS = 32  # callers whose keys the waiting end has declared
 DECLARATIONS_PER_S = 16.0
 UNDECLARED = 3  # datagrams to a caller before its key is declared
 NAME_BYTES = 5
+WATCHER = "nobody"  # name of no caller, to which every end that waits has subscribed
 _NAMEPLATE = re.compile(r"[0-9a-z-]{1,32}")
 _NAME = re.compile(r"[a-z2-7]{1,16}")
 
@@ -70,6 +71,7 @@ class RelayTransport:
         self._wake_up = WakeUp()
         self._route: _Route | None = None
         self._silence = SilenceDetector()
+        self._watcher: zenoh.Publisher | None = None
         self._link = RelayLink(
             open_session or (lambda: open_zenoh(settings)),
             self._on_open,
@@ -133,6 +135,25 @@ class RelayTransport:
         """What carries datagrams to the relay: "udp", "tcp" or "" while there is no session."""
         return max(self._link.kinds, default="")
 
+    @property
+    def candidates(self) -> tuple[Address, ...]:
+        """No addresses: there is nothing but the relay."""
+        return ()
+
+    def path_name(self, address: Address, /) -> str:
+        """Return how datagrams reach an address."""
+        return "relay over TCP" if self.carrier == "tcp" else "relay"
+
+    @property
+    def others_wait(self) -> bool:
+        """Whether another end waits with this nameplate; for a caller, whether anybody does."""
+        from zenoh import ZError
+
+        try:
+            return self._watcher is not None and self._watcher.matching_status.matching  # type: ignore[attr-defined]
+        except ZError:  # the session is being replaced
+            return False
+
     def receive(self, limit: int, /) -> list[ReceivedDatagram]:
         """Return the datagrams that have arrived, at most `limit`."""
         self._wake_up.clear()
@@ -173,6 +194,7 @@ class RelayTransport:
     def _on_open(self, session: "zenoh.Session") -> None:
         """Declare what this end receives and sends."""
         key = f"{KEY_PREFIX}/{self._nameplate}"
+        self._watcher = _declare_watcher(session, f"{key}/to/{self._name or WATCHER}")
         if self._name:
             session.declare_subscriber(f"{key}/from/{self._name}", self._on_sample)
             self._route = _CallerRoute(_declare_publisher(session, f"{key}/to/{self._name}"))
@@ -271,6 +293,13 @@ def _declare_publisher(session: "zenoh.Session", key: str) -> "zenoh.Publisher":
     return session.declare_publisher(
         key, reliability=zenoh.Reliability.BEST_EFFORT, congestion_control=zenoh.CongestionControl.DROP, express=False
     )
+
+
+def _declare_watcher(session: "zenoh.Session", key: str) -> "zenoh.Publisher":
+    """Return a publisher that knows whether another session has subscribed to a key."""
+    import zenoh
+
+    return session.declare_publisher(key, allowed_destination=zenoh.Locality.REMOTE)
 
 
 def _put(publisher: "zenoh.Publisher", data: bytes) -> bool:

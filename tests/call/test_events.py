@@ -47,7 +47,7 @@ def test_a_wrong_code_ends_the_call_of_who_calls_only() -> None:
     event = WrongCode(4, THERE)
     with pytest.raises(NetworkError, match="the code is wrong: type it as the other end shows it"):
         describe_event(event, name="", is_calling=True)
-    assert describe_event(event, name="", is_calling=False) == "a wrong code from 10.0.0.7: 4 more tries this minute"
+    assert describe_event(event, name="", is_calling=False) == "a wrong code from 10.0.0.7: 4 more tries for now"
 
 
 def test_a_refusal_for_good_is_an_error() -> None:

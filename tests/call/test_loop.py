@@ -335,7 +335,7 @@ def test_a_wrong_code_ends_the_call_with_a_message() -> None:
     stage = Stage(code=WRONG)
     with pytest.raises(NetworkError, match="the code is wrong"):
         stage.run(5.0)
-    assert stage.a.display.texts == ["a wrong code from 198.51.100.7: 4 more tries this minute"]
+    assert stage.a.display.texts == ["a wrong code from 198.51.100.7: 4 more tries for now"]
 
 
 def test_the_call_comes_back_after_the_network_was_gone(stage: Stage) -> None:

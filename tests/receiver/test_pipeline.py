@@ -132,7 +132,7 @@ def test_frames_are_drawn_at_their_rate(runner: LoopRunner) -> None:
 @pytest.mark.slow
 def test_a_wrong_code_is_reported_and_shows_no_caller(runner: LoopRunner) -> None:
     shown = runner.run(FakeSocket(SimulatedSender(0.0, code=WRONG, address=ADDRESS)), 1.5, {})
-    assert shown.events == ["a wrong code from 10.0.0.7: 4 more tries this minute"]
+    assert shown.events == ["a wrong code from 10.0.0.7: 4 more tries for now"]
     assert set(shown.states) == {"waiting"}
     assert all((image == shown.images[0]).all() for image in shown.images)
 

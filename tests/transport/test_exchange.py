@@ -1,3 +1,4 @@
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 
 import pytest
@@ -30,6 +31,7 @@ class FakeSocket:
         self.arrived: list[ReceivedDatagram] = []
         self.sent: list[tuple[bytes, Address]] = []
         self.fails = False
+        self.candidates: tuple[Address, ...] = ()
 
     def receive(self, limit: int) -> list[ReceivedDatagram]:
         if self.fails:
@@ -49,11 +51,15 @@ class FakeEndpoint:
     def __init__(self, lock: FakeLock | None = None) -> None:
         self.received: list[tuple[bytes, Address, float]] = []
         self.pending: list[tuple[bytes, Address]] = []
+        self.candidates: list[Sequence[Address]] = []
         self.lock = lock
 
     def receive_datagram(self, data: bytes, address: Address, now: float) -> None:
         assert self.lock is None or self.lock.is_held
         self.received.append((data, address, now))
+
+    def set_candidates(self, addresses: Sequence[Address]) -> None:
+        self.candidates.append(addresses)
 
     def datagrams_to_send(self, now: float) -> list[tuple[bytes, Address]]:
         assert self.lock is None or self.lock.is_held
@@ -134,3 +140,12 @@ def test_a_note_ends_with_the_call() -> None:
     stage.socket.fails, stage.peers = False, set()
     stage.exchange.send(2.0)
     assert stage.exchange.note == ""
+
+
+def test_candidate_addresses_are_handed_on_when_they_change() -> None:
+    stage = Stage()
+    stage.exchange.send(0.0)
+    stage.socket.candidates = (PEER,)
+    for _ in range(3):
+        stage.exchange.send(0.0)
+    assert stage.endpoint.candidates == [(PEER,)]

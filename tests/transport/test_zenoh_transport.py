@@ -84,3 +84,19 @@ def test_addresses_of_other_calls_are_not_sent_to() -> None:
         wait_until(lambda: waiter.is_open)
         waiter.send([(b"a", RelayAddress("4712", "aaaa")), (b"a", ("192.0.2.1", 1))])
         assert waiter.unsent == 2
+
+
+@pytest.mark.slow
+def test_both_ends_know_whether_somebody_waits_with_the_nameplate() -> None:
+    port = free_port()
+    relay = LOOPBACK, port
+    with router(port), RelayTransport.call(relay, PLATE, seeded(3)) as caller:
+        wait_until(lambda: caller.is_open)
+        assert not caller.others_wait
+        with RelayTransport.wait_at(relay, PLATE) as waiter, RelayTransport.wait_at(relay, "4712") as other:
+            wait_until(lambda: caller.others_wait)
+            assert not waiter.others_wait and not other.others_wait
+            with RelayTransport.wait_at(relay, PLATE) as second:
+                wait_until(lambda: waiter.others_wait and second.others_wait)
+            wait_until(lambda: not waiter.others_wait)
+        wait_until(lambda: not caller.others_wait)

@@ -11,6 +11,7 @@ COOKIE_BYTES = 8
 COOKIE_SLOT_S = 30.0
 MAX_WRONG_CODES = 5
 WRONG_CODES_PERIOD_S = 60.0
+RELAY_CODES_PERIOD_S = 300.0  # a code for a relay has a shorter secret
 
 
 class CookieFactory:
@@ -37,9 +38,10 @@ class CookieFactory:
 
 
 class AttemptLimit:
-    """Allow at most five wrong codes in any minute, over all senders together."""
+    """Allow at most five wrong codes in any period, over all senders together, whatever addresses they have."""
 
-    def __init__(self) -> None:
+    def __init__(self, period_s: float = WRONG_CODES_PERIOD_S) -> None:
+        self._period_s = period_s
         self._times: deque[float] = deque(maxlen=MAX_WRONG_CODES)
 
     def record(self, now: float) -> None:
@@ -48,8 +50,8 @@ class AttemptLimit:
 
     def tries_left(self, now: float) -> int:
         """Return how many wrong codes would still be answered now."""
-        return MAX_WRONG_CODES - sum(now - time < WRONG_CODES_PERIOD_S for time in self._times)
+        return MAX_WRONG_CODES - sum(now - time < self._period_s for time in self._times)
 
     def wait(self, now: float) -> float:
         """Return the seconds until a code may be tried again, 0 if it may be tried now."""
-        return 0.0 if self.tries_left(now) else max(0.0, self._times[0] + WRONG_CODES_PERIOD_S - now)
+        return 0.0 if self.tries_left(now) else max(0.0, self._times[0] + self._period_s - now)

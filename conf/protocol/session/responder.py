@@ -13,9 +13,15 @@ from dataclasses import dataclass
 from conf.protocol.address import Address, host_of
 from conf.protocol.rate_control.rate_limit import TokenBucket
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
-from conf.protocol.session.flood_protection import AttemptLimit, CookieFactory
+from conf.protocol.session.flood_protection import (
+    RELAY_CODES_PERIOD_S,
+    WRONG_CODES_PERIOD_S,
+    AttemptLimit,
+    CookieFactory,
+)
 from conf.protocol.session.handshake import RandomBytes, Refusal, SessionSecrets, proof, receiver_secrets
 from conf.protocol.session.packet import Kind, handshake_datagram
+from conf.protocol.session.pairing_code import nameplate_of
 
 MAX_ATTEMPTS = 32
 MAX_ATTEMPTS_PER_HOST = 8
@@ -64,7 +70,7 @@ class Responder:
     """
 
     def __init__(self, code: str, random: RandomBytes, *, refuse: Refuse, accept: Accept) -> None:
-        self.limit = AttemptLimit()
+        self.limit = AttemptLimit(RELAY_CODES_PERIOD_S if nameplate_of(code) else WRONG_CODES_PERIOD_S)
         self.attempts: dict[bytes, Attempt] = {}
         self._code = code
         self._random = random

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from conf.protocol.session.flood_protection import (
     COOKIE_SLOT_S,
     MAX_WRONG_CODES,
+    RELAY_CODES_PERIOD_S,
     WRONG_CODES_PERIOD_S,
     AttemptLimit,
     CookieFactory,
@@ -46,3 +47,11 @@ def test_the_wait_ends_when_the_oldest_is_a_minute_old() -> None:
     assert limit.wait(10.0) == 50.0
     assert limit.wait(60.0) == 0.0
     assert limit.tries_left(60.0) == 1
+
+
+def test_a_longer_period_allows_fewer_guesses() -> None:
+    limit = AttemptLimit(RELAY_CODES_PERIOD_S)
+    for _ in range(MAX_WRONG_CODES):
+        limit.record(0.0)
+    assert limit.tries_left(RELAY_CODES_PERIOD_S - 1) == 0 and limit.wait(100.0) == RELAY_CODES_PERIOD_S - 100
+    assert limit.tries_left(RELAY_CODES_PERIOD_S) == MAX_WRONG_CODES

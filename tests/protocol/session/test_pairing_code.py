@@ -6,7 +6,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.protocol.session.pairing_code import NUMBERS, WORDS, generate_code, normalise_code
+from conf.protocol.session.pairing_code import (
+    NUMBERS,
+    WORDS,
+    generate_code,
+    generate_nameplate,
+    is_relay_code,
+    nameplate_of,
+    normalise_code,
+)
 from tests.support.simulated_sessions import seeded
 
 CODES = st.tuples(st.sampled_from(WORDS), st.sampled_from(WORDS), st.sampled_from(WORDS), st.integers(0, NUMBERS - 1))
@@ -60,6 +68,11 @@ def test_a_code_has_at_most_80_characters() -> None:
         ("acorn-tulip-river-42!", "a code is three words and a number"),
         ("acorn-tulip-river-42-42", "a code is three words and a number"),
         ("acorn-" * 1000, "a code is three words and a number"),
+        ("4711-acorn-tulip", "a code for a relay is a number and three words, such as 4711-acorn-tulip-river"),
+        ("42-acorn-tulip-river", "a code for a relay begins with a number of 3 to 9 digits"),
+        ("1234567890-acorn-tulip-river", "begins with a number of 3 to 9 digits"),
+        ("4711-acorn-tulip-rivr", "'rivr' is not a word of any code: did you mean 'river'?"),
+        ("4711-acorn-tulip-42", "'42' is not a word of any code"),
         ("acorn-tulip-42-river", "'42' is not a word of any code"),
         ("acorn-tulip-rivr-42", "'rivr' is not a word of any code: did you mean 'river'?"),
         ("acorn-tulip-river-100", "a code ends in a number from 0 to 99, not in '100'"),
@@ -79,3 +92,32 @@ def test_any_text_is_a_code_or_a_value_error(text: str) -> None:
     except ValueError:
         return
     assert normalise_code(code) == code
+
+
+@given(st.integers(), st.integers(3, 9))
+def test_a_code_for_a_relay_begins_with_its_nameplate(seed: int, digits: int) -> None:
+    random = seeded(seed)
+    nameplate = generate_nameplate(random, digits=digits)
+    code = generate_code(random, nameplate=nameplate)
+    assert len(nameplate) == digits and nameplate[0] != "0" and nameplate_of(code) == nameplate
+    assert normalise_code(code) == normalise_code(code.replace("-", " ").upper()) == code and is_relay_code(code)
+
+
+def test_nameplates_are_spread() -> None:
+    random = seeded("plates")
+    numbers = [int(generate_nameplate(random)) for _ in range(2000)]
+    assert min(numbers) < 1050 and max(numbers) > 9950 and len(set(numbers)) > 1700
+
+
+@pytest.mark.parametrize("text", ["4711-acorn-tulip-river", "4711 Acorn Tulip Rivr", " 1-a-b-c "])
+def test_what_looks_like_a_code_for_a_relay(text: str) -> None:
+    assert is_relay_code(text)
+
+
+@pytest.mark.parametrize("text", ["acorn-tulip-river-42", "10.0.0.1", "host-1-a-b", "4711", "4711-acorn-tulip"])
+def test_what_does_not(text: str) -> None:
+    assert not is_relay_code(text)
+
+
+def test_a_code_for_direct_calls_has_no_nameplate() -> None:
+    assert nameplate_of("acorn-tulip-river-42") == ""
