@@ -35,6 +35,11 @@ class Wire:
 class WireSocket:
     """A socket of one end."""
 
+    candidates = ()
+
+    def path_name(self, address: Address) -> str:
+        return "direct"
+
     def __init__(self, wire: Wire, own: Address, remote: Address | None) -> None:
         self.remote = remote
         self.waits: list[float] = []

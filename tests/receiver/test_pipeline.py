@@ -33,6 +33,8 @@ MOTIONS = {"face": talk, "nobody": no_face}
 class FakeSocket:
     """A socket with callers at its other end; its clock advances while the loop waits."""
 
+    candidates = ()
+
     def __init__(self, *callers: SimulatedSender) -> None:
         self.now = 0.0
         self.callers = callers
@@ -207,7 +209,7 @@ def test_the_loop_ends_when_it_should_not_continue(window: OffscreenWindow, face
 def test_a_flood_delays_a_frame_by_at_most_the_time_that_drawing_took(window: OffscreenWindow, face: FaceModel) -> None:
     """Frames are due every 0.1 s, drawing takes 0.3 s, and each step receives a full batch of junk."""
     flood = [ReceivedDatagram(b"junk", ("10.0.0.1", 1), 0.0)] * RECEIVE_BATCH
-    socket = SimpleNamespace(receive=lambda limit: flood, send=lambda datagrams: None)
+    socket = SimpleNamespace(receive=lambda limit: flood, send=lambda datagrams: None, candidates=())
     frames: list[float] = []
     options = LoopOptions(10.0, on_frame=lambda _, now: frames.append(now))
     loop = ReceiverLoop(window, face, make_receiver(), socket, options)

@@ -33,6 +33,7 @@ class FakeSocket:
     reachable : whether datagrams arrive
     """
 
+    candidates = ()
     receiver: ReceiverEndpoint
     now: float = 0.0
     reachable: bool = True

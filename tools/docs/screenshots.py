@@ -75,6 +75,8 @@ CAPTION = 34
 class SimulatedSocket:
     """Socket and clock of the receiver's loop; while the loop waits, the sender sends the frames that are due."""
 
+    candidates = ()
+
     def __init__(self, call: LoopbackCall, frames: list[MotionFrame]) -> None:
         self.now = 0.0
         self._call = call
