@@ -1,7 +1,8 @@
 """Measure voice and face together at each link rate: rate, intelligibility, error of the face, delay, CPU time.
 
     python tools/bench/voice.py [CLIP...] [--rates 16 9.6 6 4.8 2.4] [--loss 0 0.05 0.1 0.2] [--seconds 30]
-        [--skew] [--json]
+        [--skew] [--devices]
+    python tools/bench/voice.py --json [CLIP...] [--rates ...] [--seconds 30]
 
 Without clips, the talking clips of ../shared/media whose tracks are in ../shared/motion. Calls are simulated
 (voice_link.py): everything but the network and the clock is the program's. Beside the rates: Opus 6000 in RTP, voice
@@ -16,15 +17,26 @@ the calls of a rate, what its codec reaches alone: the filtered sound, encoded a
 network.
 
 --skew adds the lip sync of real calls over loopback (lip_sync.py), with the GRID clips among the clips, without loss
-and at 10 %. It takes 20 s for each clip, rate and loss, and needs a quiet machine.
+and at 10 %. It takes 20 s for each clip, rate and loss, and needs a quiet machine. --devices adds the delay of real
+calls through a sound server (voice_devices.py): half a minute for each rate.
+
+--json does all of it and prints an object by rate, half an hour later for all rates and clips:
+
+kbps, face_error_percent, cpu_ms_per_s : without loss
+stoi, stoi_loss10 : without loss and at 10 %
+skew_ms : without loss or at 10 %, whichever is further from 0; plus is sound that is early; null without GRID clips
+delay_ms : from microphone to loudspeaker, less the datagram's own duration, through PulseAudio's null sink; without
+    PulseAudio as in the table: without devices
 """
 
 import argparse
 import json
 import os
+import shutil
 import sys
 import warnings
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -45,6 +57,7 @@ from conf.protocol.statistics import HEADER_BYTES
 from conf.sender.capture.clip import read_sound
 from tools.bench.lip_sync import measure_skew
 from tools.bench.tracks import Track, TrackReader
+from tools.bench.voice_devices import measure_delays
 from tools.bench.voice_link import ONE_WAY_S, SETTLE_S, Loss, VoiceCall, align, call
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"
@@ -53,7 +66,7 @@ CLIPS = [SHARED / "media" / f"grid_{name}.mpg" for name in GRID]
 CLIPS += [SHARED / "media" / f"talk_{number}.mp4" for number in (1, 3, 4)]
 RATES = (16.0, 9.6, 6.0, 4.8, 2.4)
 LOSSES = (0.0, 0.05, 0.1, 0.2)
-BURST = Loss(0.1, 3)
+LOSS10, BURST = Loss(0.1), Loss(0.1, 3)
 FPS = 30.0
 RTP_BYTES = 12
 SKEW_CALL_S = 10.0  # of each real call: three times a GRID clip
@@ -87,41 +100,74 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("clips", nargs="*", type=Path, default=CLIPS, metavar="CLIP")
     parser.add_argument("--rates", nargs="+", type=float, default=RATES, metavar="KBPS")
-    parser.add_argument("--loss", nargs="+", type=float, default=LOSSES, metavar="FRACTION")
+    parser.add_argument("--loss", nargs="+", type=float, default=LOSSES, metavar="FRACTION", help="of the table")
     parser.add_argument("--seconds", type=float, default=30.0, help="duration of each call; clips are repeated")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--skew", action="store_true", help="measure the lip sync of real calls")
+    parser.add_argument("--devices", action="store_true", help="measure the delay through a sound server")
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     subjects = [read_subject(path) for path in arguments.clips]
-    losses = [Loss(fraction) for fraction in arguments.loss] + [BURST]
-    figures = {}
-    for rate in arguments.rates:
-        if not arguments.json:
-            print(f"{rate:5g} kbit/s, codec alone: STOI {_codec_alone(rate, subjects):.3f}")
-        for loss in losses:
-            figures[rate, loss] = _measure(subjects, rate, loss, arguments)
-            if not arguments.json:
-                _print(rate, loss, figures[rate, loss])
-    skews = {rate: _skews(arguments, rate) for rate in arguments.rates} if arguments.skew else {}
     if arguments.json:
-        summaries = {f"{rate:g}": _summary(figures, rate) | skews.get(rate, {}) for rate in arguments.rates}
-        print(json.dumps(summaries, indent=2))
-    else:
-        for rate, score in _opus_in_rtp([sound for _, sound in subjects]):
-            print(f"Opus 6000 in RTP, {rate[1]} ms, no face: {rate[0]:.1f} kbit/s, STOI {score:.3f}")
+        print(json.dumps(_summaries(subjects, arguments), indent=2))
+        return
+    losses = [Loss(fraction) for fraction in arguments.loss] + [BURST]
+    for rate in arguments.rates:
+        print(f"{rate:5g} kbit/s, codec alone: STOI {_codec_alone(rate, subjects):.3f}")
+        for loss in losses:
+            _print(rate, loss, _measure(subjects, rate, loss, arguments))
+    for packet, score in _opus_in_rtp([sound for _, sound in subjects]):
+        print(f"Opus 6000 in RTP, {packet[1]} ms, no face: {packet[0]:.1f} kbit/s, STOI {score:.3f}")
+    if arguments.devices:
+        for rate, delay_ms in measure_delays(arguments.rates).items():
+            print(f"{rate:5g} kbit/s through a sound server: delay {delay_ms:.0f} ms", flush=True)
+    for rate in arguments.rates if arguments.skew else ():
+        for loss in (Loss(), LOSS10):
+            skew_ms, correlation = _skew(arguments.clips, rate, loss)
+            print(
+                f"{rate:5g} kbit/s, loss {loss.fraction:.0%}: skew {skew_ms:.0f} ms (r {correlation:.2f})", flush=True
+            )
 
 
-def _skews(arguments: argparse.Namespace, rate: float) -> dict[str, float]:
-    """Return the lip sync of real calls at a rate, pooled over the GRID clips, ms; plus is sound that is early."""
-    clips = [path for path in arguments.clips if path.stem.startswith("grid_")]
-    found = {}
-    for name, loss in (("skew_ms", 0.0), ("skew_ms_loss10", 0.1)):
-        with TemporaryDirectory() as folder:
-            found[name], correlation = measure_skew(clips, Path(folder), kbps=rate, loss=loss, seconds=SKEW_CALL_S)
-        if not arguments.json:
-            print(f"{rate:5g} kbit/s, loss {loss:.0%}: skew {found[name]:.0f} ms (r {correlation:.2f})", flush=True)
-    return found
+def _summaries(
+    subjects: list[tuple[Track | None, Samples]], arguments: argparse.Namespace
+) -> dict[str, dict[str, float | None]]:
+    """Return what --json prints, and report the progress on the error output."""
+    has_grid = any(map(_is_grid, arguments.clips))
+    delays = measure_delays(arguments.rates) if shutil.which("pulseaudio") else {}
+    summaries = {}
+    for rate in arguments.rates:
+        print(f"{rate:g} kbit/s", file=sys.stderr, flush=True)
+        clean, lossy = (_measure(subjects, rate, loss, arguments) for loss in (Loss(), LOSS10))
+        skews = [_skew(arguments.clips, rate, loss)[0] for loss in (Loss(), LOSS10)] if has_grid else []
+        summaries[f"{rate:g}"] = summary(clean, lossy, skews, delays.get(rate))
+    return summaries
+
+
+def summary(
+    clean: Figures, lossy: Figures, skews_ms: Sequence[float], delay_ms: float | None
+) -> dict[str, float | None]:
+    """Return one rate's object of --json; delay_ms : None to use the one without devices"""
+    return {
+        "kbps": clean.kbps,
+        "stoi": clean.stoi,
+        "stoi_loss10": lossy.stoi,
+        "face_error_percent": clean.face_error_percent,
+        "skew_ms": max(skews_ms, key=abs, default=None),
+        "delay_ms": clean.delay_ms if delay_ms is None else delay_ms,
+        "cpu_ms_per_s": clean.cpu_ms_per_s,
+    }
+
+
+def _is_grid(path: Path) -> bool:
+    return path.stem.startswith("grid_")
+
+
+def _skew(clips: list[Path], rate: float, loss: Loss) -> tuple[float, float]:
+    """Return the lip sync of real calls, pooled over the GRID clips, ms, and the correlation."""
+    with TemporaryDirectory() as folder:
+        grid = list(filter(_is_grid, clips))
+        return measure_skew(grid, Path(folder), kbps=rate, loss=loss.fraction, seconds=SKEW_CALL_S)
 
 
 def read_subject(path: Path) -> tuple[Track | None, Samples]:
@@ -250,22 +296,6 @@ def _opus_in_rtp(sounds: list[Samples]) -> list[tuple[tuple[float, int], float]]
             scores.append(_score(high_pass(sound)[: len(heard)], heard)[0])
         results.append(((float(np.mean(sizes)) * 8 / frame_ms, frame_ms), float(np.mean(scores))))
     return results
-
-
-def _summary(figures: dict[tuple[float, Loss], Figures], rate: float) -> dict[str, object]:
-    by_loss = {loss: found for (at, loss), found in figures.items() if at == rate}
-    clean, lossy = by_loss[Loss(0.0)], by_loss.get(Loss(0.1))
-    return {
-        "kbps": clean.kbps,
-        "stoi": clean.stoi,
-        "stoi_loss10": lossy.stoi if lossy else None,
-        "speech_stoi": clean.speech_stoi,
-        "raw_stoi": clean.raw_stoi,
-        "face_error_percent": clean.face_error_percent,
-        "delay_ms": clean.delay_ms,
-        "cpu_ms_per_s": clean.cpu_ms_per_s,
-        "by_loss": {f"{loss.fraction:g}x{loss.burst}": asdict(found) for loss, found in by_loss.items()},
-    }
 
 
 def _print(rate: float, loss: Loss, found: Figures) -> None:

@@ -20,7 +20,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -43,6 +43,7 @@ GRID = ("bbaf2n", "brbk7n", "lbax4n", "lbbc2a", "lwbsza", "pwij3p", "swiz3n")
 CLIPS = [SHARED / "media" / f"grid_{name}.mpg" for name in GRID]
 RATES = (16.0, 9.6, 6.0, 4.8, 2.4)
 CODE = "amber-canoe-tiger-7"
+SECONDS = 25.0  # of each call
 STARTING_S = 30.0  # maximum time for the processes to start
 SINK_STARTS_S = 3.0  # a null sink that nobody listens to is up to 2 s ahead of the clock
 SETTLE_S = 14.0  # of the recordings before pieces count: the call begins, the playout delay finds its length
@@ -177,6 +178,23 @@ def measure(motion: Path, speech: Path, kbps: float, seconds: float) -> Figures:
     )
 
 
+def measure_all(clips: Sequence[Path], rates: Sequence[float], seconds: float) -> Iterator[tuple[float, Figures]]:
+    """Make a call at each rate and measure it, with the motion of the first clip and the sound of all."""
+    sounds = [samples for clip in clips for _, samples in read_sound(clip, rate=SAMPLE_RATE)]
+    speech = np.resize(np.concatenate(sounds), int((seconds + STARTING_S) * SAMPLE_RATE))
+    with TemporaryDirectory() as folder, sound_server():
+        motion, raw = Path(folder, "motion.dpc"), Path(folder, "speech.raw")
+        extract(clips[0], motion)
+        raw.write_bytes(speech.tobytes())
+        for kbps in rates:
+            yield kbps, measure(motion, raw, kbps, seconds)
+
+
+def measure_delays(rates: Sequence[float]) -> dict[float, float]:
+    """Return the delay at each rate, ms, with the GRID clips."""
+    return {kbps: figures.delay_ms for kbps, figures in measure_all(CLIPS, rates, SECONDS)}
+
+
 def lags(captured: Samples, heard: Samples, offset_s: float) -> list[float]:
     """Return by how many seconds each piece of `captured` is heard later.
 
@@ -213,21 +231,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--clips", nargs="+", type=Path, default=CLIPS, metavar="CLIP")
     parser.add_argument("--rates", nargs="+", type=float, default=RATES, metavar="KBPS")
-    parser.add_argument("--seconds", type=float, default=25.0, help="duration of each call")
+    parser.add_argument("--seconds", type=float, default=SECONDS, help="duration of each call")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
-    sounds = [samples for clip in options.clips for _, samples in read_sound(clip, rate=SAMPLE_RATE)]
-    speech = np.resize(np.concatenate(sounds), int((options.seconds + STARTING_S) * SAMPLE_RATE))
     result = {}
-    with TemporaryDirectory() as folder, sound_server():
-        motion, raw = Path(folder, "motion.dpc"), Path(folder, "speech.raw")
-        extract(options.clips[0], motion)
-        raw.write_bytes(speech.tobytes())
-        for kbps in options.rates:
-            figures = measure(motion, raw, kbps, options.seconds)
-            result[f"{kbps:g}"] = asdict(figures)
-            if not options.json:
-                print(f"{kbps:5g} kbit/s: " + ", ".join(f"{name} {value}" for name, value in asdict(figures).items()))
+    for kbps, figures in measure_all(options.clips, options.rates, options.seconds):
+        result[f"{kbps:g}"] = asdict(figures)
+        if not options.json:
+            values = ", ".join(f"{name} {value}" for name, value in asdict(figures).items())
+            print(f"{kbps:5g} kbit/s: {values}", flush=True)
     if options.json:
         print(json.dumps(result, indent=1))
 
