@@ -17,6 +17,8 @@ from conf.face.deformation.rig import Rig
 from conf.face.deformation.rig_builder import build_rig
 from conf.face.fitting.custom_face import prepare_face
 from conf.face.formats.ppc import read_ppc
+from conf.face.head_catalogue import Head
+from conf.face.head_variant import read_head_variant
 from conf.face.mesh.mesh import Mesh, load_mesh
 
 _CACHE_VERSION = 20  # raise whenever the way from the files to the operator changes
@@ -42,6 +44,20 @@ def load_face(path: Path | str | None = None, /, *, kernel: str = "multiquadric"
     except ValueError as error:
         raise FileFormatError(ppc, None, f"expected the points of this face: {error}") from error
     return replace(build_face(face.mesh, face.points, options, rig=face.rig), file_to_model=face.file_to_model)
+
+
+def load_head(head: Head, /, *, kernel: str = "multiquadric") -> FaceModel:
+    """Load one of the shipped heads.
+
+    Raises FileFormatError if a file is missing or malformed, ValueError for an unknown kernel.
+    """
+    if head.is_default:
+        return load_face(kernel=kernel)
+    default = load_mesh(DEFAULT_HEAD)
+    shapes = load_blendshapes(DEFAULT_HEAD.with_name("shapes.npz"), len(default.vertices))
+    own = read_head_variant(head.path, default, shapes)
+    rig = build_rig(own.mesh, own.points, own.joints, own.blendshapes)
+    return build_face(own.mesh, own.points, DeformerOptions(kernel), rig=rig, blendshapes=own.blendshapes)
 
 
 def build_face(

@@ -50,14 +50,22 @@ def read_joints(path: Path, /) -> RigJoints:
     """Read the joints of a head. Raises FileFormatError if the file does not hold them."""
     check_file(path, max_bytes=_MAX_FILE_BYTES)
     try:
-        rig = json.loads(path.read_bytes())
+        return parse_joints(path.read_bytes())
+    except (OSError, ValueError) as error:
+        raise FileFormatError(path, None, "expected a rig: eyes, jaw and anchors with their coordinates") from error
+
+
+def parse_joints(data: bytes, /) -> RigJoints:
+    """Return the joints of a head in JSON. Raises ValueError if it does not hold them."""
+    try:
+        rig = json.loads(data)
         return RigJoints(
             eyes={name: _coordinates(rig[name]["centre"]) for name in EYES if name in rig},
             hinge=(_coordinates(rig["jaw"]["centre"]), _coordinates(rig["jaw"]["axis"])) if "jaw" in rig else None,
             anchors=_coordinates(rig.get("anchors", []), (-1, 3)),
         )
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise FileFormatError(path, None, "expected a rig: eyes, jaw and anchors with their coordinates") from error
+    except (KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise ValueError("not a rig: eyes, jaw and anchors with their coordinates") from error
 
 
 def _coordinates(value: Any, shape: tuple[int, ...] = (3,)) -> NDArray[np.float64]:

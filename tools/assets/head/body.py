@@ -29,7 +29,7 @@ class Islands:
 def find_islands(character: Character) -> Islands:
     """Classify the faces of the head; the eye sockets behind the eyeballs are in none of the masks."""
     base = character.base
-    centre = character.vertices[base.faces].mean(axis=1)
+    centre = character.canonical[base.faces].mean(axis=1)
     uv = base.uvs[base.face_uvs].mean(axis=1)
     body = base.groups == "body"
     near = body & (np.abs(centre[:, 0]) < 13.0) & (centre[:, 1] > -17.0)
@@ -90,7 +90,7 @@ def _feature_uvs(
     """Return indices of the used texture coordinates of eyes, mouth and ears, by name."""
     base = character.base
     position = np.zeros((len(base.uvs), 3))
-    position[base.face_uvs[mask]] = character.vertices[base.faces[mask]]
+    position[base.face_uvs[mask]] = character.canonical[base.faces[mask]]
     x, y, z = position[used].T
     features = {"mouth": (np.hypot(x / 2.6, (y + 4.3) / 1.2) < 1) & (z > 3)}
     for side, sign in (("l", 1.0), ("r", -1.0)):
@@ -103,10 +103,10 @@ def _unwrap_neck(character: Character, mask: NDArray[np.bool_], used: NDArray[np
     """Unwrap the neck around a vertical axis; the base mesh has a seam at its back."""
     base = character.base
     position = np.zeros((len(base.uvs), 3))
-    position[base.face_uvs[mask]] = character.vertices[base.faces[mask]]
+    position[base.face_uvs[mask]] = character.canonical[base.faces[mask]]
     x, y, z = position[used].T
     lateral = np.zeros(len(base.uvs))
-    lateral[base.face_uvs[mask]] = character.vertices[base.faces[mask]].mean(axis=1)[:, :1]
+    lateral[base.face_uvs[mask]] = character.canonical[base.faces[mask]].mean(axis=1)[:, :1]
     angle = np.arctan2(x, z + 6.0)
     back = (np.abs(x) < 0.01) & (z < -6.0)
     angle[back] = np.pi * np.sign(lateral[used][back])
@@ -123,7 +123,7 @@ def edge_rings(character: Character, islands: Islands) -> NDArray[np.float64]:
     body = character.base.groups == "body"
     other = faces[body & ~islands.face & ~islands.mouth]
     socket = np.unique(other)
-    centre = character.vertices[socket]
+    centre = character.canonical[socket]
     socket = socket[(np.abs(centre[:, 0]) < 5.2) & (centre[:, 1] > 0) & (centre[:, 2] > 0)]
     seeds = np.intersect1d(face, faces[islands.mouth]), np.intersect1d(face, socket)
     return np.stack([_edge_distances(face, seed, len(character.vertices)) for seed in seeds], axis=1)

@@ -1,25 +1,18 @@
-"""Blend the targets of the base figure to the character of the default head and align it to the canonical face."""
+"""Blend the targets of the base figure to the character of a head and align it to the canonical face."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from tools.assets.head.control_vertices import VERTICES
+from tools.assets.head.parameters import ShapeParameters
 from tools.assets.head.source import BaseMesh, Source
 
 ES0_CM = 6.4
 
-_SEX = {"male": 0.62, "female": 0.38}
-_ORIGIN = {"caucasian": 0.62, "asian": 0.23, "african": 0.15}
-_DETAILS = {
-    "eyes/l-eye-scale-incr": 0.25,
-    "eyes/r-eye-scale-incr": 0.25,
-    "mouth/mouth-angles-up": 0.18,
-    "head/head-scale-vert-decr": 0.15,
-    "neck/neck-scale-horiz-decr": 0.1,
-}
+_TWO_SIDED = ("eyes", "cheek", "ears")  # folders whose targets are of one side
 
 
 @dataclass(frozen=True)
@@ -27,37 +20,61 @@ class Character:
     """The figure in model centimetres, origin between the eyes, with its 52 blendshapes.
 
     base : topology; vertices : (V, 3); shapes : name -> (V, 3) offsets
+    layout : (V, 3) vertices of the default head, by which faces are classified, unwrapped and painted, so that all
+        heads have one topology and one layout of the texture; None for the default head itself
+    turn : (3, 3) rotation and scale from the shapes of the base figure to these
     """
 
     base: BaseMesh
     vertices: NDArray[np.float64]
     shapes: dict[str, NDArray[np.float64]]
+    layout: NDArray[np.float64] | None = None
+    turn: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
+
+    @property
+    def canonical(self) -> NDArray[np.float64]:
+        """The (V, 3) vertices of the default head."""
+        return self.vertices if self.layout is None else self.layout
 
     def eye_helper(self, side: str) -> NDArray[np.float64]:
         """Return the vertices of the eye helper of side "l" or "r"."""
         return self.vertices[self.base.members(f"helper-{side}-eye")]
 
 
-def build_character(source: Source) -> Character:
-    """Blend the targets and scale the figure to a distance of the eye centres of ES0_CM."""
+def build_character(
+    source: Source, shape: ShapeParameters, layout: NDArray[np.float64] | None = None
+) -> Character:
+    """Blend the targets and scale the figure to a distance of the eye centres of ES0_CM.
+
+    layout : (V, 3) vertices of the default head, None if this is it
+    """
     base = source.read_base()
     count = len(base.vertices)
     blended = base.vertices.copy()
-    for name, weight in _weights().items():
+    for name, weight in target_weights(shape).items():
         blended += weight * source.read_target(name, count)
     left, right = (blended[base.members(f"helper-{side}-eye")].mean(axis=0) for side in "lr")
     scale = ES0_CM / np.linalg.norm(left - right)
     shapes = {name: offsets * scale for name, offsets in source.read_face_units(count).items()}
-    return Character(base, (blended - (left + right) / 2) * scale, shapes)
+    return Character(base, (blended - (left + right) / 2) * scale, shapes, layout, np.eye(3) * scale)
 
 
-def _weights() -> dict[str, float]:
-    weights = dict(_DETAILS)
-    for sex, sex_weight in _SEX.items():
-        for origin, origin_weight in _ORIGIN.items():
-            weights[f"macrodetails/{origin}-{sex}-young"] = sex_weight * origin_weight
-        weights[f"macrodetails/universal-{sex}-young-averagemuscle-averageweight"] = sex_weight
-    return weights
+def target_weights(shape: ShapeParameters) -> dict[str, float]:
+    """Return the weight of each modelling target, those without effect left out."""
+    weights: dict[str, float] = {}
+    for name, weight in shape.details.items():
+        folder, target = name.split("/")
+        sides = ("l-", "r-") if folder in _TWO_SIDED else ("",)
+        weights |= {f"{folder}/{side}{target}": weight for side in sides}
+    builds = {"max": shape.heavy, "min": shape.slight, "average": 1 - shape.heavy - shape.slight}
+    for age, age_weight in (("young", 1 - shape.old), ("old", shape.old)):
+        for sex, sex_weight in shape.sex.items():
+            for origin, origin_weight in shape.origin.items():
+                weights[f"macrodetails/{origin}-{sex}-{age}"] = age_weight * sex_weight * origin_weight
+            for build, weight in builds.items():
+                name = f"macrodetails/universal-{sex}-{age}-averagemuscle-{build}weight"
+                weights[name] = age_weight * sex_weight * weight
+    return {name: weight for name, weight in weights.items() if weight}
 
 
 def align_to_canonical(character: Character) -> Character:
@@ -65,7 +82,8 @@ def align_to_canonical(character: Character) -> Character:
     points = {name: character.vertices[index] for name, index in VERTICES.items()}
     rotation, shift = align(points)
     shapes = {name: offsets @ rotation.T for name, offsets in character.shapes.items()}
-    return Character(character.base, character.vertices @ rotation.T + shift, shapes)
+    turned = character.vertices @ rotation.T + shift
+    return replace(character, vertices=turned, shapes=shapes, turn=rotation @ character.turn)
 
 
 # Landmarks of MediaPipe's canonical face model (cm, x to the subject's left, y up, z to the viewer), midline and left;

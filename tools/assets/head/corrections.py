@@ -1,4 +1,6 @@
-"""Correct two flaws of the blended base figure: the slit between the lips and a ridge beside the wings of the nose."""
+"""Correct flaws of the blended figure: the slit between the lips, a ridge beside the nose, a neck unlike the shirt."""
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +34,7 @@ def close_lips(character: Character) -> Character:
     distance = np.clip(gap + _OVERLAP, 0, 0.2) * fade * _FALLOFF[np.clip(ring, 0, 5)] * lips
     vertices = character.vertices.copy()
     vertices[:, 1] += np.where(lower, (1 - _UPPER_WEIGHT) * distance, -_UPPER_WEIGHT * distance)
-    return Character(character.base, vertices, character.shapes)
+    return replace(character, vertices=vertices)
 
 
 def _lower_side(character: Character, face: NDArray[np.int64], ring: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -73,4 +75,23 @@ def soften_nose_wings(character: Character) -> Character:
         mean = np.zeros_like(vertices)
         np.add.at(mean, edges[:, 0], vertices[edges[:, 1]])
         vertices += _STEP * weight[:, None] * (mean / degree - vertices)
-    return Character(character.base, vertices, character.shapes)
+    return replace(character, vertices=vertices)
+
+
+_OWN_NECK, _DEFAULT_NECK = -10.5, -16.0  # heights between which the neck changes to that of the default head, cm
+NECK_AXIS = -6.0  # z, cm
+
+
+def fit_neck(character: Character, shoulders: float) -> Character:
+    """Return the character with neck and shoulders of the default head, scaled, so that the shirt fits.
+
+    shoulders : width relative to the default head's
+    """
+    if character.layout is None:
+        return character
+    height = character.layout[:, 1]
+    own = np.clip((height - _DEFAULT_NECK) / (_OWN_NECK - _DEFAULT_NECK), 0, 1)
+    own = (own * own * (3 - 2 * own))[:, None]
+    default = (character.layout - [0, 0, NECK_AXIS]) * [shoulders, 1, shoulders] + [0, 0, NECK_AXIS]
+    body = np.isin(np.arange(len(height)), character.base.members("body"))[:, None]
+    return replace(character, vertices=np.where(body, default + own * (character.vertices - default), character.vertices))

@@ -15,12 +15,15 @@ _LENGTH = {"upper": (0.18, 0.44, 0.55, 0.62, 0.4), "lower": (0.08, 0.16, 0.2, 0.
 _DIP = np.radians(62.0)  # downward rotation of the upper lashes at a full blink
 
 
-def build_lashes(body: Part, eye_ring: NDArray[np.float64], blinks: dict[str, int]) -> Part:
+def build_lashes(
+    body: Part, eye_ring: NDArray[np.float64], blinks: dict[str, int], *, scale: float = 1.0
+) -> Part:
     """Build group "lashes".
 
     eye_ring : (V,) number of edges to the lid, of the body's vertices; blinks : side "l" or "r" -> blendshape index
+    scale : of the length
     """
-    pieces = [_sheet(body, eye_ring, side, row, blinks[side]) for side in "lr" for row in ("upper", "lower")]
+    pieces = [_sheet(body, eye_ring, side, row, blinks[side], scale) for side in "lr" for row in ("upper", "lower")]
     vertices = np.concatenate([p[0] for p in pieces])
     shapes = np.concatenate([p[1] for p in pieces], axis=1)
     uvs = np.concatenate([p[2] for p in pieces])
@@ -43,7 +46,7 @@ def _margin(body: Part, eye_ring: NDArray[np.float64], side: str, row: str) -> N
 
 
 def _sheet(
-    body: Part, eye_ring: NDArray[np.float64], side: str, row: str, blink: int
+    body: Part, eye_ring: NDArray[np.float64], side: str, row: str, blink: int, scale: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     margin = _margin(body, eye_ring, side, row)
     sign = 1.0 if side == "l" else -1.0
@@ -52,7 +55,7 @@ def _sheet(
     roots = weights @ body.vertices[margin]
     shapes = np.einsum("cm,smk->sck", weights, body.shapes[:, margin])
     position = np.linspace(0, 1, _COLUMNS)
-    length = np.interp(position, np.linspace(0, 1, 5), _LENGTH[row])
+    length = np.interp(position, np.linspace(0, 1, 5), _LENGTH[row]) * scale
     fan = np.radians(np.interp(position, [0, 1], [-22.0, 38.0])) * sign
     rows, moved = [], []
     for reach, curl in zip(_REACH, _CURL, strict=True):

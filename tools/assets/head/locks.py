@@ -1,13 +1,13 @@
 """Locks of hair: curved ribbons along the scalp that rise out of the shell and descend at their tips."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tools.assets.head.part import FRAMES, Part, grid, rigid
-from tools.assets.head.scalp import Scalp, hairline
+from tools.assets.head.scalp import Scalp
 
 LOCK_KINDS = 4
 FLAT_KINDS = 2  # the first kinds are wide flat sheets of strands; the others are curls with a tip
@@ -37,7 +37,7 @@ class Zone:
     sweep: float
 
 
-_ZONES = (
+SHORT = (
     Zone(34, (-3.14, 3.14), (0.6, 0.76), (2.6, 3.8), 2.3, 0.1, 0.0),
     Zone(34, (-3.14, 3.14), (0.38, 0.58), (3.6, 4.8), 2.4, 0.16, 0.15),
     Zone(30, (-1.15, 1.15), (0.8, 0.9), (2.2, 3.6), 1.1, 0.5, 0.55),
@@ -46,13 +46,15 @@ _ZONES = (
 )
 
 
-def build_locks(scalp: Scalp, shell_height: ShellHeight, random: np.random.Generator) -> list[Part]:
-    """Build all locks, the lowest first.
+def build_locks(
+    scalp: Scalp, zones: Sequence[Zone], shell_height: ShellHeight, random: np.random.Generator
+) -> list[Part]:
+    """Build the locks of all zones, the lowest first.
 
     shell_height : thickness of the shell, cm, by radians around and position between crown and hairline
     """
     roots = []
-    for zone in _ZONES:
+    for zone in zones:
         spread = np.linspace(*zone.around, zone.count, endpoint=False)
         step = (zone.around[1] - zone.around[0]) / zone.count
         for around in spread + random.uniform(0, step, zone.count):
@@ -60,8 +62,8 @@ def build_locks(scalp: Scalp, shell_height: ShellHeight, random: np.random.Gener
     roots.sort(key=lambda root: (root[2].height, -root[0]))
     parts = []
     for position, around, zone in roots:
-        path = _path(scalp, zone, (around, position * float(hairline(np.array(around)))), random)
-        positions = np.clip(path[:, 1] / hairline(path[:, 0]), 0, _COVERED)
+        path = _path(scalp, zone, (around, position * float(scalp.hairline(np.array(around)))), random)
+        positions = np.clip(path[:, 1] / scalp.hairline(path[:, 0]), 0, _COVERED)
         parts.append(_ribbon(scalp, zone, path, shell_height(path[:, 0], positions), random))
     return parts
 

@@ -44,9 +44,11 @@ class Scalp:
     """Distances of the skin from CENTRE.
 
     radius : (down, around) cm; around runs from the front over the left side, down runs from the crown
+    hairline : of this head
     """
 
     radius: NDArray[np.float64]
+    hairline: "Hairline"
 
     def radius_at(self, around: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the distance of the skin from the centre, cm, in directions given in radians."""
@@ -62,7 +64,34 @@ class Scalp:
         return CENTRE + _directions(around, down) * (self.radius_at(around, down) + height)[..., None]
 
 
-def build_scalp(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Scalp:
+class Hairline:
+    """The outline of the hair."""
+
+    def __init__(self, points: NDArray[np.float64], offsets: NDArray[np.float64] | None = None) -> None:
+        """Interpolate the outline.
+
+        points : (N, 3) of the left side on the default head, from the forehead to the nape, cm
+        offsets : (N, 3) of another head's skin there, cm; they move the outline up and down only
+        """
+        self.points = points
+        around, down, _ = polar(points)
+        self._curve = PchipInterpolator(around, down if offsets is None else polar(points + offsets)[1])
+
+    def __call__(self, around: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the angle of the hairline from the crown, radians."""
+        return np.asarray(self._curve(np.abs(np.mod(np.asarray(around) + np.pi, 2 * np.pi) - np.pi)))
+
+
+def find_hairline(rise: float = 0.0, receding: float = 0.0) -> Hairline:
+    """Return the hairline on the default head, higher at the forehead and farther back at the temples, cm."""
+    points = _HAIRLINE.copy()
+    forehead = np.array([1.0, 1.0, 0.8, 0.3])[:, None] * [0.0, 0.75, -0.65]
+    temples = np.array([0.0, 0.75, 1.0, 0.6])[:, None] * [0.0, 0.6, -0.8]
+    points[:4] += rise * forehead + receding * temples
+    return Hairline(points)
+
+
+def build_scalp(vertices: NDArray[np.float64], triangles: NDArray[np.int64], hairline: Hairline) -> Scalp:
     """Measure the skull; the ears are removed by a median filter."""
     around = np.arange(_AROUND) * 2 * np.pi / _AROUND
     down = np.linspace(0, _DEEPEST, _DOWN)
@@ -70,7 +99,7 @@ def build_scalp(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> 
     radius = distances_along(CENTRE, directions, vertices, triangles).reshape(_DOWN, _AROUND)
     radius[np.isnan(radius)] = np.nanmedian(radius)
     wrapped = np.pad(np.pad(radius, ((0, 0), (8, 8)), mode="wrap"), ((8, 8), (0, 0)), mode="edge")
-    return Scalp(gaussian_filter(median_filter(wrapped, (3, 5)), 0.7)[8:-8, 8:-8])
+    return Scalp(gaussian_filter(median_filter(wrapped, (3, 5)), 0.7)[8:-8, 8:-8], hairline)
 
 
 def polar(points: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
@@ -79,13 +108,6 @@ def polar(points: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np
     return np.arctan2(x, z), np.arctan2(np.hypot(x, z), y), np.sqrt(x * x + y * y + z * z)
 
 
-def hairline(around: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the angle of the hairline from the crown, radians."""
-    return np.asarray(_CURVE(np.abs(np.mod(np.asarray(around) + np.pi, 2 * np.pi) - np.pi)))
-
-
 def _directions(around: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([np.sin(down) * np.sin(around), np.cos(down), np.sin(down) * np.cos(around)], axis=-1)
 
-
-_CURVE = PchipInterpolator(*polar(_HAIRLINE)[:2])

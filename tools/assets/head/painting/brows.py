@@ -17,24 +17,28 @@ _SPINE = np.array([(-0.1, -0.42), (-0.1, -0.2), (-0.4, 0.3)])
 _OVERSAMPLE = 16  # cv2's fractional bits are 4
 
 
-def brow_coverage(texels: Texels, points: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Return the (N,) coverage of each texel by brow hair, 0 to 1; both sides have the same shape but other hairs."""
+def brow_coverage(
+    texels: Texels, points: Mapping[str, NDArray[np.float64]], thickness: float
+) -> NDArray[np.float64]:
+    """Return the (N,) coverage of each texel by brow hair, 0 to 1; both sides have the same shape but other hairs.
+
+    thickness : relative to the default head's
+    """
     inner, top, outer = (points[f"brow_{name}_l"] for name in ("inner", "top", "outer"))
     bottom = top[1] - _HEIGHT / 2
     coverage = np.zeros(len(texels.row))
     x, y, z = texels.position.T
     front = (z > -1.5) & (texels.normal[:, 2] > 0.05)
     for sign in (1, -1):
-        plane = _draw(inner, top, outer, bottom, np.random.default_rng(40 + sign))
+        plane = _draw((inner, top, outer), thickness, bottom, np.random.default_rng(40 + sign))
         drawn = map_coordinates(plane, [(y - bottom) * _SCALE, x * sign * _SCALE], order=1)
         coverage = np.maximum(coverage, np.where(front & (x * sign > 0), drawn, 0))
     return coverage
 
 
 def _draw(
-    inner: NDArray[np.float64],
-    top: NDArray[np.float64],
-    outer: NDArray[np.float64],
+    spine: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+    thickness: float,
     bottom: float,
     random: np.random.Generator,
 ) -> NDArray[np.float32]:
@@ -42,8 +46,8 @@ def _draw(
     along = random.uniform(0, 0.97, _HAIRS) ** 0.9
     across = np.clip(random.normal(0, 0.45, _HAIRS), -1, 1)
     for s, d in zip(along, across, strict=True):
-        x, y, slope = _spine(s, inner, top, outer)
-        thick = 0.34 * np.interp(s, [0, 0.12, 0.6, 1], [0.7, 1.0, 0.75, 0.25])
+        x, y, slope = _spine(s, *spine)
+        thick = 0.34 * thickness * np.interp(s, [0, 0.12, 0.6, 1], [0.7, 1.0, 0.75, 0.25])
         lean = np.interp(s, [0, 0.25, 1], [1.15, 0.55, 0.12]) - 0.35 * d + random.normal(0, 0.12)
         angle = slope + lean
         length = random.uniform(0.42, 0.62) * np.interp(s, [0, 0.3, 1], [0.8, 1.0, 0.75])

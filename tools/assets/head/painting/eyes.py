@@ -6,17 +6,16 @@ from numpy.typing import NDArray
 from tools.assets.head.eyeballs import CAP_ANGLE, IRIS_ANGLE
 from tools.assets.head.painting.noise import noise, smoothstep
 from tools.assets.head.painting.texels import Texels
+from tools.assets.head.parameters import HeadParameters
 from tools.assets.head.part import FRAMES
 
 _SCLERA = (218, 208, 201)
-_IRIS_OUTER = (74, 62, 50)
-_IRIS_INNER = (128, 96, 62)
 _RIM = (36, 30, 28)
 _PUPIL = (10, 9, 9)
 _PUPIL_ANGLE = 0.135
 
 
-def paint_eye(texels: Texels) -> NDArray[np.float64]:
+def paint_eye(texels: Texels, head: HeadParameters) -> NDArray[np.float64]:
     """Return (N, 3) sRGB colours 0 to 255."""
     frame = FRAMES["eye"]
     x, y = ((texels.uv - [frame.left, frame.bottom]) / [frame.width, frame.height] - 0.5).T * 2
@@ -27,7 +26,7 @@ def paint_eye(texels: Texels) -> NDArray[np.float64]:
     rays = noise(wheel * 7.0 + [0, 0, 3], 1.0) * 0.5 + noise(wheel * 16.0, 1.0) * 0.5
     rays += 0.35 * noise(np.stack([around * 0, angle * 20, around * 6], axis=1), 1.0)
     depth = np.clip((angle - _PUPIL_ANGLE) / (IRIS_ANGLE - _PUPIL_ANGLE), 0, 1)[:, None]
-    iris = np.array(_IRIS_INNER) * (1 - depth) + np.array(_IRIS_OUTER) * depth
+    iris = np.array(head.eyes.iris_inner) * (1 - depth) + np.array(head.eyes.iris_outer) * depth
     iris = iris * (1 + 0.26 * rays[:, None]) * (1 - 0.35 * smoothstep(0.0, 0.9, np.sin(around))[:, None])
     rim = smoothstep(0.62, 1.0, depth)
     iris += (np.array(_RIM) - iris) * 0.85 * rim

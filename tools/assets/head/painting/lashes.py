@@ -6,15 +6,15 @@ from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
 from tools.assets.head.painting.texels import Texels
+from tools.assets.head.parameters import HeadParameters
 from tools.assets.head.part import FRAMES
 
-_COLOUR = (40.0, 28, 23)
 _WIDTH, _HEIGHT = 900, 128
 _SUBPIXEL = 16
 _HAIRS = {"upper": 84, "lower": 40}
 
 
-def paint_lashes(texels: Texels) -> NDArray[np.float64]:
+def paint_lashes(texels: Texels, head: HeadParameters) -> NDArray[np.float64]:
     """Return (N, 4) sRGB colours and alpha, 0 to 255."""
     frame = FRAMES["lashes"]
     across, up = ((texels.uv - [frame.left, frame.bottom]) / [frame.width, frame.height]).T
@@ -25,7 +25,7 @@ def paint_lashes(texels: Texels) -> NDArray[np.float64]:
         sheet = _draw(_HAIRS[row], np.random.default_rng(11 if row == "upper" else 12))
         drawn = map_coordinates(sheet, [reach * (_HEIGHT - 1), across * (_WIDTH - 1)], order=1, mode="nearest")
         alpha = np.where(in_row, drawn * (0.85 if row == "upper" else 0.5), alpha)
-    return np.concatenate([np.tile(_COLOUR, (len(up), 1)), 255 * alpha[:, None]], axis=1)
+    return np.concatenate([np.tile(np.array(head.eyes.lash, float), (len(up), 1)), 255 * alpha[:, None]], axis=1)
 
 
 def _draw(count: int, random: np.random.Generator) -> NDArray[np.float32]:

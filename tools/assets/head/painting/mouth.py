@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from tools.assets.head.painting.noise import layered, noise, smoothstep
 from tools.assets.head.painting.texels import Texels
+from tools.assets.head.parameters import HeadParameters
 from tools.assets.head.part import FRAMES
 
 _ENAMEL = np.array([244.0, 235, 220])
@@ -13,7 +14,7 @@ _TONGUE = np.array([176.0, 98, 92])
 _CAVITY = np.array([112.0, 46, 44])
 
 
-def paint_teeth(texels: Texels) -> NDArray[np.float64]:
+def paint_teeth(texels: Texels, head: HeadParameters) -> NDArray[np.float64]:
     """Return (N, 3) sRGB colours 0 to 255."""
     frame = FRAMES["teeth"]
     along, height = ((texels.uv - [frame.left, frame.bottom]) / [frame.width, frame.height]).T
@@ -29,7 +30,7 @@ def paint_teeth(texels: Texels) -> NDArray[np.float64]:
     return np.clip(colours * (1 - 0.6 * back * [0.85, 1, 1]), 0, 255)
 
 
-def paint_tongue(texels: Texels) -> NDArray[np.float64]:
+def paint_tongue(texels: Texels, head: HeadParameters) -> NDArray[np.float64]:
     """Return (N, 3) sRGB colours 0 to 255."""
     x, _, z = texels.position.T
     furrow = np.exp(-((x / 0.18) ** 2))
@@ -38,7 +39,7 @@ def paint_tongue(texels: Texels) -> NDArray[np.float64]:
     return np.asarray(np.clip(colours * (1 - 0.7 * back), 0, 255))
 
 
-def paint_cavity(texels: Texels) -> NDArray[np.float64]:
+def paint_cavity(texels: Texels, head: HeadParameters) -> NDArray[np.float64]:
     """Return (N, 3) sRGB colours 0 to 255, darker with depth."""
     back = smoothstep(4.6, 0.5, texels.position[:, 2])[:, None]
     colours = _CAVITY * (1 + 0.08 * layered(texels.position, 1.5, 2))[:, None]
