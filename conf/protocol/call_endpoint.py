@@ -34,13 +34,14 @@ class CallEndpoint(SenderConnection):
         rate: RateOptions | None = None,
         portrait: ObjectSender | None = None,
         name: str = "",
+        head: int = 0,
     ) -> None:
         """remote : whom to call, None to wait to be called
 
-        code : as normalise_code returns it; random : n -> n random bytes; name : of this participant
+        code : as normalise_code returns it; random : n -> n random bytes; name, head : of this participant
         """
         self._call = CallSession(code, random, now, remote=remote)
-        super().__init__(self._call, parameters, now, rate=rate, portrait=portrait, name=name)
+        super().__init__(self._call, parameters, now, rate=rate, portrait=portrait, name=name, head=head)
         self.streams: dict[int, ReceiveLeg] = {}
         self._log = CallLog()
         self._calls = 0

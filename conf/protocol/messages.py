@@ -112,11 +112,13 @@ class ParticipantMessage:
 
     name : as clean_name returns it; camera : ON or OFF
     is_portrait_withdrawn : whether the images sent of the person are no longer to be shown
+    head : number of the head that the participant has chosen, at most MAX_HEAD, 0 for none
     """
 
     name: str
     camera: CameraState
     is_portrait_withdrawn: bool = False
+    head: int = 0
 
 
 @dataclass(frozen=True)

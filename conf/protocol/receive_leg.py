@@ -26,7 +26,7 @@ class ReceiveLeg:
     last_received : when the newest datagram came, None before the first
     rejected : malformed bodies; missed_references : frames whose reference had not arrived
     refresh_needed : whether the next report must say that a reference is missing
-    name : of the participant, "" if unknown
+    name : of the participant, "" if unknown; head : number of the head that it has chosen, 0 for none
     is_portrait_withdrawn : whether the images received of the person are no longer to be shown
     round_trip_ms : as the sender measured it, None before it has told
     reception : statistics of the datagrams received
@@ -46,6 +46,7 @@ class ReceiveLeg:
         self.refresh_needed = False
         self.name = ""
         self.is_portrait_withdrawn = False
+        self.head = 0
         self.round_trip_ms: float | None = None
         self.reception = ReceptionStatistics()
         self._object_receiver = ObjectReceiver(receiver_id)
@@ -124,6 +125,7 @@ class ReceiveLeg:
                 if counter > self._participant_counter:
                     self._participant_counter = counter
                     self.name, self.is_portrait_withdrawn = body.name, body.is_portrait_withdrawn
+                    self.head = body.head
             case messages.VoiceFormatMessage():
                 self.voice.receive_format(body)
             case messages.VoiceStateMessage():

@@ -64,12 +64,13 @@ class SendLeg:
         rate: RateOptions | None = None,
         portrait: ObjectSender | None = None,
         name: str = "",
+        head: int = 0,
     ) -> None:
-        """portrait : the objects of the sender's portrait, None to send none; name : of the participant"""
+        """portrait : the objects of the sender's portrait, None to send none; name, head : of the participant"""
         clock = StreamClock()
         self.motion = OutboundMotion(parameters, clock=clock)
         self.voice = OutboundVoice(clock)
-        self.participant = OutboundParticipant(name)
+        self.participant = OutboundParticipant(name, head=head)
         self.budget = SendBudget(rate or RateOptions(), now)
         self._portrait = portrait
         self._connected = self._was_portrait_allowed = False

@@ -36,11 +36,16 @@ class SenderConnection:
         rate: RateOptions | None = None,
         portrait: ObjectSender | None = None,
         name: str = "",
+        head: int = 0,
     ) -> None:
-        """portrait : the objects of the sender's portrait, None to send none; name : of the participant, "" for none"""
+        """Prepare a call.
+
+        portrait : the objects of the sender's portrait, None to send none
+        name : of the participant, "" for none; head : number of the head that it has chosen, 0 for none
+        """
         self.traffic = RateWindow()
         self._session = session
-        self._send = SendLeg(parameters, now, rate=rate, portrait=portrait, name=name)
+        self._send = SendLeg(parameters, now, rate=rate, portrait=portrait, name=name, head=head)
         self._leg = CallLeg(send=self._send, sealed_bytes=session.sealed_bytes)
         self.outbound = self._send.motion
         self._events: deque[Event] = deque()

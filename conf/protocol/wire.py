@@ -47,7 +47,7 @@ MILLISECONDS = 1000  # per second
 FAPU_STEPS = 1000  # per centimetre
 FPS_STEPS = 100
 PARAMETERS, KEEP_ALIVE, REPORT, ROUND_TRIP, BYE, PORTRAIT_CHUNK, PORTRAIT_ACK, COMPOSITE = range(8)
-WITHDRAWN_BIT = 2  # of the state of a participant, beside the camera's
+CAMERA_BIT, WITHDRAWN_BIT, HEAD_SHIFT = 1, 2, 2  # in the first byte of a participant
 VOICE_FORMAT, VOICE_STATE, REFRESH_REPORT, PARTICIPANT = range(8, 12)
 SHORT_COMPOSITE = 0x10  # kinds 10 to 3f: a composite whose first body has kind - 0f bytes
 VOICE_BIT = 0x40  # kinds 40 to 7f
@@ -211,17 +211,19 @@ def _decode_voice_state(data: bytes) -> VoiceStateMessage:
 
 
 def _encode_participant(body: ParticipantMessage) -> bytes:
-    return bytes((body.camera.value | WITHDRAWN_BIT * body.is_portrait_withdrawn,)) + body.name.encode()
+    flags = body.camera.value | WITHDRAWN_BIT * body.is_portrait_withdrawn | body.head << HEAD_SHIFT
+    return bytes((flags,)) + body.name.encode()
 
 
 def _decode_participant(data: bytes) -> ParticipantMessage:
-    if not 1 <= len(data) <= 1 + MAX_NAME_BYTES or data[0] & ~WITHDRAWN_BIT not in _CAMERA_STATES:
+    if not 1 <= len(data) <= 1 + MAX_NAME_BYTES:
         raise ProtocolError("not a camera state and a name")
     try:
         name = data[1:].decode()
     except UnicodeDecodeError as error:
         raise ProtocolError("a name is not UTF-8") from error
-    return ParticipantMessage(clean_name(name), CameraState(data[0] & ~WITHDRAWN_BIT), bool(data[0] & WITHDRAWN_BIT))
+    camera, is_withdrawn = CameraState(data[0] & CAMERA_BIT), bool(data[0] & WITHDRAWN_BIT)
+    return ParticipantMessage(clean_name(name), camera, is_withdrawn, data[0] >> HEAD_SHIFT)
 
 
 def _token(data: bytes) -> bytes:
@@ -230,7 +232,6 @@ def _token(data: bytes) -> bytes:
     return data
 
 
-_CAMERA_STATES = {CameraState.ON.value, CameraState.OFF.value}  # that it sees no face, the keep-alives tell
 _VOICE_STATES = {state.value for state in VoiceState if state is not VoiceState.TALKING}  # the packets tell that
 _PRESENCES = {presence.value for presence in Presence}
 _ENCODERS: dict[type, tuple[int, Callable[[Any], bytes]]] = {

@@ -127,10 +127,10 @@ def split_composite(body: bytes) -> list[bytes]:
     return [*parts, body]
 
 
-def read_participant(body: bytes) -> tuple[bool, bool, str]:
-    """Return whether the camera is on, whether the portrait is withdrawn, and the name."""
-    assert body[0] == 0x0B and body[1] in (0, 1, 2, 3) and len(body) <= 34
-    return body[1] in (0, 2), body[1] in (2, 3), body[2:].decode("utf-8")
+def read_participant(body: bytes) -> tuple[bool, bool, int, str]:
+    """Return whether the camera is on, whether the portrait is withdrawn, the number of the head, and the name."""
+    assert body[0] == 0x0B and 2 <= len(body) <= 34
+    return body[1] % 2 == 0, body[1] // 2 % 2 == 1, body[1] // 4, body[2:].decode("utf-8")
 
 
 def read_candidates(body: bytes) -> tuple[bool, int, int, list[str]]:

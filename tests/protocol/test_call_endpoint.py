@@ -32,6 +32,7 @@ def endpoint(
     now: float = BEGIN,
     voice: bool = False,
     portrait: ObjectSender | None = None,
+    head: int = 0,
 ) -> CallEndpoint:
     return CallEndpoint(
         code=CODE,
@@ -42,6 +43,7 @@ def endpoint(
         rate=RateOptions(voice=VoiceMode.AUTOMATIC) if voice else None,
         portrait=portrait,
         name=name,
+        head=head,
     )
 
 

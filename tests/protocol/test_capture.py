@@ -230,7 +230,7 @@ def read_talker(talker: Talker) -> set[int]:
 
 @pytest.mark.slow
 def test_names_cameras_portraits_and_path_probes_of_a_call_of_two_are_as_wire_md_describes() -> None:
-    called, calling = endpoint("Zoë"), endpoint("Bob", A)
+    called, calling = endpoint("Zoë"), endpoint("Bob", A, head=5)
     link = Link({A: called, B: calling}, delays=lambda _: [0.04])
     frames = send_frames(called, calling)
     link.tick = frames
@@ -249,7 +249,7 @@ def test_names_cameras_portraits_and_path_probes_of_a_call_of_two_are_as_wire_md
     random_bytes(32 + 1)  # for answers, which it does not give
     sent = {data[2]: data[5:-4] for _, _, _, data in capture if data[0] == 0x93}
     session, from_caller, from_called = secrets(sent, random_bytes)
-    participants: dict[bool, list[tuple[bool, bool, str]]] = {True: [], False: []}
+    participants: dict[bool, list[tuple[bool, bool, int, str]]] = {True: [], False: []}
     probes: dict[bool, list[bytes]] = {True: [], False: []}
     answers: dict[bool, list[bytes]] = {True: [], False: []}
     camera_is_on = True
@@ -264,7 +264,7 @@ def test_names_cameras_portraits_and_path_probes_of_a_call_of_two_are_as_wire_md
             else:
                 assert camera_is_on or part[0] in (2, 10, 3), "nothing of the face"
                 assert kind(part) in ORDER
-    assert set(participants[False]) == {(True, False, "Zoë")}
+    assert set(participants[False]) == {(True, False, 0, "Zoë")}
     states = [(True, False), (False, False), (True, False), (True, True)]
-    assert [key for key, _ in groupby(participants[True])] == [(*state, "Bob") for state in states]
+    assert [key for key, _ in groupby(participants[True])] == [(*state, 5, "Bob") for state in states]
     assert not probes[True] and probes[False] and set(answers[True]) == set(probes[False]) and not answers[False]

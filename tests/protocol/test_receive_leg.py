@@ -207,7 +207,7 @@ def test_the_newest_datagram_tells_whether_the_camera_is_on() -> None:
     off, on = (encode_body(ParticipantMessage("Ada", camera)) for camera in (CameraState.OFF, CameraState.ON))
     assert (leg.name, leg.camera, leg.portrait_percent) == ("", CameraState.ON, None)
     receive(leg, off, counter=5)
-    assert (leg.name, leg.camera) == ("Ada", CameraState.OFF)
+    assert (leg.name, leg.camera, leg.head) == ("Ada", CameraState.OFF, 0)
     receive(leg, encode_body(payload(0)), counter=4)
     assert leg.camera is CameraState.OFF, "the frame is older"
     receive(leg, encode_body(KeepAlive(1.0, Presence.NO_FACE)), counter=6)
@@ -334,3 +334,9 @@ def test_a_refresh_is_requested_in_one_report_and_an_undecodable_body_is_not_ack
     (feedback,) = leg.bodies_to_send(101.0)
     assert isinstance(feedback, Feedback)
     assert not feedback.refresh and feedback.report.lost == 0
+
+
+def test_a_participant_tells_which_head_it_has_chosen() -> None:
+    leg = Leg()
+    receive(leg, encode_body(ParticipantMessage("", CameraState.ON, head=4)), counter=0)
+    assert (leg.name, leg.head) == ("", 4)

@@ -27,7 +27,7 @@ from conf.protocol.messages import (
     VoicePayload,
     VoiceStateMessage,
 )
-from conf.protocol.participant.state import CameraState
+from conf.protocol.participant.state import MAX_HEAD, CameraState
 from conf.protocol.session.paths.candidates import PathCandidates
 from conf.protocol.voice.formats import VoiceFormat, VoiceState
 from conf.protocol.wire import MAX_BODY, decode_body, encode_body, join_bodies
@@ -213,7 +213,6 @@ def voice_format(**changes: object) -> bytes:
         (b"\x09\0\x80", "not a voice state"),
         (b"\x09\0\0\0", "not a voice state"),
         (b"\x0b", "not a camera state and a name"),
-        (b"\x0b\4", "not a camera state and a name"),
         (b"\x0b\0" + b"x" * 33, "not a camera state and a name"),
         (b"\x0b\0\xff", "a name is not UTF-8"),
         (b"\x0c" + bytes(7), "a token has 8 bytes"),
@@ -249,6 +248,13 @@ def test_any_msgpack_array_gives_a_body_or_protocol_error(kind: int, values: lis
         decode_body(bytes((kind,)) + msgpack.packb(values))
     except ProtocolError:
         pass
+
+
+@pytest.mark.parametrize("camera", [CameraState.ON, CameraState.OFF])
+def test_a_head_shares_the_byte_of_camera_and_portrait(camera: CameraState) -> None:
+    for head in range(MAX_HEAD + 1):
+        message = ParticipantMessage("Ada", camera, head % 2 == 1, head)
+        assert len(encode_body(message)) == 5 and decode_body(encode_body(message)) == message
 
 
 def test_a_received_name_is_cleaned() -> None:

@@ -71,6 +71,7 @@ BODIES: dict[str, Body] = {
     "voice_state_muted": VoiceStateMessage(VoiceState.MUTED, 127),
     "participant": ParticipantMessage("Zoë", CameraState.OFF),
     "participant_withdrawn": ParticipantMessage("Zoë", CameraState.ON, is_portrait_withdrawn=True),
+    "participant_head": ParticipantMessage("", CameraState.ON, head=3),
     "path_probe": PathProbe(bytes.fromhex("31415926 53589793")),
     "path_answer": PathAnswer(bytes.fromhex("31415926 53589793")),
     "path_candidates": PathCandidates(
@@ -126,7 +127,7 @@ def invalid() -> dict[str, bytes]:
         "voice_format_without_name": b"\x08\x96\x02\xa0" + good["voice_format_fixed"][10:],
         "voice_state_2": b"\x09\x02" + good["voice_state"][2:],
         "voice_state_5": b"\x09\x05" + good["voice_state"][2:],
-        "participant_camera_4": b"\x0b\x04" + good["participant"][2:],
+        "participant_without_camera": good["participant"][:1],
         "participant_name_too_long": good["participant"][:2] + b"x" * 33,
         "participant_name_cut": good["participant"][:-1],
         "path_probe_cut": good["path_probe"][:-1],

@@ -33,7 +33,7 @@ from conf.protocol.messages import (
     VoiceFormatMessage,
     VoiceStateMessage,
 )
-from conf.protocol.participant.state import CameraState
+from conf.protocol.participant.state import MAX_HEAD, CameraState
 from conf.protocol.portrait.chunks import MAX_OBJECT_BYTES, Chunk, encode_chunk
 from conf.protocol.rate_control.rate_levels import VoiceMode
 from conf.protocol.rate_control.send_budget import RateOptions
@@ -113,7 +113,7 @@ class HostileBodies:
 
     def _participant(self) -> bytes:
         camera = (CameraState.ON, CameraState.OFF)[self._count % 2]
-        return encode_body(ParticipantMessage(str(self._count), camera))
+        return encode_body(ParticipantMessage(str(self._count), camera, head=self._random.randrange(MAX_HEAD + 1)))
 
     def _voice(self) -> bytes:
         if self._random.random() < 0.5:

@@ -1,4 +1,4 @@
-"""What one end announces of its participant: name, camera, and whether its portrait may be shown. No I/O, no clock.
+"""What one end announces of its participant: name, head, camera, whether its portrait may be shown. No I/O, no clock.
 
 Strategy. An announcement rides in a datagram and is repeated until one is acknowledged; then it costs nothing. That the
 camera is on again, the motion tells too. While it is off, the announcement is also the keep-alive.
@@ -24,14 +24,16 @@ class OutboundParticipant:
     camera : ON or OFF; is_portrait_withdrawn : whether the images sent of the person are no longer to be shown
     """
 
-    def __init__(self, name: str = "") -> None:
+    def __init__(self, name: str = "", *, head: int = 0) -> None:
+        """head : number of the head that the participant has chosen, 0 for none"""
         self.camera = CameraState.ON
         self.is_portrait_withdrawn = False
         self._name = clean_name(name)
+        self._head = head
         self.restart(float("-inf"))
 
     def restart(self, now: float) -> None:
-        """Begin a new session, whose receiver knows nothing: no name, and a camera that is on."""
+        """Begin a new session, whose receiver knows nothing: no name, no head, and a camera that is on."""
         self._in_flight: OrderedDict[int, ParticipantMessage] = OrderedDict()  # by datagram counter
         self._is_known = self._message == ParticipantMessage("", CameraState.ON)
         self._sent_at = float("-inf")
@@ -88,4 +90,4 @@ class OutboundParticipant:
 
     @property
     def _message(self) -> ParticipantMessage:
-        return ParticipantMessage(self._name, self.camera, self.is_portrait_withdrawn)
+        return ParticipantMessage(self._name, self.camera, self.is_portrait_withdrawn, self._head)

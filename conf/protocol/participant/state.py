@@ -7,6 +7,7 @@ from enum import Enum
 from conf.protocol.voice.formats import VoiceState
 
 MAX_NAME_BYTES = 32  # UTF-8
+MAX_HEAD = 63
 
 
 class CameraState(Enum):

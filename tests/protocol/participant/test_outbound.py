@@ -79,3 +79,10 @@ def test_a_portrait_that_is_withdrawn_is_announced_until_that_is_acknowledged() 
     assert not side.is_due(9.0)
     side.set_portrait_withdrawn(False, 10.0)
     assert announced(side, 10.0) == ParticipantMessage("", ON)
+
+
+def test_a_head_is_announced_without_a_name_too() -> None:
+    side = OutboundParticipant(head=3)
+    assert side.is_due(0.0) and announced(side, 0.0) == ParticipantMessage("", ON, head=3)
+    side.on_acknowledged([0])
+    assert not side.is_due(9.0)
