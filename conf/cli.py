@@ -24,6 +24,7 @@ from conf.commands import (
     export,
     extract,
     fit,
+    heads,
     measure,
     models,
     receive,
@@ -42,8 +43,8 @@ from conf.settings import Settings, load_settings, settings_path
 
 COMMANDS = {
     "demo": demo, "call": call, "receive": receive, "send": send, "extract": extract, "animate": animate,
-    "export": export, "fit": fit, "measure": measure, "models": models, "devices": devices,
-    "relay": relay, "doctor": doctor, "settings": settings,
+    "export": export, "fit": fit, "heads": heads, "measure": measure, "models": models,
+    "devices": devices, "relay": relay, "doctor": doctor, "settings": settings,
 }  # fmt: skip
 WITH_SETTINGS = {"call", "receive", "send", "doctor"}  # commands whose options have the user's settings as defaults
 

@@ -33,7 +33,7 @@ class Settings:
     camera : number or device; microphone, speaker : number or name
     portrait : whether images of the person may be sent
     kbps : highest rate, kbit/s; voice : one of VOICE_CHOICES
-    face : a mesh file, absolute
+    face : a mesh file, absolute; head : name of the head that this participant is drawn with
     """
 
     name: str | None = None
@@ -44,6 +44,7 @@ class Settings:
     kbps: float | None = None
     voice: str | None = None
     face: Path | None = None
+    head: str | None = None
 
 
 NAMES = tuple(field.name for field in fields(Settings))
@@ -94,7 +95,7 @@ def _path(value: object) -> Path:
 # Each returns the value of a field from the value in the file, or raises ValueError.
 _READERS: dict[str, Callable[[object], object]] = {
     "name": _name, "camera": _device, "microphone": _device, "speaker": _device, "portrait": _boolean, "kbps": _kbps,
-    "voice": _voice, "face": _path,
+    "voice": _voice, "face": _path, "head": _line_of_text,
 }  # fmt: skip
 
 

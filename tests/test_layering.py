@@ -33,7 +33,7 @@ MAY_IMPORT = {
     "receiver": {"output", "render", "transport", "audio", "face", "protocol"},
     "animator": {"output", "render", "face"},
     "call": {"receiver", "sender", "render", "transport", "face", "protocol"},
-    "start": {"sender", "render", "transport", "audio", "protocol", "settings"},
+    "start": {"sender", "render", "face", "transport", "audio", "protocol", "settings"},
     "commands": {
         *("start", "animator", "call", "receiver", "sender", "mesh_fitting", "output", "render", "transport"),
         *("audio", "face", "protocol", "relay", "settings"),
@@ -50,7 +50,7 @@ FACE_LEVELS = (
     {"mesh"},
     {"deformation"},
     {"animation", "portrait"},
-    {"default_head"},
+    {"default_head", "head_catalogue", "head_variant", "proportions"},
     {"fitting"},
     {"loading"},
     {"prepared_face"},

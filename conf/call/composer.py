@@ -16,6 +16,7 @@ from conf.protocol.messages import MotionFrame
 from conf.protocol.participant.state import CameraState
 from conf.protocol.receive_leg import ReceiveLeg
 from conf.receiver.call_stats import CallStatsCollector
+from conf.receiver.heads.participant_heads import HeadOptions, Look, look_of
 from conf.receiver.participant_grid import BACKGROUND, ParticipantGrid
 from conf.receiver.resolution_control import ResolutionControl
 from conf.receiver.viewer_controls import ViewerControls, help_lines
@@ -46,12 +47,15 @@ class CallComposer(GpuObject):
         draw_clock: Callable[[], float] | None = None,
         sound: CallSound | None = None,
         is_interactive: bool = True,
+        heads: HeadOptions | None = None,
+        own_head: int = 0,
     ) -> None:
         """Prepare drawing.
 
         waiting : what to say while there is no call
         has_face : whether one's own face is being seen
         draw_clock, sound : as in FrameComposer
+        heads : as in FrameComposer; own_head : number of the head that this end has chosen, 0 for none
         is_interactive : whether somebody needs buttons and the own image; a clip that is being written does not
         """
         self.note = ""
@@ -69,7 +73,8 @@ class CallComposer(GpuObject):
         self._draw_clock = draw_clock
         self._is_interactive = is_interactive
         self._resolution = ResolutionControl()
-        self._grid = ParticipantGrid(window, face)
+        self._grid = ParticipantGrid(window, face, heads)
+        self._own_head = own_head
         self._overlay = ImGuiOverlay(window.ctx)
         self._own_picture = SelfPicture(window.ctx, self_view)
         self._stats = CallStatsCollector(endpoint, sound)
@@ -125,6 +130,8 @@ class CallComposer(GpuObject):
         if stream.received_objects:  # one object per frame: the photo takes as long as several frames
             self._grid.receive_portrait_object(OTHER_ID, stream.received_objects.popleft())
         self._grid.withdrawn = {OTHER_ID} if stream.is_portrait_withdrawn else ()
+        own_fapu = self._endpoint.outbound.parameters.fapu
+        self._grid.looks = {OTHER_ID: look_of(stream), SELF_ID: Look(self._own_head, own_fapu)}
         self._grid.draw({OTHER_ID: self._frame}, self.controls.view, now)
         self.controls.shows_photo = self._grid.shows_photo
 

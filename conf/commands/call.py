@@ -29,6 +29,7 @@ from conf.commands.support.capture import (
 )
 from conf.commands.support.display import DisplayOptions, check_before_call, open_display
 from conf.commands.support.garbage import frozen_memory
+from conf.commands.support.heads import add_head, add_proportions, head_loader, head_number
 from conf.commands.support.interruption import until_interrupted
 from conf.commands.support.sound import PlayedSound, add_no_sound, add_sound_output
 from conf.errors import ConfError
@@ -59,7 +60,7 @@ MAX_OBJECTS = 64  # of one's own portrait that wait to be drawn in the corner
 IMPORT_DELAY_S = 2.0  # from the loop's start until what portraits need is imported: a third of a second of CPU time
 # What a call is announced with before the camera is open.
 CAMERA_SIZE = (640, 480)
-FAPU = (6.4, 4.5, 3.0, 5.0, 1.1)  # cm
+FAPU = (6.64, 5.035, 2.881, 5.18, 1.024)  # of a mean face, cm
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,8 @@ class CallOptions:
     remote : whom to call, None to wait for a call
     code : as normalise_code returns it; name : shown at the other end
     portrait : whether images of the person may be sent from the start
-    face : mesh on which the other participant is drawn, None for the default head
+    face : mesh on which the other participant is drawn, None for the shipped heads
+    head : number of the head that this end has chosen, 0 for none; proportions : whether heads take on their person's
     on_ready : called with the address and the code, once a call can come
     """
 
@@ -82,6 +84,8 @@ class CallOptions:
     name: str = ""
     portrait: bool = False
     face: Path | None = None
+    head: int = 0
+    proportions: bool = True
     seconds: float | None = None
     on_ready: Callable[[str], None] = lambda text: None
     on_note: Callable[[str], None] = lambda text: None
@@ -94,7 +98,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_listen(parser, is_required=True)
     parser.add_argument("--name", default=None, help="your name, shown at the other end (default: the login name)")
     add_capture(parser, code_help=CODE_HELP)
+    add_head(parser)
     add_face(parser)
+    add_proportions(parser)
     add_headless(parser)
     parser.add_argument(
         "--show-when-connected", action="store_true", help="open no window before the other participant is there"
@@ -131,6 +137,8 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
         name=login_name() if options.name is None else options.name,
         portrait=options.portrait,
         face=options.face,
+        head=head_number(options.head),
+        proportions=not options.no_proportions,
         seconds=options.seconds,
         on_ready=terminal.write,
         on_note=terminal.write,
@@ -231,6 +239,7 @@ def _endpoint(options: CallOptions, socket: UdpSocket, objects: SharedObjectSend
         rate=rate_options(options.capture, voice=options.capture.voice != "off"),
         portrait=objects,
         name=options.name,
+        head=options.head,
     )
 
 
@@ -243,6 +252,7 @@ def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, dra
     from conf.call.view import Waiting
     from conf.protocol.address import format_address
     from conf.receiver.call_display import CallDisplay
+    from conf.receiver.heads.participant_heads import HeadOptions
 
     address = format_address(options.remote or end.socket.address)
     state = LocalState(portrait=options.portrait, has_microphone=end.voice is not None)
@@ -259,6 +269,8 @@ def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, dra
         draw_clock=drawing.draw_clock,
         sound=drawing.sound,
         is_interactive=options.display.headless is None,
+        heads=HeadOptions(head_loader(options.face), proportions=options.proportions),
+        own_head=options.head,
     )
     display = CallDisplay(window, composer, drawing)
     local = LocalEnd(thread, state, end.objects, end.self_view, end.voice)

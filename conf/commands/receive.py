@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +14,7 @@ from conf.commands.support.arguments import add_face, add_headless, add_json, ad
 from conf.commands.support.call_table import call_table
 from conf.commands.support.display import DisplayOptions, check_before_call, open_display
 from conf.commands.support.garbage import frozen_memory
+from conf.commands.support.heads import add_proportions, head_loader
 from conf.commands.support.interruption import until_interrupted
 from conf.commands.support.sound import add_no_sound, add_sound_output
 
@@ -27,15 +28,20 @@ HELP = "accept calls, show the participants and play their voices"
 
 @dataclass(frozen=True)
 class ReceiveOptions(DisplayOptions):
-    """How the participants are shown, and for how long."""
+    """How the participants are shown, and for how long.
+
+    proportions : whether heads take on those of their participants
+    """
 
     seconds: float | None = None
+    proportions: bool = True
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_listen(parser)
     parser.add_argument("--code", type=pairing_code, help="the code that callers need (default: a new one each time)")
     add_face(parser)
+    add_proportions(parser)
     add_headless(parser)
     add_sound_output(parser)
     add_no_sound(parser, "play and record no voice")
@@ -59,6 +65,7 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
             sound=not options.no_sound,
             speaker=options.speaker,
             seconds=options.seconds,
+            proportions=not options.no_proportions,
         )
         report = receive(socket, code, receive_options, face=options.face)
     terminal.print_figures("the call", report, call_table(report))
@@ -83,6 +90,7 @@ def receive(
     from conf.protocol.address import format_address
     from conf.protocol.receiver_endpoint import ReceiverEndpoint
     from conf.protocol.session.server import SessionServer
+    from conf.receiver.heads.participant_heads import HeadOptions
     from conf.receiver.participant_grid import import_portraits
     from conf.receiver.pipeline import ReceiverLoop
 
@@ -93,7 +101,8 @@ def receive(
     endpoint = ReceiverEndpoint(SessionServer(code, os.urandom))
     idle_text = f"listening on {format_address(socket.address)}   code  {code}"
     with open_display(options, endpoint.streams, idle_text=idle_text) as (window, loop_options):
-        loop = ReceiverLoop(window, model, endpoint, socket, loop_options)
+        heads = HeadOptions(head_loader(face), proportions=options.proportions)
+        loop = ReceiverLoop(window, model, endpoint, socket, replace(loop_options, heads=heads))
         return _run(loop, options, should_continue)
 
 

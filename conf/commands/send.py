@@ -23,6 +23,7 @@ from conf.commands.support.capture import (
     stream_parameters,
 )
 from conf.commands.support.garbage import frozen_memory
+from conf.commands.support.heads import add_head, head_number
 from conf.commands.support.interruption import until_interrupted
 from conf.commands.support.sound import MuteSwitch, add_no_sound
 from conf.commands.support.terminal_keys import terminal_keys
@@ -39,8 +40,12 @@ MUTE_HINT = "M mutes the microphone, and turns it on again"
 
 @dataclass(frozen=True)
 class SendOptions(CaptureOptions):
-    """What is sent and for how long. preview : show the camera's image in a window"""
+    """What is sent and for how long.
 
+    preview : show the camera's image in a window; head : number of the head to be drawn with, 0 for a free one
+    """
+
+    head: int = 0
     seconds: float | None = None
     preview: bool = False
 
@@ -51,12 +56,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--preview", action="store_true", help="show the camera's image in a window; N: my neutral face, M: mute"
     )
+    add_head(parser)
     add_no_sound(parser, "send no voice")
     add_seconds(parser)
     add_json(parser)
 
 
 def run(options: argparse.Namespace, terminal: Terminal) -> None:
+    options.head = head_number(options.head)
     code = options.code or read_code(terminal, "the receiver")
     apply_switches(options, terminal)
     send_options = SendOptions(**{field.name: getattr(options, field.name) for field in fields(SendOptions)})
@@ -121,7 +128,9 @@ def send(
         assert socket.remote is not None
         session = SenderSession(code, socket.remote, os.urandom, now)
         rate = rate_options(options, voice=voice is not None)
-        connection = SenderConnection(session, stream_parameters(source), now, rate=rate, portrait=object_sender)
+        connection = SenderConnection(
+            session, stream_parameters(source), now, rate=rate, portrait=object_sender, head=options.head
+        )
         loop = SenderLoop(source, connection, socket, voice=voice)
         mute.voice = voice
         with frozen_memory(), until_interrupted() as is_uninterrupted, terminal_keys() as read_keys:

@@ -22,7 +22,8 @@ DESCRIPTIONS = {
     "portrait": ("whether images of you may be sent: true or false", "false"),
     "kbps": ("never more kbit/s than this", "no limit"),
     "voice": ("auto, opus, codec2 or off", "auto"),
-    "face": ("the mesh that others are drawn with", "the shipped head"),
+    "face": ("the mesh that others are drawn with", "the shipped heads"),
+    "head": ("the head that you are drawn with, one of `conf heads`", "a free one"),
 }
 
 

@@ -36,6 +36,12 @@ HEADS = (
     Head(1, "alex", "person of thirty, short dark brown hair"),
     Head(2, "maria", "woman of thirty, long dark brown hair"),
     Head(3, "kofi", "man of thirty-five, dark skin, very short black hair, short beard"),
+    Head(4, "mei", "woman of twenty-five, black hair in a bob"),
+    Head(5, "henrik", "man of seventy, bald on top, white hair and beard"),
+    Head(6, "amara", "woman of thirty, brown skin, black hair in a bun"),
+    Head(7, "rosa", "woman of sixty-five, grey hair in a bun"),
+    Head(8, "arjun", "man of thirty, brown skin, black hair, full beard"),
+    Head(9, "ingrid", "woman of twenty, freckles, short red hair"),
 )
 HEADS_BY_NAME = {head.name: head for head in HEADS}
 HEADS_BY_NUMBER = {head.number: head for head in HEADS}

@@ -57,7 +57,7 @@ def _variant(path: Path, arrays: Any, default: Mesh, shapes: Blendshapes) -> Hea
     is_hair[default.groups[_HAIR]] = True
     shared = int(default.triangles[~is_hair].max()) + 1
     corners = np.stack([default.triangles, default.render_triangles], axis=-1).astype(np.int64)[~is_hair]
-    hair = _split_quads(arrays["hair"].astype(np.int64)) + [shared, len(default.uvs)]
+    hair = _split_quads(arrays["hair"].astype(np.int64)) + np.array([shared, len(default.uvs)])
     renumber = np.cumsum(~is_hair) - 1
     groups = {name: renumber[triangles] for name, triangles in default.groups.items() if name != _HAIR}
     if len(hair):

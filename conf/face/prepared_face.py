@@ -12,6 +12,7 @@ from conf.face.deformation.eyelids import Lashes, LidCover
 from conf.face.deformation.face_model import FaceModel
 from conf.face.deformation.rig import Eye, EyelidHelpers, Jaw, Rig
 from conf.face.formats.mtl import MeshMaterial
+from conf.face.head_catalogue import DEFAULT_NUMBER, HEADS_BY_NUMBER, Head
 from conf.face.mesh.mesh import Mesh
 from conf.face.similarity import SimilarityTransform
 
@@ -28,5 +29,18 @@ def prepared_face(path: Path | None = None, /) -> FaceModel:
 
     if path is not None and path.resolve() != DEFAULT_HEAD.resolve():
         return load()
-    key = cache_key(source_state("face"), folder_state(DEFAULT_HEAD.parent, "*"))
-    return cached("faces", key, load, *_CLASSES)
+    return prepared_head(HEADS_BY_NUMBER[DEFAULT_NUMBER])
+
+
+def prepared_head(head: Head, /) -> FaceModel:
+    """Return the same as `load_head`. Raises FileFormatError if a file is missing or malformed."""
+
+    def load() -> FaceModel:
+        from conf.face.loading import load_head  # with SciPy
+
+        return load_head(head)
+
+    folders = [folder_state(DEFAULT_HEAD.parent, "*")]
+    if not head.is_default:
+        folders.append(folder_state(head.path.parent, f"{head.name}.*"))
+    return cached("faces", cache_key(source_state("face"), *folders), load, *_CLASSES)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from conf.receiver.draw_schedule import DrawSchedule
+from conf.receiver.heads.participant_heads import HeadOptions
 from conf.receiver.viewer_controls import ViewerControls
 from conf.receiver.voice.call_sound import CallSound
 from conf.receiver.voice.voice_status import UnknownCodecs
@@ -23,6 +24,7 @@ class LoopOptions:
     on_event : called with a short text when a caller comes, goes, moves or has a wrong code, or the network fails
     draw_clock : seconds, to adapt the resolution to the time that drawing takes; None draws all in full
     sound : what the callers' voices are heard through, None for silence
+    heads : the heads of participants; None for one face of all
     """
 
     fps: float
@@ -31,6 +33,7 @@ class LoopOptions:
     on_event: Callable[[str], None] | None = None
     draw_clock: Callable[[], float] | None = None
     sound: CallSound | None = None
+    heads: HeadOptions | None = None
 
 
 class Composer(Protocol):

@@ -7,6 +7,7 @@ from conf.protocol.messages import MotionFrame
 from conf.receiver.call_panels import CallPanels, NamePlate
 from conf.receiver.call_stats import CallStatsCollector, ReceivingEnd
 from conf.receiver.cell_cache import Viewport
+from conf.receiver.heads.participant_heads import HeadOptions, look_of
 from conf.receiver.panel_layout import Rect
 from conf.receiver.participant_grid import ParticipantGrid
 from conf.receiver.resolution_control import ResolutionControl
@@ -34,13 +35,16 @@ class FrameComposer(GpuObject):
         idle_text: str = "",
         draw_clock: Callable[[], float] | None = None,
         sound: CallSound | None = None,
+        heads: HeadOptions | None = None,
     ) -> None:
         """Prepare drawing.
 
+        face : of everybody, or the default head if there are others
         idle_text : message while there is no call, such as where to call and with which code
         draw_clock : seconds, to measure how long drawing takes; given one, resolution and rate of the heads are adapted
             so that 30 frames a second are drawn
         sound : of the call, None if it is silent
+        heads : the other heads, and whether they take on proportions
         """
         self.controls = ViewerControls(window, sound=sound)
         self.names: dict[int, str] = {}
@@ -50,7 +54,7 @@ class FrameComposer(GpuObject):
         self._window = window
         self._endpoint = endpoint
         self._idle_text = idle_text
-        self._grid = ParticipantGrid(window, face)
+        self._grid = ParticipantGrid(window, face, heads)
         self._overlay = ImGuiOverlay(window.ctx)
         self._stats = CallStatsCollector(endpoint, sound)
         self._frames: dict[int, MotionFrame | None] = {}
@@ -96,6 +100,7 @@ class FrameComposer(GpuObject):
             if stream.received_objects:  # one object per frame: the photo takes as long as several frames
                 self._grid.receive_portrait_object(session, stream.received_objects.popleft())
         self._grid.withdrawn = {session for session, stream in streams.items() if stream.is_portrait_withdrawn}
+        self._grid.looks = {session: look_of(stream) for session, stream in streams.items()}
         cells = self._grid.draw(frames, controls.view, now)
         controls.shows_photo = self._grid.shows_photo
         panels = self._panels(cells, now)

@@ -16,11 +16,11 @@ from conf.face.deformation.face_model import FaceModel
 from conf.face.head_pose import HeadPose
 from conf.protocol.messages import MotionFrame
 from conf.receiver.cell_cache import CellCache, CellContent, Viewport
+from conf.receiver.heads.participant_heads import HeadOptions, Look, ParticipantHeads
 from conf.receiver.resolution_control import DrawingDetail
 from conf.receiver.stats_overlay import covered_width
 from conf.render.auto_framing import AutoFraming, FrameArea, rest_pose
 from conf.render.camera import ViewState
-from conf.render.face_renderer import FaceRenderer
 from conf.render.gpu_object import GpuObject
 from conf.render.window import Window
 
@@ -64,17 +64,19 @@ class ParticipantGrid(GpuObject):
     """Draws the participants' motion, each on the face model or on their portrait, into a window.
 
     detail : how finely to draw; the resolution is that of heads, portraits are drawn in full
+    looks : what each participant has told of its looks
     shows_photo : whether the last image shows a portrait
     withdrawn : participants whose portraits are not to be shown
     """
 
-    def __init__(self, window: Window, face: FaceModel) -> None:
+    def __init__(self, window: Window, face: FaceModel, heads: HeadOptions | None = None) -> None:
+        """Prepare drawing. face : of everybody, or the default head if there are others"""
         self.detail = DrawingDetail()
         self.withdrawn: Collection[int] = ()
+        self.looks: dict[int, Look] = {}
         self.shows_photo = False
         self._window = window
-        self._face = face
-        self._renderer = FaceRenderer(window.ctx, face)
+        self._heads = ParticipantHeads(window.ctx, face, heads or HeadOptions())
         self._framing: dict[int, AutoFraming] = {}
         self._portraits: dict[int, PortraitRenderer] = {}
         self._objects: dict[int, int] = {}  # received, of each participant's portrait
@@ -100,7 +102,9 @@ class ParticipantGrid(GpuObject):
         for gone in self._portraits.keys() - frames.keys() - self._insets.keys():
             self._portraits.pop(gone).release()
             self._objects.pop(gone)
-        self._renderer.scale = self.detail.scale
+        self._heads.scale = self.detail.scale
+        apart = {participant: self.looks[participant] for participant in self._insets if participant in self.looks}
+        self._heads.update({who: self.looks.get(who, Look()) for who in frames}, now, apart=apart)
         self.shows_photo = any(self._shows_photo(participant, frame, view) for participant, frame in frames.items())
         drawn, covered = frames or {PLACEHOLDER_ID: None}, self._covered(view)
         rectangles = layout_grid(len(drawn), self._window.size, left=covered if len(drawn) > 1 else 0)
@@ -129,7 +133,7 @@ class ParticipantGrid(GpuObject):
         self._window.framebuffer.viewport = (0, 0, *self._window.size)
 
     def release(self) -> None:
-        for owned in (self._renderer, *self._portraits.values(), *([self._cache] if self._cache else [])):
+        for owned in (self._heads, *self._portraits.values(), *([self._cache] if self._cache else [])):
             owned.release()
 
     def _draw_several(
@@ -160,7 +164,7 @@ class ParticipantGrid(GpuObject):
     ) -> CellContent:
         """Return what a participant's cell is to show. area : of the cell in which the head is kept"""
         is_photo = self._shows_photo(participant, frame, view)
-        version = (self._renderer.scale, is_photo, self._objects.get(participant, 0))
+        version = (self.detail.scale, is_photo, self._objects.get(participant, 0), self._heads.version(participant))
         if frame is None:
             return CellContent(None, rest_pose(area), view, version)
         pose = HeadPose.from_vector(frame.pose)
@@ -177,8 +181,7 @@ class ParticipantGrid(GpuObject):
         if displacements is not None and (photo := self._portrait(participant, view)):
             photo.draw(displacements, pose, view, framebuffer)
             return
-        vertices = self._face.neutral if displacements is None else self._face.deform(displacements)
-        self._renderer.draw(vertices, pose, view, framebuffer, participant=participant)
+        self._heads.draw(participant, displacements, pose, view, framebuffer)
 
     def _portrait(self, participant: int, view: ViewState) -> "PortraitRenderer | None":
         """Return the portrait to draw a participant's motion with, None for the face model."""

@@ -24,7 +24,13 @@ class ReceiverLoop:
         self._endpoint = endpoint
         self._socket = socket
         self._composer = FrameComposer(
-            window, face, endpoint, idle_text=options.idle_text, draw_clock=options.draw_clock, sound=options.sound
+            window,
+            face,
+            endpoint,
+            idle_text=options.idle_text,
+            draw_clock=options.draw_clock,
+            sound=options.sound,
+            heads=options.heads,
         )
         self._display = CallDisplay(window, self._composer, options)
         lock = options.sound.lock if options.sound else None

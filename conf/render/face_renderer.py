@@ -4,6 +4,7 @@ For each frame the neck is bent and the vertex normals are computed, both are up
 drawn with its material's shaders into a render target, and the target is resolved into the framebuffer.
 """
 
+from dataclasses import dataclass
 from itertools import groupby
 
 import moderngl
@@ -34,12 +35,36 @@ CLIP_TO_TEXTURE = np.array([[0.5, 0, 0, 0.5], [0, 0.5, 0, 0.5], [0, 0, 0.5, 0.5]
 MAX_TARGETS = 6  # render targets kept, one per size and scale: the cells of a grid of participants differ in size
 
 
+@dataclass(frozen=True)
+class PreparedMesh:
+    """What a renderer needs of a mesh and can be made by another thread than that of the graphics card."""
+
+    mesh: Mesh
+    images: MeshImages
+
+
+def prepare_mesh(mesh: Mesh, /) -> PreparedMesh:
+    """Order a mesh for drawing and read its textures. Raises FileFormatError if a texture is not an image."""
+    images = MeshImages(mesh)
+    for number in images.numbers:
+        images.pixels(number)  # read now, and kept
+    return PreparedMesh(drawn_mesh(mesh, images), images)
+
+
 class FaceRenderer(GpuObject):
     """Draws one face frame after frame."""
 
-    def __init__(self, ctx: moderngl.Context, face: FaceModel, *, lighting: Lighting = STUDIO) -> None:
-        images = MeshImages(face.mesh)
-        mesh = drawn_mesh(face.mesh, images)
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        face: FaceModel,
+        *,
+        lighting: Lighting = STUDIO,
+        prepared: PreparedMesh | None = None,
+    ) -> None:
+        """prepared : of the face's mesh, None to prepare it here"""
+        prepared = prepared or prepare_mesh(face.mesh)
+        mesh, images = prepared.mesh, prepared.images
         self.background = "wall"  # a key of render_target.BACKDROPS or SOLID_COLOURS
         self.scale = 1.0  # of the width and height in which the face is drawn, before it is enlarged to the viewport
         self.target: RenderTarget | None = None  # of the last draw
@@ -62,6 +87,8 @@ class FaceRenderer(GpuObject):
             )
             for group, number, triangles in ordered_parts(mesh)
         ]  # fmt: skip
+        self._face = face
+        self._shift: NDArray[np.float32] | None = None
         for part in self._parts:
             part.set_anatomy(face)
         self._wireframe = WireframeRenderer(ctx, mesh, self._vertices)
@@ -83,12 +110,18 @@ class FaceRenderer(GpuObject):
         framebuffer: moderngl.Framebuffer,
         *,
         participant: int = 0,
+        shift: NDArray[np.float32] | None = None,
     ) -> None:
         """Draw the face into the framebuffer's viewport.
 
         vertices : (V, 3) float32, face axes, cm
         participant : number of who is drawn, where several are drawn in turn
+        shift : (V, 3) of the neutral face that the vertices are deformed from, from the renderer's face; None for none
         """
+        if shift is not self._shift:
+            self._shift = shift
+            for part in self._parts:
+                part.set_anatomy(self._face, shift)
         bent = self._neck.apply(vertices, pose)
         interleaved = self._normals.interleaved(bent)
         points = self._markers.positions(vertices)
@@ -183,14 +216,20 @@ class MeshPart(DrawCall):
         if tint is not None and "tint" in self.program:
             self.program["tint"] = tint
 
-    def set_anatomy(self, face: FaceModel) -> None:
-        """Set the uniforms of eyes and mouth to their position on the neutral face."""
+    def set_anatomy(self, face: FaceModel, shift: NDArray[np.float32] | None = None) -> None:
+        """Set the uniforms of eyes and mouth to their position on the neutral face.
+
+        shift : (V, 3) of its vertices, cm
+        """
         if self.material is EYE:
-            ball = face.mesh.vertices[face.mesh.group_vertices(self.group)]
+            members = face.mesh.group_vertices(self.group)
+            ball = face.mesh.vertices[members] + (0.0 if shift is None else shift[members])
             self.program["centre"] = tuple((ball.min(axis=0) + ball.max(axis=0)) / 2)
             self.program["radius"] = np.ptp(ball[:, 1]) / 2
         if self.material is MOUTH:
-            self.program["centre"] = tuple(face.control_points[INNER_LIPS].mean(axis=0))
+            teeth = face.mesh.group_vertices("teeth_upper")
+            moved = 0.0 if shift is None or not len(teeth) else shift[teeth].mean(axis=0)
+            self.program["centre"] = tuple(face.control_points[INNER_LIPS].mean(axis=0) + moved)
 
     def draw(self, **matrices: bytes) -> None:
         """Draw the group.

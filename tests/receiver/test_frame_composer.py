@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from conf.face.deformation.face_model import FaceModel
+from conf.face.head_catalogue import DEFAULT_NUMBER
 from conf.protocol.voice.formats import VoiceState
 from conf.receiver.frame_composer import FrameComposer
 from conf.receiver.voice.call_sound import ClipSound
@@ -67,14 +68,14 @@ def test_the_resolution_of_the_heads_follows_the_drawing_time(window: OffscreenW
         def clock(
             pixels_s: float = pixels_s, now: list[float] = now, composers: list[FrameComposer] = composers
         ) -> float:
-            now[0] += pixels_s * composers[0]._grid._renderer.scale ** 2
+            now[0] += pixels_s * composers[0]._grid._heads.scale ** 2
             return now[0]
 
         with FrameComposer(window, face, make_receiver(), draw_clock=clock) as composer:
             composers.append(composer)
             for frame in range(60):
                 composed(composer, window, frame / 30)
-            target = composer._grid._renderer.target
+            target = composer._grid._heads._drawables[DEFAULT_NUMBER].renderer.target
             assert target is not None and target.size == (window.size[0] * scale, window.size[1] * scale)
 
 

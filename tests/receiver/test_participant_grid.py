@@ -120,9 +120,9 @@ def test_of_several_participants_those_that_moved_are_drawn_in_turn(
     drawn: list[int] = []
     draw = FaceRenderer.draw
 
-    def record(renderer: FaceRenderer, *args: Any, participant: int) -> None:
+    def record(renderer: FaceRenderer, *args: Any, participant: int, **options: Any) -> None:
         drawn.append(participant)
-        draw(renderer, *args, participant=participant)
+        draw(renderer, *args, participant=participant, **options)
 
     monkeypatch.setattr(FaceRenderer, "draw", record)
 

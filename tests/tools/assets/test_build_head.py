@@ -15,7 +15,7 @@ from conf.face.head_pose import ES0_CM
 from conf.face.mesh.mesh import Mesh, load_mesh
 from tools.assets.head.painting.noise import smoothstep
 from tools.assets.head.raycast import distances_along
-from tools.assets.head.scalp import hairline, polar
+from tools.assets.head.scalp import find_hairline, polar
 from tools.assets.head.unwrap import magnify
 
 FOLDER = DEFAULT_HEAD.parent
@@ -124,7 +124,7 @@ def test_anchors_lie_on_the_surface_and_away_from_the_face(mesh: Mesh) -> None:
 
 
 def test_hairline_is_symmetric_and_above_the_brows() -> None:
-    around = np.linspace(-np.pi, np.pi, 181)
+    around, hairline = np.linspace(-np.pi, np.pi, 181), find_hairline()
     assert np.allclose(hairline(around), hairline(-around))
     _, brow, _ = polar(np.array([[0.0, 4.5, 4.5]]))
     assert hairline(np.array([0.0])) < brow

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-
 from PIL import Image
 from scipy.spatial import KDTree
 
@@ -15,15 +14,7 @@ from tools.assets.head.character import Character, align_to_canonical, build_cha
 from tools.assets.head.control_vertices import VERTICES
 from tools.assets.head.corrections import NECK_AXIS, close_lips, fit_neck, soften_nose_wings
 from tools.assets.head.eyeballs import build_eyeball
-from tools.assets.head.files import (
-    TEXTURE,
-    Variant,
-    write_obj,
-    write_ppc,
-    write_rig,
-    write_shapes,
-    write_variant,
-)
+from tools.assets.head.files import TEXTURE, Variant, write_obj, write_ppc, write_rig, write_shapes, write_variant
 from tools.assets.head.hair import build_hair
 from tools.assets.head.lashes import build_lashes
 from tools.assets.head.painting.atlas import paint_atlas
@@ -121,13 +112,13 @@ def _variant(head: Head, default: Head) -> Variant:
     """Return what a head has of its own."""
     part = head.part
     shared = len(default.part.vertices) - len(np.unique(default.part.groups["hair"][..., 0]))
-    hair = part.groups.get("hair", np.empty((0, 4, 2), np.int64))
+    hair = part.groups.get("hair", np.empty((0, 4, 2), np.int64)).astype(np.int64)
     uvs = len(default.part.uvs) - len(np.unique(default.part.groups["hair"][..., 1]))
     turn = np.linalg.inv(default.character.turn.T) @ head.character.turn.T
     names = list(head.character.shapes)
     gaps = _lid_gap(head.points) / _lid_gap(default.points)
     scales = np.array([gaps if name.startswith(("eyeBlink", "eyeSquint", "eyeWide")) else 1.0 for name in names])
-    return Variant(part.vertices, hair - [shared, uvs], part.uvs[uvs:], turn, scales, head.points, head.rig)
+    return Variant(part.vertices, hair - np.array([shared, uvs]), part.uvs[uvs:], turn, scales, head.points, head.rig)
 
 
 def _lid_gap(points: NDArray[np.float64]) -> float:

@@ -41,9 +41,7 @@ class Character:
         return self.vertices[self.base.members(f"helper-{side}-eye")]
 
 
-def build_character(
-    source: Source, shape: ShapeParameters, layout: NDArray[np.float64] | None = None
-) -> Character:
+def build_character(source: Source, shape: ShapeParameters, layout: NDArray[np.float64] | None = None) -> Character:
     """Blend the targets and scale the figure to a distance of the eye centres of ES0_CM.
 
     layout : (V, 3) vertices of the default head, None if this is it

@@ -94,4 +94,6 @@ def fit_neck(character: Character, shoulders: float) -> Character:
     own = (own * own * (3 - 2 * own))[:, None]
     default = (character.layout - [0, 0, NECK_AXIS]) * [shoulders, 1, shoulders] + [0, 0, NECK_AXIS]
     body = np.isin(np.arange(len(height)), character.base.members("body"))[:, None]
-    return replace(character, vertices=np.where(body, default + own * (character.vertices - default), character.vertices))
+    return replace(
+        character, vertices=np.where(body, default + own * (character.vertices - default), character.vertices)
+    )

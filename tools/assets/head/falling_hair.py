@@ -48,12 +48,7 @@ def build_fall(scalp: Scalp, fall: Fall, height: ShellHeight, random: np.random.
 
 
 def _surface(
-    scalp: Scalp,
-    fall: Fall,
-    height: ShellHeight,
-    around: NDArray[np.float64],
-    ragged: NDArray[np.float64],
-    lift: float,
+    scalp: Scalp, fall: Fall, height: ShellHeight, around: NDArray[np.float64], ragged: NDArray[np.float64], lift: float
 ) -> NDArray[np.float64]:
     """Return (rows, columns, 3) points from the shell down. lift : distance outwards, cm"""
     position = np.full_like(around, 0.66)
@@ -88,8 +83,8 @@ def _ribbon(scalp: Scalp, fall: Fall, height: ShellHeight, random: np.random.Gen
 def build_bun(scalp: Scalp, radius: float, height: ShellHeight) -> Part:
     """Return a knot behind the crown. radius : cm"""
     columns, rows = 24, 9
-    back = np.array(np.pi)
-    root = scalp.points(back, np.array(0.42), height(back, np.array(0.3)))
+    back = np.array([np.pi])
+    root = scalp.points(back, np.array([0.42]), height(back, np.array([0.3])))[0]
     out = (root - CENTRE) / np.linalg.norm(root - CENTRE)
     centre = root + out * radius * 0.45
     side = np.array([1.0, 0.0, 0.0])

@@ -1,4 +1,4 @@
-"""Hair: a shell over the scalp that becomes thinner at the hairline, locks that overlap on it, and what falls or is tied.
+"""Hair: a shell over the scalp that becomes thinner at the hairline, locks that overlap on it, a fall or a knot.
 
 The alpha of the atlas draws the strands. Faces are blended in the order of the file, so the lowest come first: what
 falls, the shell, then the locks from the hairline up to the crown.
@@ -44,7 +44,15 @@ _LONG = (
     Zone(36, (-3.14, 3.14), (0.1, 0.4), (5.0, 7.0), 2.0, 0.18, 0.0),
 )
 _SWEPT = tuple(
-    Zone(z.count, z.around, z.position, (z.length[0] * 1.15, z.length[1] * 1.15), z.width * 1.15, z.height * 0.85, -z.sweep)
+    Zone(
+        z.count,
+        z.around,
+        z.position,
+        (z.length[0] * 1.15, z.length[1] * 1.15),
+        z.width * 1.15,
+        z.height * 0.85,
+        -z.sweep,
+    )
     for z in SHORT
 )
 _CROPPED = tuple(Zone(z.count, z.around, z.position, z.length, z.width, z.height * 0.35, z.sweep * 0.4) for z in SHORT)

@@ -15,9 +15,7 @@ _LENGTH = {"upper": (0.18, 0.44, 0.55, 0.62, 0.4), "lower": (0.08, 0.16, 0.2, 0.
 _DIP = np.radians(62.0)  # downward rotation of the upper lashes at a full blink
 
 
-def build_lashes(
-    body: Part, eye_ring: NDArray[np.float64], blinks: dict[str, int], *, scale: float = 1.0
-) -> Part:
+def build_lashes(body: Part, eye_ring: NDArray[np.float64], blinks: dict[str, int], *, scale: float = 1.0) -> Part:
     """Build group "lashes".
 
     eye_ring : (V,) number of edges to the lid, of the body's vertices; blinks : side "l" or "r" -> blendshape index

@@ -113,7 +113,9 @@ def read_parameters(path: Path) -> HeadParameters:
     """Read a table. Raises ValueError for an unknown name or weights whose sum is not 1."""
     table = tomllib.loads(path.read_text())
     sections = {"shape": ShapeParameters, "skin": SkinParameters, "hair": HairParameters, "eyes": EyeParameters}
-    values = {name: _section(path, sections[name], value) if name in sections else value for name, value in table.items()}
+    values = {
+        name: _section(path, sections[name], value) if name in sections else value for name, value in table.items()
+    }
     parameters = _section(path, HeadParameters, values)
     assert isinstance(parameters, HeadParameters)
     for weights in (parameters.shape.sex, parameters.shape.origin):

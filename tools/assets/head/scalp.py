@@ -110,4 +110,3 @@ def polar(points: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np
 
 def _directions(around: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([np.sin(down) * np.sin(around), np.cos(down), np.sin(down) * np.cos(around)], axis=-1)
-

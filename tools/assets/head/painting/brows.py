@@ -17,9 +17,7 @@ _SPINE = np.array([(-0.1, -0.42), (-0.1, -0.2), (-0.4, 0.3)])
 _OVERSAMPLE = 16  # cv2's fractional bits are 4
 
 
-def brow_coverage(
-    texels: Texels, points: Mapping[str, NDArray[np.float64]], thickness: float
-) -> NDArray[np.float64]:
+def brow_coverage(texels: Texels, points: Mapping[str, NDArray[np.float64]], thickness: float) -> NDArray[np.float64]:
     """Return the (N,) coverage of each texel by brow hair, 0 to 1; both sides have the same shape but other hairs.
 
     thickness : relative to the default head's

@@ -8,7 +8,7 @@ from tools.assets.head.locks import FLAT_KINDS, LOCK_KINDS
 from tools.assets.head.painting.noise import noise, smoothstep
 from tools.assets.head.painting.texels import Texels
 from tools.assets.head.parameters import HairParameters, HeadParameters
-from tools.assets.head.part import FRAMES
+from tools.assets.head.part import FRAMES, Frame
 from tools.assets.head.scalp import find_hairline
 
 _SKULL = 9.0  # cm, radius of the skull
@@ -16,13 +16,16 @@ _SKULL = 9.0  # cm, radius of the skull
 
 def paint_hair(texels: Texels, head: HeadParameters) -> NDArray[np.float64]:
     """Return (N, 4) sRGB colours and alpha, 0 to 255, of shell, locks and what falls."""
-    lock, fall = (
-        (np.abs(texels.uv - [frame.left + frame.width / 2, frame.bottom + frame.height / 2])
-         <= [frame.width / 2 + 0.002, frame.height / 2 + 0.002]).all(axis=1)
-        for frame in (FRAMES["lock"], FRAMES["fall"])
-    )  # fmt: skip
-    painted = np.where(lock[:, None], _locks(texels, head.hair), _shell(texels, head.hair))
-    return np.where(fall[:, None], _fall(texels, head.hair), painted)
+    lock, fall = (_is_in(FRAMES[name], texels)[:, None] for name in ("lock", "fall"))
+    painted = np.where(lock, _locks(texels, head.hair), _shell(texels, head.hair))
+    return np.where(fall, _fall(texels, head.hair), painted)
+
+
+def _is_in(frame: Frame, texels: Texels) -> NDArray[np.bool_]:
+    margin = 0.002
+    low = np.array([frame.left, frame.bottom]) - margin
+    high = low + np.array([frame.width, frame.height]) + 2 * margin
+    return np.asarray(((texels.uv >= low) & (texels.uv <= high)).all(axis=1))
 
 
 def coverage(around: NDArray[np.float64], position: NDArray[np.float64], hair: HairParameters) -> NDArray[np.float64]:
@@ -36,7 +39,7 @@ def coverage(around: NDArray[np.float64], position: NDArray[np.float64], hair: H
     return smoothstep(edge - 0.06, edge + 0.16, position)
 
 
-def strands(across: NDArray[np.float64], along: NDArray[np.float64], *, density: float) -> NDArray[np.float32]:
+def strands(across: NDArray[np.float64], along: NDArray[np.float64], *, density: float) -> NDArray[np.float64]:
     """Return (N,) about -1 to 1: fine, slightly irregular lines along the second coordinate, in clumps."""
     wander = noise(np.stack([across * density * 0.08, along * 1.5, 0 * along], axis=1), 1.0)
     lines = [
@@ -70,7 +73,7 @@ def _fall(texels: Texels, hair: HairParameters) -> NDArray[np.float64]:
         lines = lines * (1 - curl) + curl * curls(texels.position)
     shade = 0.45 + 0.55 * np.clip(texels.sky, 0, 1)
     colours = tint(lines * 0.85 - 0.15, hair) * shade[:, None]
-    ends = 0.9 + 0.09 * strands(across + 5.0, 0 * position, density=60.0)
+    ends = 0.9 + 0.09 * strands(across + 5.0, np.zeros_like(position), density=60.0)
     alpha = smoothstep(ends + 0.04, ends - 0.06, position)
     return np.concatenate([colours, 255 * alpha[:, None]], axis=1)
 

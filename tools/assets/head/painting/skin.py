@@ -90,9 +90,15 @@ def _flush(colours: Colours, texels: Texels, points: Points, palette: Palette) -
         (chin, (1.8, 1.2, 2.5), 0.16),
         (ear, (1.1, 3.2, 2.6), 0.34),
     ):
-        blend(colours, palette(_FLUSH), np.clip(palette.head.skin.flush * amount * mottle * _blob(texels, np.asarray(centre), radius), 0, 1))
+        blend(
+            colours,
+            palette(_FLUSH),
+            np.clip(palette.head.skin.flush * amount * mottle * _blob(texels, np.asarray(centre), radius), 0, 1),
+        )
     blend(
-        colours, palette(_SALLOW), 0.5 * smoothstep(4.5, 8.0, texels.position[:, 1]) * smoothstep(-4, 2, texels.position[:, 2])
+        colours,
+        palette(_SALLOW),
+        0.5 * smoothstep(4.5, 8.0, texels.position[:, 1]) * smoothstep(-4, 2, texels.position[:, 2]),
     )
 
 
@@ -109,7 +115,7 @@ def _bearded(texels: Texels, points: Points) -> NDArray[np.float64]:
         smoothstep(lip + 1.3, lip - 0.6, y - 0.16 * np.abs(x)) * smoothstep(-12.8, -10.0, y) * smoothstep(-4.2, -1.0, z)
     )
     moustache = np.exp(-(((y - lip - 0.5) / 0.55) ** 2)) * smoothstep(2.6, 1.6, np.abs(x)) * smoothstep(2, 4, z)
-    return np.maximum(jaw, moustache)
+    return np.asarray(np.maximum(jaw, moustache))
 
 
 def _beard(colours: Colours, texels: Texels, points: Points, palette: Palette) -> None:
@@ -119,13 +125,13 @@ def _beard(colours: Colours, texels: Texels, points: Points, palette: Palette) -
         return
     x, y, z = texels.position.T
     lip = points["outer_lip_upper_mid"][1]
-    cheek = lip + 0.9 + 0.5 * np.clip(np.abs(x) - 3.0, 0, 4.2) + 0.25 * noise(texels.position, 2.0)
-    whiskers = smoothstep(0.35, -0.35, y - cheek) * smoothstep(2.2, 3.4, np.hypot(x, (y + 5.6) * 0.8))
-    whiskers = whiskers * smoothstep(-13.0, -11.0, y) * smoothstep(-4.6, -2.6, z)
+    cheek = lip - 0.1 + 0.42 * np.clip(np.abs(x) - 3.2, 0, 4.2) + 0.3 * noise(texels.position, 2.0)
+    whiskers = smoothstep(0.9, -0.9, y - cheek) * smoothstep(2.2, 3.4, np.hypot(x, (y + 5.6) * 0.8))
+    whiskers = whiskers * smoothstep(-10.9, -9.6, y + 0.12 * np.abs(x)) * smoothstep(-5.2, -3.4, z)
     chin = smoothstep(3.6, 2.6, np.hypot(x, (y + 8.6) * 0.85)) * smoothstep(-6.1, -6.9, y)
     moustache = smoothstep(0.9, 0.55, np.abs(y - lip - 0.62 + 0.13 * np.abs(x))) * smoothstep(3.2, 2.6, np.abs(x))
     moustache = moustache * smoothstep(2, 4, z) * (1 - 0.5 * np.exp(-((x / 0.25) ** 2)))
-    joint = np.exp(-(((np.abs(x) - 3.0) / 0.6) ** 2)) * smoothstep(lip + 0.6, lip, y) * smoothstep(-8.5, -7.5, y)
+    joint = np.exp(-(((np.abs(x) - 3.3) / 0.75) ** 2)) * smoothstep(lip + 0.8, lip - 0.2, y) * smoothstep(-8.5, -7.5, y)
     where = np.maximum.reduce([whiskers, chin, moustache * smoothstep(2.0, 3.0, z), 0.9 * joint])
     skin = 1 - smoothstep(7.6, 6.4, texels.mouth_ring)  # not on the lips
     hairs = 0.5 + 0.5 * noise(texels.position, (11.0, 3.2, 5.0)) + 0.35 * noise(texels.position, (24.0, 7.0, 12.0))
@@ -227,7 +233,7 @@ def _freckled(texels: Texels, strength: float) -> NDArray[np.float64]:
     x, y, z = texels.position.T
     fine = smoothstep(0.55, 0.8, noise(texels.position + 7.0, 4.2)) + smoothstep(0.6, 0.85, noise(texels.position, 7.0))
     middle = np.exp(-(((y + 0.2) / 2.2) ** 2)) * smoothstep(6.5, 3.5, np.abs(x))
-    return np.clip(strength * fine * (0.15 + 0.85 * middle) * smoothstep(-3.5, 1.0, z), 0, 1)
+    return np.asarray(np.clip(strength * fine * (0.15 + 0.85 * middle) * smoothstep(-3.5, 1.0, z), 0, 1))
 
 
 def _occlusion(colours: Colours, texels: Texels) -> Colours:

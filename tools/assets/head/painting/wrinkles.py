@@ -28,13 +28,15 @@ def wrinkle_depth(texels: Texels, points: Points) -> Floats:
 
 def paint_spots(texels: Texels) -> Floats:
     """Return the (N,) strength of age spots, 0 to 1."""
-    blotches = smoothstep(0.62, 0.8, noise(texels.position + 3.0, 1.7)) * smoothstep(3.0, 6.0, np.abs(texels.position[:, 0]))
+    blotches = smoothstep(0.62, 0.8, noise(texels.position + 3.0, 1.7)) * smoothstep(
+        3.0, 6.0, np.abs(texels.position[:, 0])
+    )
     top = smoothstep(7.0, 9.5, texels.position[:, 1])
     return np.clip(blotches + top * smoothstep(0.6, 0.8, noise(texels.position, 1.5)), 0, 1)
 
 
 def _line(distance: Floats, width: float) -> Floats:
-    return np.exp(-((distance / width) ** 2))
+    return np.asarray(np.exp(-((distance / width) ** 2)))
 
 
 def _forehead(side: Floats, y: Floats, wander: Floats) -> Floats:
@@ -57,7 +59,7 @@ def _crows_feet(side: Floats, y: Floats, wander: Floats, points: Points) -> Floa
     lines = np.zeros_like(y)
     for at in (-0.62, -0.25, 0.12, 0.45):
         lines += _line((angle - at - 0.2 * wander) * radius, 0.075)
-    return 0.8 * lines * smoothstep(0.45, 0.8, radius) * smoothstep(2.3, 1.3, radius) * (across > 0)
+    return np.asarray(0.8 * lines * smoothstep(0.45, 0.8, radius) * smoothstep(2.3, 1.3, radius) * (across > 0))
 
 
 def _bags(side: Floats, y: Floats, points: Points) -> Floats:
@@ -79,7 +81,11 @@ def _fold(side: Floats, y: Floats, start: Floats, end: Floats, *, reach: float) 
 def _marionette(side: Floats, y: Floats, points: Points) -> Floats:
     corner = points["outer_lip_corner_l"]
     path = corner[0] + 0.35 + 0.1 * (corner[1] - y)
-    return _line(side - path, 0.1) * smoothstep(corner[1] - 0.1, corner[1] - 0.6, y) * smoothstep(corner[1] - 2.6, corner[1] - 1.6, y)
+    return (
+        _line(side - path, 0.1)
+        * smoothstep(corner[1] - 0.1, corner[1] - 0.6, y)
+        * smoothstep(corner[1] - 2.6, corner[1] - 1.6, y)
+    )
 
 
 def _lip_lines(texels: Texels, x: Floats, y: Floats, points: Points) -> Floats:

@@ -1,0 +1,1 @@
+"""Which head each participant is drawn with, and the heads themselves."""
