@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
-MAX_HEAD_NUMBER = 127  # on the wire; 0 is no choice
+MAX_HEAD_NUMBER = 63  # on the wire; 0 is no choice
 _FOLDER = Path(str(files("conf"))) / "assets" / "heads"
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from conf.errors import FileFormatError
 from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.face.deformation.blendshapes import Blendshapes
+from conf.face.deformation.blendshapes import READ_ERRORS, Blendshapes
 from conf.face.deformation.rig_builder import RigJoints, parse_joints
 from conf.face.formats.obj import RawMesh
 from conf.face.mesh.mesh import Mesh, build_mesh
@@ -45,7 +45,7 @@ def read_head_variant(path: Path, default: Mesh, shapes: Blendshapes, /) -> Head
     try:
         with np.load(path) as arrays:
             return _variant(path, arrays, default, shapes)
-    except (OSError, ValueError, KeyError, IndexError) as error:
+    except READ_ERRORS as error:
         raise FileFormatError(path, None, "expected a head of this version: install conf again") from error
 
 

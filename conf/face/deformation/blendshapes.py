@@ -14,8 +14,18 @@ from conf.errors import FileFormatError
 from conf.face.formats.text import check_file
 
 # What zipfile and numpy raise for a damaged archive.
-_READ_ERRORS = (
-    *(AttributeError, EOFError, KeyError, MemoryError, NotImplementedError, OSError, OverflowError, RuntimeError),
+READ_ERRORS = (
+    *(
+        AttributeError,
+        EOFError,
+        IndexError,
+        KeyError,
+        MemoryError,
+        NotImplementedError,
+        OSError,
+        OverflowError,
+        RuntimeError,
+    ),
     *(TypeError, ValueError, struct.error, zipfile.BadZipFile, zlib.error),
 )
 
@@ -43,7 +53,7 @@ def load_blendshapes(path: Path, vertex_count: int, /) -> Blendshapes:
         with path.open("rb") as file, warnings.catch_warnings(action="ignore"), np.load(file) as arrays:
             offsets = arrays["offsets"].astype(np.float32)
             names = tuple(arrays["names"].reshape(-1).astype(str).tolist())
-    except _READ_ERRORS as error:
+    except READ_ERRORS as error:
         raise FileFormatError(path, None, "expected blendshapes (`names`, `offsets`)") from error
     if offsets.shape != (len(names), vertex_count, 3) or not np.isfinite(offsets).all():
         expected = f"expected finite offsets of {vertex_count} vertices for each name, found shape {offsets.shape}"
