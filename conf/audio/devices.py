@@ -17,7 +17,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from conf.audio.drift import ClockAligner
+from conf.audio.drift import DROPOUT_S, PLAYED_DROPOUT_S, ClockAligner
 from conf.audio.resampling import Resampler
 from conf.audio.ring_buffer import CaptureBuffer, PlaybackBuffer
 from conf.audio.samples import SAMPLE_RATE, AudioBlock, Samples
@@ -141,7 +141,7 @@ class Speaker(_Device):
         super().__init__(name, clock)
         self._buffer = PlaybackBuffer(round(_BUFFER_S * DEVICE_RATE), rate=DEVICE_RATE)
         self._resampler = Resampler(SAMPLE_RATE, DEVICE_RATE)
-        self._played = _ClockedBuffer()
+        self._played = _ClockedBuffer(dropout_s=PLAYED_DROPOUT_S)
         is_pulse = name != NULL_DEVICE and _has_pulseaudio()
         ready_ms = PULSE_SPEAKER_MS if is_pulse else SPEAKER_MS
         self.request_s = ready_ms / 1000 / (PULSE_REQUESTS if is_pulse else 1)
@@ -195,10 +195,11 @@ class Speaker(_Device):
 class _ClockedBuffer:
     """What one device captured or played, from its callback to SAMPLE_RATE of the clock."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, dropout_s: float = DROPOUT_S) -> None:
+        """dropout_s : as of ClockAligner"""
         self._buffer = CaptureBuffer(round(_BUFFER_S * DEVICE_RATE))
         self._resampler = Resampler(DEVICE_RATE, SAMPLE_RATE)
-        self._aligner = ClockAligner()
+        self._aligner = ClockAligner(dropout_s=dropout_s)
         self._aligned: deque[AudioBlock] = deque()
 
     def write(self, samples: Samples, end: float) -> None:

@@ -2,7 +2,8 @@
 
 A block's time of arrival is late by an unknown, changing amount, never early. The least lateness of some seconds is
 therefore compared with the time that the count of samples says, and the sound is resampled by a fraction of a per mille
-so that the two meet within seconds. A lasting difference beyond a few hundredths is a dropout of the device.
+so that the two meet within seconds. A lasting difference beyond a few hundredths is a dropout of the device. Where a
+gap does no harm, a smaller one is a dropout too: no clock is so wrong, and resampling would take long.
 """
 
 from collections import deque
@@ -16,7 +17,10 @@ _WINDOW_S = 3.0  # over which the least lateness counts
 _CORRECTION_S = 8.0  # time constant of the correction: a card off by 300 ppm stays within 2.4 ms plus the window's 0.9
 _MAX_RATE = 1e-3  # relative change of rate, inaudible (1.7 cents)
 _EARLY_S = 0.01  # blocks cannot be early: by more than this the first blocks came late, and samples are left out
-_DROPOUT_S = 0.05  # a lasting difference beyond this is a dropout
+DROPOUT_S = 0.05  # a lasting difference beyond this is a dropout
+# The same of what a loudspeaker plays: a buffer that ran empty for 10 ms would be an echo whose delay changes by 1 ms a
+# second for as many seconds, which no filter follows.
+PLAYED_DROPOUT_S = 0.006
 _DROPOUT_AFTER_S = 1.0
 _HALF = 8  # zero crossings of the interpolating sinc to each side
 _PHASES = 64
@@ -25,7 +29,9 @@ _PHASES = 64
 class ClockAligner:
     """The samples of one device on the clock of their time stamps."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, dropout_s: float = DROPOUT_S) -> None:
+        """dropout_s : a lasting difference beyond this leaves a gap"""
+        self._dropout_s = dropout_s
         self._resampler = _FractionalResampler()
         self._offsets: deque[tuple[float, float]] = deque()  # time stamp, time stamp minus duration of all before it
         self._offset: float | None = None  # the one in force
@@ -44,7 +50,7 @@ class ClockAligner:
         if self._offset is None:
             self._offset = offset
         error = self._error(block.timestamp - _DROPOUT_AFTER_S)
-        if error > _DROPOUT_S and self._offsets[0][0] < block.timestamp - _DROPOUT_AFTER_S:
+        if error > self._dropout_s and self._offsets[0][0] < block.timestamp - _DROPOUT_AFTER_S:
             self._forget_before(block.timestamp - _DROPOUT_AFTER_S)
             self._offset += error
         error = self._error()

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from conf.audio.drift import ClockAligner
+from conf.audio.drift import DROPOUT_S, PLAYED_DROPOUT_S, ClockAligner
 from conf.audio.samples import SAMPLE_RATE, AudioBlock
 from tests.support.synthetic_voice import max_jump, pitch_hz
 
@@ -41,9 +41,9 @@ def run(card: Card, aligner: ClockAligner, seconds: float) -> list[AudioBlock]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("ppm", [-300, -100, 0, 100, 300])
-@pytest.mark.parametrize("jitter_s", [0.0, 0.01])
-def test_samples_stay_on_the_clock(ppm: float, jitter_s: float) -> None:
-    blocks = run(Card(ppm, jitter_s=jitter_s), ClockAligner(), 60)
+@pytest.mark.parametrize(("jitter_s", "dropout_s"), [(0.0, DROPOUT_S), (0.01, DROPOUT_S), (0.01, PLAYED_DROPOUT_S)])
+def test_samples_stay_on_the_clock(ppm: float, jitter_s: float, dropout_s: float) -> None:
+    blocks = run(Card(ppm, jitter_s=jitter_s), ClockAligner(dropout_s=dropout_s), 60)
     settled = blocks[len(blocks) // 3 :]
     errors = [abs(phase_error(block)) for block in settled]
     assert max(errors) < 0.0035 + jitter_s / 20  # of 5 ms allowed
@@ -79,15 +79,16 @@ def test_one_late_block_changes_nothing() -> None:
 
 
 @pytest.mark.slow
-def test_a_dropout_leaves_a_gap_in_time_and_then_all_is_true_again() -> None:
-    card, aligner = Card(0), ClockAligner()
+@pytest.mark.parametrize(("lost_s", "dropout_s"), [(0.2, DROPOUT_S), (0.2, PLAYED_DROPOUT_S), (0.01, PLAYED_DROPOUT_S)])
+def test_a_dropout_leaves_a_gap_in_time_and_then_all_is_true_again(lost_s: float, dropout_s: float) -> None:
+    card, aligner = Card(0), ClockAligner(dropout_s=dropout_s)
     before = run(card, aligner, 4.0)
-    card.position += SAMPLE_RATE // 5  # 200 ms lost
+    card.position += round(lost_s * SAMPLE_RATE)
     after = run(card, aligner, 5.0)
     assert after[-1].end == pytest.approx(100 + card.position / SAMPLE_RATE, abs=0.002)
     blocks = [before[-1], *after]
     gaps = [b.timestamp - a.end for a, b in pairwise(blocks)]
-    assert max(gaps) == pytest.approx(0.2, abs=0.002)
+    assert max(gaps) == pytest.approx(lost_s, abs=0.002)
     assert sum(gap > 1e-6 for gap in gaps) == 1
 
 

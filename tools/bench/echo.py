@@ -12,7 +12,8 @@ sound, `stoi` that of the canceller's, `stoi_loss` what it loses against the nea
 canceller adds. CPU is processor time in ms for one second of sound.
 
 The rows `clocks +100` and `clocks -100` pass through the alignment of clocks that the program's devices have; the rows
-`drift` do not. --rival measures WebRTC's canceller (pywebrtc-audio) on the same sounds, told the true delay.
+`drift` do not. In the rows `lost` the loudspeaker's buffer runs empty for so long after 8 s, as on a busy machine.
+--rival measures WebRTC's canceller (pywebrtc-audio) on the same sounds, told the true delay.
 """
 
 import argparse
@@ -34,7 +35,7 @@ from numpy.typing import NDArray
 from pystoi import stoi
 from pywebrtc_audio import AudioProcessor
 
-from conf.audio.drift import ClockAligner
+from conf.audio.drift import PLAYED_DROPOUT_S, ClockAligner
 from conf.audio.echo_canceller import EchoCanceller
 from conf.audio.samples import SAMPLE_RATE, AudioBlock, Samples, to_int16
 from conf.sender.capture.clip import read_sound
@@ -99,6 +100,8 @@ def scenes() -> dict[str, Scene]:
     rows |= {
         "delay 60 to 120 ms at 8 s": Scene(later_delay_s=0.12),
         "delay 200 to 60 ms at 8 s": Scene(delay_s=0.2, later_delay_s=0.06),
+        "lost 10 ms": Scene(later_delay_s=0.07),
+        "lost 30 ms": Scene(later_delay_s=0.09),
         "talking clips": Scene(),
         "near from the start": Scene(),
     }
@@ -128,11 +131,13 @@ def cancel(recorded: Samples, played: Samples, scene: Scene) -> tuple[Samples, f
 def cancel_on_two_clocks(recorded: Samples, played: Samples, scene: Scene) -> tuple[Samples, float]:
     """Run it on what two sound cards with clocks of their own give, aligned as the program aligns them."""
     rng = np.random.default_rng(2)
-    aligners = ClockAligner(), ClockAligner()
+    aligners = ClockAligner(), ClockAligner(dropout_s=PLAYED_DROPOUT_S)
     rates = 1 + scene.drift_ppm * 1e-6, 1.0
     blocks = []
     for pair in _cut(recorded, played):
         late = rng.exponential(JITTER_S, 2)
+        if scene.later_delay_s is not None and pair[1].timestamp >= scene.change_s:
+            late[1] += scene.later_delay_s - scene.delay_s
         stamped = [
             AudioBlock(block.timestamp * rate + lateness, block.samples)
             for block, rate, lateness in zip(pair, rates, late, strict=True)
@@ -269,7 +274,7 @@ def main() -> None:
         speech = speeches.get(name, grid)
         if id(speech) not in alone:
             alone[id(speech)] = score_alone(speech, canceller, options.seed)
-        used = cancel_on_two_clocks if name.startswith("clocks") and not options.rival else canceller
+        used = cancel_on_two_clocks if name.startswith(("clocks", "lost")) and not options.rival else canceller
         rows.append(measure(name, scene, speech, used, alone=alone[id(speech)], seed=options.seed))
         if not options.json:
             _print(rows[-1])
