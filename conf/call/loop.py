@@ -94,6 +94,8 @@ class CallLoop:
         end = float("inf") if seconds is None else clock() + seconds
         while not self.is_over and should_continue() and (now := clock()) < end:
             due = self.step(now)
+            if self.drawn_at == now:
+                self.drawn_at = clock()  # drawing the first image takes a tenth of a second
             self._socket.wait(due - clock())
 
     def step(self, now: float) -> float:

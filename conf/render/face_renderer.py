@@ -45,9 +45,16 @@ class PreparedMesh:
 
 def prepare_mesh(mesh: Mesh, /) -> PreparedMesh:
     """Order a mesh for drawing and read its textures. Raises FileFormatError if a texture is not an image."""
+    prepared = _begin_to_prepare(mesh)
+    for number in prepared.images.numbers:
+        prepared.images.pixels(number)  # wait until it is read
+    return prepared
+
+
+def _begin_to_prepare(mesh: Mesh) -> PreparedMesh:
+    """Order a mesh for drawing while its textures are being read."""
     images = MeshImages(mesh)
-    for number in images.numbers:
-        images.pixels(number)  # read now, and kept
+    images.read_ahead()
     return PreparedMesh(drawn_mesh(mesh, images), images)
 
 
@@ -63,7 +70,7 @@ class FaceRenderer(GpuObject):
         prepared: PreparedMesh | None = None,
     ) -> None:
         """prepared : of the face's mesh, None to prepare it here"""
-        prepared = prepared or prepare_mesh(face.mesh)
+        prepared = prepared or _begin_to_prepare(face.mesh)
         mesh, images = prepared.mesh, prepared.images
         self.background = "wall"  # a key of render_target.BACKDROPS or SOLID_COLOURS
         self.scale = 1.0  # of the width and height in which the face is drawn, before it is enlarged to the viewport

@@ -53,6 +53,8 @@ def paint_background(size: tuple[int, int], background: str = "wall") -> NDArray
 
 def sample_background(size: tuple[int, int], full_size: tuple[int, int], background: str) -> NDArray[np.uint8]:
     """Return `paint_background` of the full size with fewer pixels, and with its dither, in a fraction of the time."""
+    if size == full_size:
+        return paint_background(size, background)
     rows, columns = (np.arange(n) * full // n for n, full in zip(size[::-1], full_size[::-1], strict=True))
     return np.ascontiguousarray(paint_background(full_size, background)[rows[:, None], columns])
 

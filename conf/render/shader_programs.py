@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping
+from functools import cache
 from importlib.resources import files
 from typing import Any
 
@@ -16,6 +17,7 @@ _INCLUDE = re.compile(r'^#include "([\w.]+)"$', re.MULTILINE)
 _CONSTANT = re.compile(r"^(const \w+ (\w+) = )([^;]+);", re.MULTILINE)
 
 
+@cache
 def load_source(name: str) -> str:
     """Return the GLSL of a file in shaders/ with its includes expanded, without the version line."""
     text = (files("conf.render") / "shaders" / name).read_text(encoding="utf-8")

@@ -1,5 +1,6 @@
 """Images of a mesh's materials, and their textures."""
 
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 import cv2
@@ -14,6 +15,7 @@ from conf.render.gpu_object import GpuObject
 
 PLAIN_SKIN = (226, 178, 150, 255)  # sRGB with alpha, of a mesh without a texture
 _WHITE = (255, 255, 255, 255)
+MAX_THREADS = 2  # that read images; decoders leave the interpreter to the others
 _MAX_SIZE = 8192  # pixels a side; every OpenGL 3.3 driver of today takes it
 
 Pixels = NDArray[np.uint8]
@@ -25,19 +27,29 @@ class MeshImages:
     def __init__(self, mesh: Mesh) -> None:
         """Raises FileFormatError if a file is not an image."""
         self._mesh = mesh
-        self._read: dict[object, Pixels] = {}
+        self._reading: dict[object, Future[Pixels]] = {}
+        self._threads = ThreadPoolExecutor(MAX_THREADS)
         self.numbers = np.unique(mesh.materials_of_triangles()).tolist()
         # A file in which everything is invisible does not mean it.
         self.ignores_alpha = all(self.material(number).alpha == 0.0 for number in self.numbers)
 
+    def read_ahead(self) -> None:
+        """Begin to read all images: decoding one of 2048 x 2048 pixels takes a tenth of a second."""
+        for number in self.numbers:
+            if self.material(number).image is not None:
+                self._read(number)
+
     def pixels(self, number: int) -> Pixels | None:
         """Return the image of a material, that of the mesh for -1; None if it has none."""
-        material = self.material(number)
-        if material.image is None:
+        if self.material(number).image is None:
             return None
-        if self.key(number) not in self._read:
-            self._read[self.key(number)] = read_image(material)
-        return self._read[self.key(number)]
+        return self._read(number).result()
+
+    def _read(self, number: int) -> Future[Pixels]:
+        key = self.key(number)
+        if key not in self._reading:
+            self._reading[key] = self._threads.submit(read_image, self.material(number))
+        return self._reading[key]
 
     def material(self, number: int) -> MeshMaterial:
         """Return a material; for -1 the mesh's texture as a material."""

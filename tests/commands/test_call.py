@@ -168,3 +168,10 @@ def test_who_waits_may_choose_the_code(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_window_may_be_hidden_until_there_is_a_call() -> None:
     assert parsed("10.0.0.7", "--show-when-connected").show_when_connected
     assert not parsed("10.0.0.7").show_when_connected and DisplayOptions().visible
+
+
+@pytest.mark.slow
+def test_the_first_image_of_a_call_does_not_wait_for_scipy() -> None:
+    modules = "call.composer, conf.call.loop, conf.face.prepared_face, conf.sender.motion_source, conf.audio.processing"
+    check = f"import sys, conf.{modules}, conf.sender.voice.voice_sender; sys.exit('scipy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-P", "-c", check], check=False).returncode == 0

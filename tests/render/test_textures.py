@@ -5,10 +5,11 @@ import cv2
 import numpy as np
 import pytest
 
+from conf.errors import FileFormatError
 from conf.face.deformation.face_model import FaceModel
 from conf.face.formats.mtl import MeshMaterial
 from conf.face.mesh.mesh import Mesh
-from conf.render.textures import linear_from_srgb, read_image
+from conf.render.textures import MeshImages, linear_from_srgb, read_image
 from conf.render.window.offscreen import OffscreenWindow
 from tests.render.test_face_renderer import pose, rendered
 
@@ -55,3 +56,22 @@ def test_images_of_any_depth_and_a_mask_are_read(tmp_path: Path, dtype: type, ch
 
 def test_srgb_becomes_linear() -> None:
     assert linear_from_srgb(np.array([0.0, 0.02, 0.5, 1.0])) == pytest.approx([0, 0.001548, 0.21404, 1], abs=1e-5)
+
+
+def test_images_are_read_once_also_ahead(face: FaceModel, tmp_path: Path) -> None:
+    path = tmp_path / "a.png"
+    cv2.imwrite(str(path), np.full((2, 3, 3), 7, np.uint8))
+    materials = MeshMaterial(image=path), MeshMaterial(image=path, colour=(1.0, 0.0, 0.0)), MeshMaterial()
+    images = MeshImages(with_materials(face.mesh, *materials, of=dict(zip(face.mesh.groups, range(3), strict=False))))
+    images.read_ahead()
+    first = images.pixels(0)
+    path.unlink()
+    assert first is not None and first.shape == (2, 3, 4) and images.pixels(1) is first and images.pixels(2) is None
+
+
+def test_a_file_that_is_no_image_is_said_when_it_is_needed(face: FaceModel, tmp_path: Path) -> None:
+    (tmp_path / "a.png").write_bytes(b"no image")
+    images = MeshImages(with_materials(face.mesh, MeshMaterial(image=tmp_path / "a.png"), of={"skin": 0}))
+    images.read_ahead()
+    with pytest.raises(FileFormatError, match=r"a\.png: expected a PNG, JPEG or WebP image"):
+        images.pixels(0)

@@ -88,13 +88,14 @@ def open_display(
 
     from conf.receiver.call_display import LoopOptions
     from conf.receiver.voice.voice_mixer import VoiceMixer
-    from conf.render.window.glfw_window import GlfwWindow
 
     mixer = VoiceMixer(streams, np.random.default_rng())
     if options.headless is not None:
         with _open_clip(options, options.headless, mixer, idle_text) as opened:
             yield opened
         return
+    from conf.render.window.glfw_window import GlfwWindow
+
     with (
         GlfwWindow(*WINDOW_SIZE, "conf", visible=options.visible) as window,
         _open_loudspeaker(mixer, options) as sound,
