@@ -10,24 +10,14 @@ from conf.call.self_picture import SelfPicture
 from conf.call.toolbar import Button, draw_toolbar, lay_out_buttons, toolbar_sizes
 from conf.call.view import Notice
 from conf.receiver.call_stats import CallStats
+from conf.receiver.notifications import Notifications
 from conf.receiver.panel_layout import MARGIN, Rect, shorten
 from conf.receiver.stats_overlay import LinePart, draw_line, draw_stats, line_size, stats_size
-from conf.render.ui.hud import (
-    draw_help,
-    draw_label,
-    draw_recording_sign,
-    draw_toast,
-    figure_width,
-    help_size,
-    label_size,
-    padded,
-    sign_size,
-    toast_size,
-)
+from conf.render.ui.hud import draw_label, figure_width, label_size, padded
 from conf.render.ui.imgui_overlay import ImGuiOverlay
 
-HELP_OPACITY = 0.88
 NAME_WIDTH = 0.45  # of the window's width, at most
+MESSAGE_WIDTH = 0.6  # the same of a message's line
 
 
 @dataclass(frozen=True)
@@ -54,7 +44,7 @@ class CallScreen:
     def layout(self, overlay: ImGuiOverlay) -> CallLayout:
         """Return where everything stands."""
         buttons = self._fitting_buttons(overlay)
-        width = _message_width(overlay)
+        notifications = self._notifications(overlay).sizes(overlay)
         return lay_out_call(
             overlay.size,
             overlay.scale,
@@ -63,11 +53,11 @@ class CallScreen:
                 toolbar=toolbar_sizes(buttons, overlay.scale)[0] if buttons else None,
                 stats=stats_size(overlay, self.stats, is_open=True) if self.stats else None,
                 notice=notice_size(overlay, self.notice) if self.notice else None,
-                recording=sign_size(overlay, [*self.recordings]) if self.recordings else None,
-                help=help_size(overlay, [*self.help]) if self.help else None,
+                recording=notifications.recording,
+                help=notifications.help,
                 self_aspect=self.own_aspect,
                 name=label_size(self._shown_name(overlay)) if self.name else None,
-                messages=[toast_size(text, max_width=width) for text in self.messages],
+                messages=notifications.messages,
             ),
         )
 
@@ -91,15 +81,12 @@ class CallScreen:
             draw_stats(overlay, self.stats, top=layout.stats.top)
         if layout.notice and self.notice:
             draw_notice(overlay, self.notice, (layout.notice.left, layout.notice.top))
-        if layout.recording:
-            draw_recording_sign(overlay, [*self.recordings], (layout.recording.left, layout.recording.top))
-        if layout.help:
-            draw_help(overlay, [*self.help], _centre(layout.help), opacity=HELP_OPACITY)
-        for number, (text, rect) in enumerate(zip(self.messages, layout.messages, strict=True)):
-            if rect:
-                anchor = rect.left + rect.width / 2, rect.bottom
-                draw_toast(text, anchor, max_width=_message_width(overlay), name=f"message {number}")
+        self._notifications(overlay).draw(overlay, layout)
         return self._draw_buttons(overlay, layout.toolbar, hovered)
+
+    def _notifications(self, overlay: ImGuiOverlay) -> Notifications:
+        width = max(MESSAGE_WIDTH * overlay.size[0] - padded(0, 0)[0], 1.0)
+        return Notifications(self.messages, self.recordings, self.help, width)
 
     def _draw_buttons(self, overlay: ImGuiOverlay, rect: Rect | None, hovered: str | None) -> list[ButtonPlace]:
         buttons = self._fitting_buttons(overlay)
@@ -118,12 +105,3 @@ class CallScreen:
 
     def _shown_name(self, overlay: ImGuiOverlay) -> str:
         return shorten(self.name, NAME_WIDTH * overlay.size[0] - padded(0, 0)[0], figure_width)
-
-
-def _message_width(overlay: ImGuiOverlay) -> float:
-    """Return the width in pixels after which a message is wrapped."""
-    return max(0.6 * overlay.size[0] - padded(0, 0)[0], 1.0)
-
-
-def _centre(rect: Rect) -> tuple[float, float]:
-    return rect.left + rect.width / 2, rect.top + rect.height / 2

@@ -5,23 +5,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from conf.receiver.call_stats import CallStats
+from conf.receiver.notifications import Notifications
 from conf.receiver.panel_layout import MARGIN, PanelLayout, PanelSizes, Rect, free_left, lay_out, shorten
 from conf.receiver.stats_overlay import draw_stats, draw_stats_line, stats_size
-from conf.render.ui.hud import (
-    draw_help,
-    draw_label,
-    draw_recording_sign,
-    draw_toast,
-    figure_width,
-    help_size,
-    label_size,
-    padded,
-    sign_size,
-    toast_size,
-)
+from conf.render.ui.hud import draw_label, figure_width, label_size, padded
 from conf.render.ui.imgui_overlay import ImGuiOverlay
-
-HELP_OPACITY = 0.88  # more than other panels: many lines have to be read
 
 
 class NamePlate(NamedTuple):
@@ -73,21 +61,20 @@ class CallPanels:
         return lay_out(overlay.size, overlay.scale, self._sizes(overlay))
 
     def _sizes(self, overlay: ImGuiOverlay) -> PanelSizes:
-        max_width = self._message_width(overlay)
+        notifications = self._notifications(overlay).sizes(overlay)
         return PanelSizes(
             stats=stats_size(overlay, self.stats, is_open=self.is_open),
             is_open=self.is_open,
-            recording=sign_size(overlay, [*self.recordings]) if self.recordings else None,
-            help=help_size(overlay, [*self.help]) if self.help else None,
-            messages=[toast_size(text, max_width=max_width) for text in self.messages],
+            recording=notifications.recording,
+            help=notifications.help,
+            messages=notifications.messages,
             names=[(plate.cell, label_size(self.shown_name(plate))) for plate in self.names],
         )
 
-    def _message_width(self, overlay: ImGuiOverlay) -> float:
-        """Return the width in pixels after which a message is wrapped."""
+    def _notifications(self, overlay: ImGuiOverlay) -> Notifications:
         stats = PanelSizes(stats_size(overlay, self.stats, is_open=self.is_open), self.is_open)
         free = overlay.size[0] - free_left(overlay.scale, stats) - 2 * MARGIN * overlay.scale
-        return max(free - padded(0, 0)[0], 1.0)
+        return Notifications(self.messages, self.recordings, self.help, max(free - padded(0, 0)[0], 1.0))
 
     def shown_name(self, plate: NamePlate) -> str:
         """Return the text of a plate; the note is kept if there is no room for both. Call it inside `overlay.frame`."""
@@ -107,12 +94,4 @@ class CallPanels:
     def _draw_others(self, overlay: ImGuiOverlay, layout: PanelLayout) -> None:
         if not self.is_open:
             draw_stats_line(overlay, self.stats)
-        if layout.recording is not None:
-            draw_recording_sign(overlay, [*self.recordings], (layout.recording.left, layout.recording.top))
-        if layout.help is not None:
-            centre = layout.help.left + layout.help.width / 2, layout.help.top + layout.help.height / 2
-            draw_help(overlay, [*self.help], centre, opacity=HELP_OPACITY)
-        max_width = self._message_width(overlay)
-        for number, (text, rect) in enumerate(zip(self.messages, layout.messages, strict=True)):
-            anchor = rect.left + rect.width / 2, rect.bottom
-            draw_toast(text, anchor, max_width=max_width, name=f"message {number}")
+        self._notifications(overlay).draw(overlay, layout)

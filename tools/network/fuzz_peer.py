@@ -11,8 +11,6 @@ than it sends, when more than 20 probes and 20 answers a second go to addresses 
 memory grows.
 """
 
-import argparse
-import json
 import random
 import sys
 import time
@@ -50,6 +48,7 @@ from tests.support.two_way_call import Losses, TwoWayCall
 from tools.bench.session import CODE, RECEIVER, SENDER, mutate
 from tools.golden.codec import FOLDER
 from tools.network.fuzz_wire import MAX_GROWTH_KB, PARAMETERS, WARM_UP, memory_kb
+from tools.network.fuzzer import run_fuzzer
 
 HOSTILE: Address = ("203.0.113.9", 9)
 PER_FRAME = 100  # datagrams to each victim in the time of an honest frame: 1,500 a second
@@ -304,16 +303,5 @@ def _check(attack: Attack, growth: int) -> None:
         sys.exit(f"memory grew by {growth} kB; at most {MAX_GROWTH_KB} kB are allowed")
 
 
-def main() -> None:
-    """Attack and print the figures."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--datagrams", type=int, default=1_000_000)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
-    result = fuzz(options.datagrams, options.seed)
-    print(json.dumps(result) if options.json else "\n".join(f"{name:30} {value}" for name, value in result.items()))
-
-
 if __name__ == "__main__":
-    main()
+    run_fuzzer(fuzz, __doc__)

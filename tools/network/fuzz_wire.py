@@ -10,8 +10,6 @@ datagram it answers, at any change of the call's state, or when memory grows. On
 others are damaged datagrams of the call or damaged golden files.
 """
 
-import argparse
-import json
 import random
 import sys
 import time
@@ -33,6 +31,7 @@ from tests.support.synthetic_motion import talking
 from tests.support.two_way_call import Losses, TwoWayCall
 from tools.bench.session import CODE, RECEIVER, SENDER, mutate
 from tools.golden.codec import FOLDER
+from tools.network.fuzzer import run_fuzzer
 
 STATM = Path("/proc/self/statm")
 PAGE_KB = 4
@@ -214,16 +213,5 @@ def _hit(victim: Victim, rng: random.Random) -> None:
         sys.exit(f"{error!r} in the leg after {victim.count} bodies")
 
 
-def main() -> None:
-    """Fuzz and print the figures."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--datagrams", type=int, default=1_000_000)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
-    result = fuzz(options.datagrams, options.seed)
-    print(json.dumps(result) if options.json else "\n".join(f"{name:28} {value}" for name, value in result.items()))
-
-
 if __name__ == "__main__":
-    main()
+    run_fuzzer(fuzz, __doc__)
