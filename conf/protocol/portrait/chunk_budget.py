@@ -6,8 +6,13 @@ DEFAULT_KBPS = 4.0
 CHUNK_BYTES = 76  # alone, with headers and seal, it occupies a link of 16 kbit/s no longer than a frame's time
 # A call should not begin without a face. Its first chunks, a draft and a photo, may fill the link up to a multiple of
 # the long-term budget, motion included: 15.6 kbit/s by default, which a link of 16 carries.
-STARTUP_BYTES = 9_000  # of chunks; their headers do not count, as a still face sends each chunk alone
+STARTUP_BYTES = 12_000  # of chunks; their headers do not count, as a still face sends each chunk alone
+STARTUP_S = 9.0  # from the first chunk: what has not been sent by then is no startup any more
 STARTUP_RATE_FACTOR = 3.9
+# Then motion and chunks together have 7.1 kbit/s by default; chunks have 1.1 even if motion, or voice, needs more.
+JOINT_RATE_FACTOR = 1.775
+MIN_RATE_FACTOR = 0.275
+JOINT_BURST_S = 0.4  # of the joint rate: what a still face leaves is used later
 BURST_CHUNKS = 3  # token-bucket burst, in chunks
 MIN_LINK_RATE = 1950.0  # bytes a second of the slowest link that a call with a portrait is meant for: 16 kbit/s
 MAX_ADDED_DELAY_S = 1 / 15  # on such a link: a frame's time
@@ -50,7 +55,8 @@ class QueueDelayModel:
 class ChunkBudget:
     """Decide whether a chunk may be sent now.
 
-    kbps : long-term rate of the chunks, headers included; STARTUP_RATE_FACTOR times that, with motion, during startup
+    kbps : long-term rate of the chunks, headers included; with motion, JOINT_RATE_FACTOR times that, and during
+        startup STARTUP_RATE_FACTOR times
     bytes_sent : bytes of the chunks so far, headers included
     """
 
@@ -59,17 +65,20 @@ class ChunkBudget:
         self.bytes_sent = 0
         self._chunks = TokenBucket(rate, burst)
         self._link = TokenBucket(STARTUP_RATE_FACTOR * rate, burst)  # chunks and motion
+        self._joint = TokenBucket(JOINT_RATE_FACTOR * rate, JOINT_BURST_S * JOINT_RATE_FACTOR * rate)  # the same
+        self._least = TokenBucket(MIN_RATE_FACTOR * rate, burst)
         self._queue = QueueDelayModel(max(STARTUP_RATE_FACTOR * rate, MIN_LINK_RATE))
         self._startup_left = STARTUP_BYTES
+        self._startup_end: float | None = None  # seconds, known from the first chunk on
 
     @property
     def in_startup(self) -> bool:
-        """Whether the first STARTUP_BYTES are still being sent."""
+        """Whether the first STARTUP_BYTES are still being sent, within STARTUP_S."""
         return self._startup_left > 0
 
     def restart(self) -> None:
         """Begin the startup again: a new receiver has nothing."""
-        self._startup_left = STARTUP_BYTES
+        self._startup_left, self._startup_end = STARTUP_BYTES, None
 
     def consume(self, size: int, now: float, *, overhead: int = 0) -> bool:
         """Return whether a chunk may be sent now, and count it if so.
@@ -77,18 +86,39 @@ class ChunkBudget:
         size : of the chunk's body, bytes; overhead : bytes that its datagram costs beside the body
         """
         total = size + overhead
+        if self._startup_end is not None and now >= self._startup_end:
+            self._startup_left = 0
         if self._queue.added_delay(total, now) > MAX_ADDED_DELAY_S:
             return False
-        if self._chunks.consume(total, now):
-            self._link.force_take(total, now)
-        elif not self.in_startup or not self._link.consume(total, now):
+        if not (self._consume_startup(total, now) if self.in_startup else self._consume_joint(total, now)):
             return False
+        if self._startup_end is None:
+            self._startup_end = now + STARTUP_S
         self._queue.add(total, now)
         self.bytes_sent += total
         self._startup_left -= size
         return True
 
+    def _consume_startup(self, total: int, now: float) -> bool:
+        if self._chunks.consume(total, now):
+            self._link.force_take(total, now)
+            return True
+        return self._link.consume(total, now)
+
+    def _consume_joint(self, total: int, now: float) -> bool:
+        """Take from the chunks' own rate, and from the joint one or, where motion has all of that, the least one."""
+        if self._chunks.time_until(total, now) > 0:
+            return False
+        if self._joint.consume(total, now):
+            self._least.force_take(total, now)
+        elif self._least.consume(total, now):
+            self._joint.force_take(total, now)
+        else:
+            return False
+        return self._chunks.consume(total, now)
+
     def add_motion(self, size: int, now: float) -> None:
-        """Count what else was sent, bytes with headers: during startup the chunks have what it leaves."""
+        """Count what else was sent, bytes with headers: the chunks have what it leaves."""
         self._link.force_take(size, now)
+        self._joint.force_take(size, now)
         self._queue.add_motion(size, now)

@@ -11,6 +11,7 @@ from conf.protocol.portrait.chunk_budget import (
     MAX_ADDED_DELAY_S,
     STARTUP_BYTES,
     STARTUP_RATE_FACTOR,
+    STARTUP_S,
     ChunkBudget,
     QueueDelayModel,
 )
@@ -81,9 +82,9 @@ def test_during_startup_the_chunks_have_what_the_motion_leaves() -> None:
 
 def test_the_startup_counts_bodies_without_overhead() -> None:
     budget = ChunkBudget(1000.0)
-    for step in range(STARTUP_BYTES // 80 + 1):
+    for step in range(-(-STARTUP_BYTES // 80)):
         assert budget.in_startup
-        assert budget.consume(80, step / 10, overhead=40)
+        assert budget.consume(80, step / 20, overhead=40)
     assert not budget.in_startup
     budget.restart()
     assert budget.in_startup
@@ -162,3 +163,24 @@ def test_the_model_agrees_with_two_simulated_queues() -> None:
             free_motion = max(free_motion, now) + size / RATE
         waits = max(free_all - now, 0) - max(free_motion - now, 0)
         assert model.added_delay(0, now) == pytest.approx(waits, abs=1e-9)
+
+
+@pytest.mark.parametrize(("motion", "expected"), [(0, 4.0), (42, 2.06), (48, 1.34), (60, 1.1), (90, 1.1)])
+def test_after_the_startup_motion_and_chunks_have_a_joint_rate(motion: int, expected: float) -> None:
+    """Motion of so many bytes a frame: chunks have 7.1 kbit/s less the motion, at least 1.1 and at most 4 kbit/s."""
+    budget = ChunkBudget()
+    now = exhaust_startup(budget)
+    spent = budget.bytes_sent
+    for frame in range(60 * FPS):
+        budget.add_motion(motion, now + frame / FPS)
+        budget.consume(76, now + frame / FPS, overhead=2)
+    assert (budget.bytes_sent - spent) * 8 / 60_000 == pytest.approx(expected, abs=0.12)
+
+
+def test_the_startup_ends_in_time_and_begins_again_with_a_new_receiver() -> None:
+    budget = ChunkBudget()
+    assert budget.consume(BODY, 3.0) and budget.in_startup
+    budget.consume(BODY, 3.0 + STARTUP_S)
+    assert not budget.in_startup
+    budget.restart()
+    assert budget.in_startup and budget.consume(BODY, 60.0) and budget.in_startup
