@@ -1,7 +1,7 @@
 """Build a photo for sending from a frame and its landmarks, in steps that fit between two frames."""
 
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass
 from itertools import islice
 
@@ -11,9 +11,13 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from conf.face.portrait import contours
+from conf.face.portrait.photographed_face import PhotographedFace
+from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.portrait.photo import Photo
 from conf.protocol.portrait.vp8 import strip_riff, wrap_riff
 from conf.sender.portrait.captured_face import CapturedFace
+from conf.sender.portrait.photo_averaging import average_steps
+from conf.sender.portrait.recent_frames import RecentFrame, reduce_height
 from conf.sender.portrait.segmentation import segment_steps
 from conf.sender.tracking.canonical_face import CanonicalFace, remove_head_pose
 
@@ -43,9 +47,17 @@ FULL = PhotoQuality(4700, 240, 1)
 class PhotoBuilder:
     """Builds one photo, some steps at a time."""
 
-    def __init__(self, face: CapturedFace, canonical: CanonicalFace, number: int, quality: PhotoQuality, /) -> None:
-        """number : of the photo, 0 to 255"""
-        self._steps = _build_steps(face, canonical, number, quality)
+    def __init__(
+        self,
+        face: CapturedFace,
+        canonical: CanonicalFace,
+        number: int,
+        quality: PhotoQuality,
+        /,
+        recent: Sequence[RecentFrame] = (),
+    ) -> None:
+        """number : of the photo, 0 to 255; recent : frames that the photo is averaged over"""
+        self._steps = _build_steps(face, canonical, number, quality, recent)
         self._steps_per_slice = quality.steps_per_slice
 
     def advance(self) -> Photo | None:
@@ -54,7 +66,7 @@ class PhotoBuilder:
 
 
 def _build_steps(
-    face: CapturedFace, canonical: CanonicalFace, number: int, quality: PhotoQuality
+    face: CapturedFace, canonical: CanonicalFace, number: int, quality: PhotoQuality, recent: Sequence[RecentFrame]
 ) -> Iterator[Photo | None]:
     """Build a photo in steps shorter than a frame's interval. Yield None after each, the photo after the last."""
     height, width = face.pixels.shape[:2]
@@ -62,13 +74,19 @@ def _build_steps(
     for outline in segment_steps(face.pixels, face.landmarks):  # noqa: B007 -- the last one counts
         yield None
     assert outline is not None, "the last step returns the outline"
-    scale = min(1.0, quality.max_height / height)
-    small = cv2.resize(face.pixels, (round(width * scale), round(height * scale)), interpolation=cv2.INTER_AREA)
-    softened = blur_background(np.asarray(small, np.uint8), outline, face.landmarks[:, :2] * scale)
-    frame = encode_vp8(softened, max_bytes=quality.max_bytes)
-    yield None
     aligned, pose = remove_head_pose(face.landmarks, canonical, (width, height))
     points, fapu = aligned[contours.PORTRAIT_LANDMARKS], astuple(face.fapu)
+    small = reduce_height(face.pixels, quality.max_height)
+    if recent:
+        shape = PhotographedFace.from_photo((width, height), pose.to_vector(), points, face.neutral, fapu, outline)
+        warp = PortraitWarp(shape)
+        yield None
+        for average in average_steps(small, warp, warp.mesh.positions, recent):
+            small = small if average is None else average
+            yield None
+    softened = blur_background(small, outline, face.landmarks[:, :2] * (len(small) / height))
+    frame = encode_vp8(softened, max_bytes=quality.max_bytes)
+    yield None
     yield Photo(number, (width, height), pose.to_vector(), points, face.neutral, fapu, outline, frame)
 
 

@@ -54,8 +54,8 @@ class PhotoSelector:
         self._is_draft = False
         self._scene_changed_at: float | None = None
 
-    def add_frame(self, face: CapturedFace, motion: MotionFrame, image_penalty: float, now: float) -> None:
-        """Keep a frame if it is the best since the last photo."""
+    def add_frame(self, face: CapturedFace, motion: MotionFrame, image_penalty: float, now: float) -> float:
+        """Keep a frame if it is the best since the last photo. Returns the penalty of its image and its speed."""
         if self._start is None:
             self._start = now
         self._min_image_penalty = min(self._min_image_penalty, image_penalty)
@@ -64,6 +64,7 @@ class PhotoSelector:
         self._previous = motion
         if self._best is None or candidate.penalty(self._typical) < self._best.penalty(self._typical):
             self._best = candidate
+        return candidate.fixed_penalty
 
     def set_scene_changed(self, now: float, *, changed: bool) -> None:
         """Note whether the scene differs from the photo's; frames from before a change are dropped."""
