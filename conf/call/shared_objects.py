@@ -42,6 +42,11 @@ class SharedObjectSender(ObjectSender):
         with self._lock:
             return super().waiting_bytes
 
+    def waiting_bytes_before(self, priority: int | None) -> int:
+        """Return the bytes not acknowledged yet of objects that are sent before those of a priority; None: of all."""
+        with self._lock:
+            return super().waiting_bytes_before(priority)
+
     def next_chunk(self, now: float, budget: ChunkBudget, *, overhead: int = 0) -> bytes | None:
         """Return the body of the next chunk as ObjectSender does, None while no images may be sent."""
         with self._lock:

@@ -10,11 +10,13 @@ from PIL import Image
 
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.fapu import Fapu
+from conf.face.head_pose import HeadPose
 from conf.face.portrait.patch_features import FEATURES
 from conf.face.portrait.patch_prediction import forward_dct, predict_patch
 from conf.face.portrait.photographed_face import project
 from conf.protocol.portrait.patch import Patch, step_size
 from conf.protocol.portrait.photo import Photo
+from conf.protocol.portrait.view import View
 from conf.protocol.portrait.vp8 import strip_riff
 from tests.support.synthetic_portrait import POSE, face_points
 
@@ -54,6 +56,15 @@ def make_photo(number: int = 1) -> Photo:
     outline = np.array([(0.3, 1.0), (0.33, 0.72), (0.35, 0.4), (0.52, 0.2), (0.7, 0.4), (0.72, 0.72), (0.75, 1.0)])
     fapu, frame = astuple(Fapu.measure(neutral)), encode_vp8(draw_person())
     return Photo(number, SIZE, POSE.to_vector(), points, neutral, fapu, outline, frame)
+
+
+def make_view(slot: int = 0, *, pose: HeadPose = POSE, colour: tuple[int, int, int] | None = None) -> View:
+    """Return a view of the middle half of the drawn person, or of one colour (BGR), in a pose."""
+    pixels = draw_person()[:, 80:240]
+    if colour is not None:
+        pixels[:] = colour
+    points = face_points()[:CONTROL_POINT_COUNT]
+    return View(1, slot, pose.to_vector(), points, (0.25, 0.0, 0.75, 1.0), encode_vp8(pixels))
 
 
 def make_patch(

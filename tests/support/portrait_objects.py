@@ -9,6 +9,7 @@ from conf.protocol.portrait.dct_coding import plane_shapes
 from conf.protocol.portrait.patch import Patch
 from conf.protocol.portrait.photo import Photo
 from conf.protocol.portrait.probability_model import load_portrait_model
+from conf.protocol.portrait.view import View
 from conf.protocol.portrait.vp8 import strip_riff
 
 
@@ -48,3 +49,10 @@ def example_patch(photo_number: int = 1, region: int = 0) -> Patch:
     for plane in planes:
         plane[::2, :, :5] = rng.integers(-9, 10, (*plane[::2].shape[:2], 5))
     return Patch(photo_number, region, 3, descriptor, rng.uniform(0, 1, known.points.mean.shape), (48, 42), 7, planes)
+
+
+def example_view(photo_number: int = 1) -> View:
+    """Return a view with random points."""
+    points = np.random.default_rng(4).uniform(-9, 9, load_portrait_model().neutral_difference_scale.shape)
+    pose = np.array([0.1, 0.2, 0.05, 0.02, -0.1, -3.4])
+    return View(photo_number, 2, pose, points, (0.25, 0.125, 0.75, 0.875), strip_riff(webp(80, 90)))

@@ -80,6 +80,7 @@ class Call:
     draw_ms: list[float] = field(default_factory=list)
     shown_at: float | None = None
     patches: int = 0
+    views: int = 0
 
 
 def main() -> None:
@@ -154,7 +155,7 @@ def run(frames: Sequence[Pixels], kbps: float) -> Call:
             call.shown.append(window.read())
             if number % 5 == 0:
                 call.draw_ms.append(_draw_large(large, timed, displacements, pose))
-        call.patches = len(store.patches)
+        call.patches, call.views = len(store.patches), len(store.views)
     return call
 
 
@@ -190,7 +191,7 @@ def measure(call: Call, peers: Sequence[str], *, every: int = 1) -> tuple[dict[s
     result["start"] = {"kbps": rate(call.wire_bytes[:start]), **average(rows[:start])}
     result["shown_at_s"] = call.shown_at
     result["draw_ms_median_640x480"] = round(float(np.median(call.draw_ms)), 2)
-    result["patches"] = call.patches
+    result["patches"], result["views"] = call.patches, call.views
     result["peers"] = {}
     videos = {}
     for codec in peers:
@@ -241,7 +242,8 @@ def table(name: str, result: dict[str, Any]) -> str:
     """Return the figures of one clip as a table."""
     shown = f"{result['shown_at_s']:.1f} s" if result["shown_at_s"] is not None else "never"
     lines = [
-        f"{name}: shown after {shown}, {result['patches']} patches, motion {result['motion_kbps']} kbit/s,",
+        f"{name}: shown after {shown}, {result['patches']} patches, {result['views']} views,",
+        f"motion {result['motion_kbps']} kbit/s,",
         f"{result['worse_than_frozen']:.1%} of the images worse than the photo without motion, "
         f"at most by {result['worst_below_frozen']:.3f},",
         f"artefacts {result['artefacts_percent']} % of the pixels outside the face,",

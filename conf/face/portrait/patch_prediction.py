@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy.fft import dctn, idctn
 from scipy.ndimage import map_coordinates, zoom
 
-from conf.face.portrait.patch_features import PatchRegion
+from conf.face.portrait.lid_sliding import LidSliding
+from conf.face.portrait.patch_features import EYES, PatchRegion
 from conf.face.portrait.warp import PortraitWarp, thin_plate_matrix
 
 BLOCK = 8
@@ -29,22 +30,49 @@ Image = NDArray[np.float64]
 
 
 def predict_patch(
-    photo: NDArray[np.uint8], photo_points: NDArray[np.float64], points: NDArray[np.float64], size: tuple[int, int], /
+    photo: NDArray[np.uint8],
+    photo_points: NDArray[np.float64],
+    points: NDArray[np.float64],
+    size: tuple[int, int],
+    /,
+    lids: LidSliding | None = None,
 ) -> Image:
     """Return the prediction (h, w, 3) of a patch from the photo.
 
     photo : (H, W, 3) uint8
     photo_points, points : (m, 2) the same control points in photo and patch, 0 to 1 from the upper left corner
     size : width and height of the patch in px
+    lids : for a patch of the eyes
     """
     width, height = size
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     pixels = np.column_stack([x.ravel(), y.ravel()])
     matrix = thin_plate_matrix(pixels, points * size, epsilon=1 / max(size), smoothing=_SMOOTHING)
-    sources = matrix.astype(np.float64) @ (photo_points * photo.shape[1::-1]) - 0.5
+    sources = matrix.astype(np.float64) @ photo_points
+    if lids is not None:
+        sources = lids.slide(sources, pixels, points, size)
+    sources = sources * photo.shape[1::-1] - 0.5
     channels = np.moveaxis(photo.astype(np.float64), -1, 0)
     samples = [map_coordinates(channel, sources.T[::-1], order=1, mode="nearest") for channel in channels]
     return np.stack(samples, axis=-1).reshape(height, width, 3)
+
+
+class PatchPredictor:
+    """Predicts patches from one photo."""
+
+    def __init__(self, photo: NDArray[np.uint8], warp: PortraitWarp, /) -> None:
+        """photo : (H, W, 3) uint8"""
+        self._photo = photo
+        self._warp = warp
+        self._lids = LidSliding(warp)
+
+    def predict(self, region: PatchRegion, points: NDArray[np.float64], size: tuple[int, int], /) -> Image:
+        """Return the prediction (h, w, 3) of a patch with control points (m, 2), 0 to 1; size : its width and height.
+
+        Raises ValueError if the points coincide.
+        """
+        known = region_points_in_photo(self._warp, region)
+        return predict_patch(self._photo, known, points, size, lids=self._lids if region is EYES else None)
 
 
 def region_points_in_photo(warp: PortraitWarp, region: PatchRegion, /) -> NDArray[np.float64]:

@@ -100,15 +100,23 @@ class PortraitWarp:
     def deform(self, displacements: NDArray[np.floating], pose: HeadPose, /) -> NDArray[np.float64]:
         """Return the deformed positions (V, 2), without folds. displacements : (n, 3) FAPU units"""
         motion = dampen_points(self.control_points(displacements) - self.shape.points[:CONTROL_POINT_COUNT])
-        motion = _soft_limit(motion, _LIMITS)
-        limited = limit_rotation(pose, self.shape.pose)
-        projected = project(self._solid + self._matrix @ motion.astype(np.float32), limited)
+        target = self._project(_soft_limit(motion, _LIMITS), limit_rotation(pose, self.shape.pose))
+        return untangle(dampen_vertices(target, self.mesh.positions, self.on_face, self.scale), self.mesh)
+
+    def deform_to(self, points: NDArray[np.float64], pose: HeadPose, /) -> NDArray[np.float64]:
+        """Return the positions (V, 2) for control points (n, 3), cm in face axes, without dead band."""
+        motion = _soft_limit(points - self.shape.points[:CONTROL_POINT_COUNT], _LIMITS)
+        return untangle(self._project(motion, limit_rotation(pose, self.shape.pose)), self.mesh)
+
+    def _project(self, motion: NDArray[np.float64], pose: HeadPose) -> NDArray[np.float64]:
+        """Return the positions (V, 2), maybe with folds. motion : (n, 3) cm since the photo"""
+        projected = project(self._solid + self._matrix @ motion.astype(np.float32), pose)
         target = self.mesh.positions + self._head_weights * (projected - self.mesh.positions)
         count = len(PORTRAIT_LANDMARKS)
-        target[:count] = enforce_min_gap(target[:count], float(np.exp(limited.log_scale)))
+        target[:count] = enforce_min_gap(target[:count], float(np.exp(pose.log_scale)))
         for eye in self.mesh.eyes:
             eye.apply(target)
-        return untangle(dampen_vertices(target, self.mesh.positions, self.on_face, self.scale), self.mesh)
+        return np.asarray(target)
 
     def stillness(self, positions: NDArray[np.float64], /) -> float:
         """Return 1 if the face in positions (V, 2) is where it was photographed, falling to 0 far away."""

@@ -72,7 +72,12 @@ class ObjectSender:
     @property
     def waiting_bytes(self) -> int:
         """Bytes not acknowledged yet."""
-        return sum(len(t.data) - len(t.arrived) * CHUNK_BYTES for t in self._transfers.values())
+        return self.waiting_bytes_before(None)
+
+    def waiting_bytes_before(self, priority: int | None) -> int:
+        """Return the bytes not acknowledged yet of objects that are sent before those of a priority; None: of all."""
+        waiting = [t for t in self._transfers.values() if priority is None or t.priority < priority]
+        return sum(len(t.data) - len(t.arrived) * CHUNK_BYTES for t in waiting)
 
     def next_chunk(self, now: float, budget: ChunkBudget, *, overhead: int = 0) -> bytes | None:
         """Return the body of the next chunk if one is due and the budget allows it.

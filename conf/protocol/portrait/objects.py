@@ -13,15 +13,22 @@ from conf.protocol.portrait.photo import (
     encode_neutral,
     encode_photo,
 )
+from conf.protocol.portrait.view import View, decode_view, encode_view
 
-PortraitObject = Photo | NeutralPoseUpdate | Patch
+PortraitObject = Photo | NeutralPoseUpdate | Patch | View
 
 _ENCODERS: dict[type, tuple[int, Callable[[Any], bytes]]] = {
     Photo: (0, encode_photo),
     NeutralPoseUpdate: (1, encode_neutral),
     Patch: (2, encode_patch),
+    View: (3, encode_view),
 }
-_DECODERS: dict[int, Callable[[bytes], PortraitObject]] = {0: decode_photo, 1: decode_neutral, 2: decode_patch}
+_DECODERS: dict[int, Callable[[bytes], PortraitObject]] = {
+    0: decode_photo,
+    1: decode_neutral,
+    2: decode_patch,
+    3: decode_view,
+}
 
 
 def encode_object(portrait_object: PortraitObject, /) -> bytes:

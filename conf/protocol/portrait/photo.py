@@ -68,13 +68,13 @@ def encode_photo(photo: Photo, /) -> bytes:
     numbers = [photo.number, *photo.size, len(photo.outline)]
     numbers += [round(value) for value in photo.pose / POSE_STEP] + _fapu_steps(photo.fapu)
     outline = np.clip(np.rint(photo.outline * OUTLINE_STEPS), 0, OUTLINE_STEPS).astype(np.int64)
-    shape = encode_shape(_point_steps(photo.points), _point_steps(photo.neutral), outline, load_portrait_model())
+    shape = encode_shape(to_point_steps(photo.points), to_point_steps(photo.neutral), outline, load_portrait_model())
     return bytes(msgpack.packb([numbers, shape, photo.frame]))
 
 
 def decode_photo(data: bytes, /) -> Photo:
     """Return the photo. Raises ProtocolError."""
-    values, shape, frame = _unpack(data, 15, 2)
+    values, shape, frame = unpack_fields(data, 15, 2)
     number, width, height, outline_points = values[:4]
     if not (0 <= number < 256 and 16 <= width <= 8192 and 16 <= height <= 8192 and width <= 4 * height <= 16 * width):
         raise ProtocolError("a photo of an impossible size")
@@ -85,28 +85,33 @@ def decode_photo(data: bytes, /) -> Photo:
     if outline.size and not 0 <= outline.min() <= outline.max() <= OUTLINE_STEPS:
         raise ProtocolError("an outline outside the image")
     pose = np.array(values[4:10]) * POSE_STEP
-    if np.abs(pose[:3]).max() > 7 or np.abs(pose[3:5]).max() > 4 or not MIN_LOG_SCALE <= pose[5] < 1:
-        raise ProtocolError("an impossible head pose")
-    centimetres = _centimetres(points), _centimetres(neutral)
+    check_pose(pose)
+    centimetres = to_centimetres(points), to_centimetres(neutral)
     return Photo(number, (width, height), pose, *centimetres, _fapu(values[10:]), outline / OUTLINE_STEPS, frame)
 
 
 def encode_neutral(update: NeutralPoseUpdate, /) -> bytes:
     """Return the bytes of a neutral pose."""
-    shape = encode_neutral_shape(_point_steps(update.neutral), load_portrait_model())
+    shape = encode_neutral_shape(to_point_steps(update.neutral), load_portrait_model())
     return bytes(msgpack.packb([[update.photo_number, *_fapu_steps(update.fapu)], shape]))
 
 
 def decode_neutral(data: bytes, /) -> NeutralPoseUpdate:
     """Return the neutral pose. Raises ProtocolError."""
-    (photo_number, *fapu), shape = _unpack(data, 6, 1)
+    (photo_number, *fapu), shape = unpack_fields(data, 6, 1)
     if not 0 <= photo_number < 256:
         raise ProtocolError("a neutral pose with an invalid photo number")
     neutral = decode_neutral_shape(shape, load_portrait_model())
-    return NeutralPoseUpdate(photo_number, _centimetres(neutral), _fapu(fapu))
+    return NeutralPoseUpdate(photo_number, to_centimetres(neutral), _fapu(fapu))
 
 
-def _unpack(data: bytes, numbers: int, strings: int) -> list[Any]:
+def check_pose(pose: NDArray[np.float64], /) -> None:
+    """Raise ProtocolError if no head has the pose (6,)."""
+    if np.abs(pose[:3]).max() > 7 or np.abs(pose[3:5]).max() > 4 or not MIN_LOG_SCALE <= pose[5] < 1:
+        raise ProtocolError("an impossible head pose")
+
+
+def unpack_fields(data: bytes, numbers: int, strings: int) -> list[Any]:
     """Return a list of so many integers, then so many byte strings. Raises ProtocolError."""
     try:
         fields = msgpack.unpackb(data, max_array_len=32, max_map_len=0, max_ext_len=0, max_str_len=0)
@@ -121,11 +126,13 @@ def _unpack(data: bytes, numbers: int, strings: int) -> list[Any]:
     return fields
 
 
-def _point_steps(points: NDArray[np.float64]) -> Steps:
+def to_point_steps(points: NDArray[np.float64]) -> Steps:
+    """Return points in cm as steps of POINT_STEP."""
     return np.rint(points / POINT_STEP).astype(np.int64)
 
 
-def _centimetres(steps: Steps) -> NDArray[np.float64]:
+def to_centimetres(steps: Steps) -> NDArray[np.float64]:
+    """Return points in steps of POINT_STEP as cm. Raises ProtocolError if no face is that large."""
     points = steps * POINT_STEP
     if np.abs(points).max() > MAX_CM:
         raise ProtocolError(f"a face larger than {MAX_CM:g} cm")

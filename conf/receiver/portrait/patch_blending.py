@@ -10,14 +10,14 @@ MAX_VISIBLE = 2  # candidates at once
 
 
 def blend_weights(
-    descriptor: NDArray[np.floating], candidates: Sequence[NDArray[np.floating]], /
+    descriptor: NDArray[np.floating], candidates: Sequence[NDArray[np.floating]], /, *, power: float = DISTANCE_POWER
 ) -> NDArray[np.float64]:
     """Return the weight of each candidate's descriptor (k,): sum 1, at most MAX_VISIBLE of them above 0.
 
     The weights are continuous in the descriptor (k,): a candidate enters and leaves the visible ones with weight 0.
     """
     distance = np.array([float(np.linalg.norm(descriptor - candidate)) for candidate in candidates]) + 1.0
-    closeness = distance**-DISTANCE_POWER
+    closeness = distance**-power
     if len(candidates) > MAX_VISIBLE:
         closeness = np.maximum(0.0, closeness - np.sort(closeness)[-MAX_VISIBLE - 1])
     total = float(closeness.sum())

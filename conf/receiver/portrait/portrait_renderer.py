@@ -1,6 +1,7 @@
 """Render a portrait from motion.
 
-The background is drawn unmoved, then the person, cut out, through the deformed mesh. Over mouth and eyes the one or two
+The background is drawn unmoved, then the person, cut out, through the deformed mesh. Over the face the views nearest to
+the current pose and expression are drawn through the same mesh. Over mouth and eyes the one or two
 patches nearest to the current expression are drawn through the same mesh, fading towards their edges.
 """
 
@@ -10,15 +11,16 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_INDEX
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
 from conf.face.head_pose import HeadPose
+from conf.face.portrait.head_views import describe_shape, view_alpha
 from conf.face.portrait.motion_deadband import dampen_descriptor
 from conf.face.portrait.patch_features import DESCRIPTOR_STEP, FEATURES, MOUTH
 from conf.face.portrait.patch_mapping import PatchMapping
 from conf.face.rotations import rotation_vector
 from conf.receiver.portrait.inpainting import extend_border
 from conf.receiver.portrait.patch_blending import blend_weights, compositing_order
-from conf.receiver.portrait.portrait_store import PortraitStore, ReceivedPatch, ReceivedPhoto
+from conf.receiver.portrait.portrait_store import PortraitStore, ReceivedPatch, ReceivedPhoto, ReceivedView
 from conf.render.camera import ViewState, view_rotation
 from conf.render.gpu_object import GpuObject
 from conf.render.shader_programs import load_program
@@ -29,6 +31,8 @@ DARK_MOUTH = (0.16, 0.07, 0.07)  # RGB
 MAX_MOUTH_OPACITY = 0.75  # of the darkening
 OPEN_CM = (0.25, 0.8)  # mouth opening beyond that of the images shown, over which the darkening sets in
 PATCH_FADE = 0.06  # of the patch's width and height, over which its border fades
+VIEW_POWER = 4.0  # of inverse distance weighting: two views blended equally blur
+VIEW_STEP_CM = 0.06  # RMS distance of the control points that counts as 1 when photo and views are blended
 MAX_ORBIT = np.radians(20)  # limit of the viewer's yaw and pitch: a photo shows one side of the face only
 _LIP = CONTROL_POINT_INDEX["inner_lip_upper_mid"]
 
@@ -108,10 +112,10 @@ class PortraitRenderer(GpuObject):
                 self._scene.release()
             self._scene = _PhotoScene(self._ctx, self._program, self._mouth_program, photo)
             self._owned = (self._scene, self._program, self._mouth_program)
-        self._scene.sync_patches(self.store)
+        self._scene.sync(self.store)
         framebuffer.use()
         x, y, width, height = framebuffer.viewport
-        framebuffer.clear(*LETTERBOX, viewport=(x, y, width, height))
+        framebuffer.clear(*LETTERBOX, depth=1.0, viewport=(x, y, width, height))
         frame, scissor = _fit(photo.warp.shape.aspect, view, (width, height))
         self._ctx.scissor = (x + scissor[0], y + scissor[1], *scissor[2:])
         self._program["frame"] = self._mouth_program["frame"] = frame
@@ -153,9 +157,20 @@ class _PhotoScene(GpuObject):
         self._owned = (self._person, self._mouth, self._backdrop, self._positions, backdrop_positions)
         self._mappings = [PatchMapping(region, warp) for region in FEATURES]
         self._patches: dict[tuple[int, int], tuple[ReceivedPatch, TexturedLayer]] = {}
+        self._views: dict[int, tuple[ReceivedView, TexturedLayer]] = {}
+        pixels = mesh.positions * (1, -1) / (warp.shape.aspect, 1) + 0.5
+        self._view_alpha = view_alpha(warp) * sample_alpha(photo.matte.alpha, pixels)
+        self._photo_shape = describe_shape(warp.shape.points[:CONTROL_POINT_COUNT], warp.shape.pose)
 
-    def sync_patches(self, store: PortraitStore) -> None:
-        """Upload the store's new patches and release those that it no longer has."""
+    def sync(self, store: PortraitStore) -> None:
+        """Upload the store's new views and patches, and release those that it no longer has."""
+        for number, (view, layer) in list(self._views.items()):
+            if store.views.get(number) is not view:
+                layer.release()
+                del self._views[number]
+        for number, view in store.views.items():
+            if number not in self._views:
+                self._views[number] = (view, self._load_view(view))
         for slot, (patch, layer) in list(self._patches.items()):
             if store.patches.get(slot) is not patch:
                 layer.release()
@@ -170,15 +185,35 @@ class _PhotoScene(GpuObject):
         positions = warp.deform(displacements, pose)
         stillness = warp.stillness(positions)
         self._positions.write(positions.astype("f4").tobytes())
-        self._program["fade"] = 0.0
+        self._program["fade"] = self._program["depth"] = self._mouth_program["depth"] = 0.0
         self._program["opacity"] = 1.0
         self._backdrop.draw()
         self._person.draw()
+        self._draw_views(displacements, pose)
         self._program["fade"] = PATCH_FADE
         for index, region in enumerate(FEATURES):
             descriptor = self._draw_patches(index, displacements, stillness)
             if region is MOUTH:
                 self._darken_mouth(descriptor, displacements)
+
+    def _draw_views(self, displacements: NDArray[np.floating], pose: HeadPose) -> None:
+        """Blend the views over the photo's face, those most whose shape is nearest to the current one."""
+        if not self._views:
+            return
+        current = describe_shape(self.photo.warp.control_points(displacements), pose)
+        views = list(self._views.values())
+        step = VIEW_STEP_CM * np.sqrt(CONTROL_POINT_COUNT)
+        shapes = [shape / step for shape in (self._photo_shape, *(view.head.descriptor for view, _ in views))]
+        weights = blend_weights(current / step, shapes, power=VIEW_POWER)
+        # A closing lid covers the eyeball: of triangles of one view, at one depth, only the first drawn may be seen.
+        self._ctx.enable(moderngl.DEPTH_TEST)
+        order = compositing_order({i - 1: float(weight) for i, weight in enumerate(weights)})
+        for layer, (index, opacity) in enumerate(order, start=1):
+            self._program["depth"] = -layer / len(shapes)
+            self._program["opacity"] = opacity
+            views[index][1].draw()
+        self._ctx.disable(moderngl.DEPTH_TEST)
+        self._program["depth"] = 0.0
 
     def _draw_patches(self, region: int, displacements: NDArray[np.floating], stillness: float) -> NDArray[np.float64]:
         """Draw the patches of a region; return the descriptor that photo and patches together now show."""
@@ -202,9 +237,18 @@ class _PhotoScene(GpuObject):
         self._mouth.draw()
 
     def release(self) -> None:
-        for _, layer in self._patches.values():
+        for _, layer in (*self._patches.values(), *self._views.values()):
             layer.release()
         super().release()
+
+    def _load_view(self, view: ReceivedView) -> TexturedLayer:
+        alphas = self._view_alpha * ((view.uvs > 0) & (view.uvs < 1)).all(axis=1)
+        triangles = self.photo.warp.mesh.triangles
+        return TexturedLayer(
+            self._ctx, self._program, self._positions, uvs=view.uvs, alphas=alphas,
+            triangles=triangles[(alphas[triangles] > 0).any(axis=1)][::-1],  # lids before eyeballs
+            texture=load_texture(self._ctx, view.pixels),
+        )  # fmt: skip
 
     def _load_patch(self, region: int, patch: ReceivedPatch) -> TexturedLayer:
         mapping, triangles = self._mappings[region], self.photo.warp.mesh.triangles
@@ -214,6 +258,13 @@ class _PhotoScene(GpuObject):
             triangles=triangles[(mapping.weights[triangles] > 0).any(axis=1)],
             texture=load_texture(self._ctx, patch.pixels),
         )  # fmt: skip
+
+
+def sample_alpha(alpha: NDArray[np.uint8], uvs: NDArray[np.float64], /) -> NDArray[np.float64]:
+    """Return (V,), 0 to 1, an alpha (H, W) uint8 at texture coordinates (V, 2), beyond the border replicated."""
+    height, width = alpha.shape
+    x, y = (np.clip(np.rint(uvs * (width, height) - 0.5), 0, (width - 1, height - 1)).astype(int)).T
+    return np.asarray(alpha[y, x] / 255, np.float64)
 
 
 def _limited_orbit(pose: HeadPose, view: ViewState) -> HeadPose:

@@ -9,13 +9,16 @@ from scipy.spatial import QhullError
 
 from conf.errors import ProtocolError
 from conf.face.fapu import Fapu
+from conf.face.head_pose import HeadPose
+from conf.face.portrait.head_views import HeadView
 from conf.face.portrait.patch_features import FEATURES
-from conf.face.portrait.patch_prediction import inverse_dct, predict_patch, region_points_in_photo
+from conf.face.portrait.patch_prediction import PatchPredictor, inverse_dct
 from conf.face.portrait.photographed_face import PhotographedFace
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.portrait.objects import decode_object
 from conf.protocol.portrait.patch import Patch, step_size
 from conf.protocol.portrait.photo import NeutralPoseUpdate, Photo
+from conf.protocol.portrait.view import View
 from conf.protocol.portrait.vp8 import read_frame_size, wrap_riff
 from conf.receiver.portrait.inpainting import person_mask
 from conf.receiver.portrait.matting import Matte, estimate_matte
@@ -31,6 +34,7 @@ class ReceivedPhoto:
     pixels: NDArray[np.uint8]
     matte: Matte
     warp: PortraitWarp
+    predictor: PatchPredictor
 
 
 @dataclass(frozen=True)
@@ -45,6 +49,18 @@ class ReceivedPatch:
     pixels: NDArray[np.uint8]
 
 
+@dataclass(frozen=True)
+class ReceivedView:
+    """A view that is ready to be drawn.
+
+    uvs : (V, 2) of the mesh in the image, 0 to 1 from its upper left corner, or outside; pixels : (h, w, 3) uint8 BGR
+    """
+
+    head: HeadView
+    uvs: NDArray[np.float64]
+    pixels: NDArray[np.uint8]
+
+
 class PortraitStore:
     """Decodes portrait objects as they arrive. An invalid one is rejected and counted; the call continues."""
 
@@ -52,7 +68,8 @@ class PortraitStore:
         self.rejected = 0
         self.photo: ReceivedPhoto | None = None
         self.patches: dict[tuple[int, int], ReceivedPatch] = {}  # by region and slot
-        self._pending: list[Patch | NeutralPoseUpdate] = []  # of a photo that has not arrived yet
+        self.views: dict[int, ReceivedView] = {}  # by slot
+        self._pending: list[Patch | NeutralPoseUpdate | View] = []  # of a photo that has not arrived yet
 
     def receive(self, data: bytes, /) -> bool:
         """Decode the bytes of a complete object; return whether they were valid."""
@@ -77,23 +94,28 @@ class PortraitStore:
             warp = PortraitWarp(face)
         except (ValueError, QhullError) as error:  # points that coincide or have no valid mesh
             raise ProtocolError(f"a face that cannot be moved: {error}") from error
-        self.photo = ReceivedPhoto(photo.number, pixels, estimate_matte(pixels, person), warp)
+        matte, predictor = estimate_matte(pixels, person), PatchPredictor(pixels, warp)
+        self.photo = ReceivedPhoto(photo.number, pixels, matte, warp, predictor)
         self.patches.clear()
+        self.views.clear()
         pending, self._pending = self._pending, []
         for update in pending:
             if update.photo_number == photo.number:
                 self._receive_update(update)
 
-    def _receive_update(self, update: Patch | NeutralPoseUpdate) -> None:
-        """Apply a patch or neutral pose to the photo it belongs to, or keep it until that photo arrives."""
+    def _receive_update(self, update: Patch | NeutralPoseUpdate | View) -> None:
+        """Apply a patch, neutral pose or view to the photo it belongs to, or keep it until that photo arrives."""
         if self.photo is None or self.photo.number != update.photo_number:
             self._pending = [*self._pending[-MAX_PENDING:], update]
             return
         if isinstance(update, NeutralPoseUpdate):
             self.photo.warp.set_neutral(update.neutral, Fapu(*update.fapu).lengths())
             return
+        if isinstance(update, View):
+            self.views[update.slot] = load_view(update, self.photo.warp)
+            return
         try:
-            pixels = reconstruct_patch(update, self.photo.pixels, self.photo.warp)
+            pixels = reconstruct_patch(update, self.photo.predictor)
         except ValueError as error:  # points that coincide
             raise ProtocolError(f"a patch that cannot be drawn: {error}") from error
         descriptor = update.descriptor.astype(np.float64)
@@ -112,12 +134,19 @@ def decode_image(frame: bytes, /) -> NDArray[np.uint8]:
     return np.asarray(pixels, dtype=np.uint8)
 
 
-def reconstruct_patch(patch: Patch, photo: NDArray[np.uint8], warp: PortraitWarp, /) -> NDArray[np.uint8]:
-    """Return a patch's pixels (h, w, 3) uint8 BGR: its prediction from the photo (H, W, 3) plus its residual.
+def load_view(view: View, warp: PortraitWarp, /) -> ReceivedView:
+    """Return a view that is ready to be drawn. Raises ProtocolError if its image cannot be decoded."""
+    head = HeadView.of_points(warp, view.points, HeadPose.from_vector(view.pose))
+    in_frame = head.positions / (warp.shape.aspect, -1.0) + 0.5
+    low, high = np.array(view.box[:2]), np.array(view.box[2:])
+    return ReceivedView(head, (in_frame - low) / (high - low), decode_image(view.frame))
+
+
+def reconstruct_patch(patch: Patch, predictor: PatchPredictor, /) -> NDArray[np.uint8]:
+    """Return a patch's pixels (h, w, 3) uint8 BGR: its prediction from the photo plus its residual.
 
     Raises ValueError if the patch's points coincide.
     """
-    points = region_points_in_photo(warp, FEATURES[patch.region])
     residual = inverse_dct([plane * step_size(patch.step) for plane in patch.coefficients], patch.size)
-    pixels = predict_patch(photo, points, patch.points, patch.size) + residual
+    pixels = predictor.predict(FEATURES[patch.region], patch.points, patch.size) + residual
     return np.asarray(np.clip(np.rint(pixels), 0, 255), dtype=np.uint8)

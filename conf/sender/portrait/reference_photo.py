@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.patch_features import EYES, FEATURES, MOUTH, PatchRegion
-from conf.face.portrait.patch_prediction import predict_patch, region_points_in_photo
+from conf.face.portrait.patch_prediction import PatchPredictor
 from conf.face.portrait.photographed_face import PhotographedFace
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.messages import MotionFrame
@@ -38,6 +38,7 @@ class ReferencePhoto:
     photo: Photo
     pixels: NDArray[np.uint8]
     warp: PortraitWarp
+    predictor: PatchPredictor
     matcher: AppearanceMatcher
     scene: SceneChangeDetector
 
@@ -54,7 +55,8 @@ class ReferencePhoto:
         )
         warp = PortraitWarp(shape)
         matcher, scene = AppearanceMatcher(warp, pixels), SceneChangeDetector(warp, pixels)
-        return cls(photo, decode_vp8(photo.frame), warp, matcher, scene)
+        decoded = decode_vp8(photo.frame)
+        return cls(photo, decoded, warp, PatchPredictor(decoded, warp), matcher, scene)
 
     def can_patch(self, face: CapturedFace, motion: MotionFrame, region: int) -> bool:
         """Whether a feature can be cut from a frame: the head is turned as in the photo, and nothing covers it."""
@@ -76,6 +78,6 @@ def patch_residual(
     crop, points, weight = extract_patch(face.pixels, face.landmarks, feature, px_per_cm=px_per_cm)
     points = np.rint(points * POINT_STEPS) / POINT_STEPS
     size = crop.shape[1], crop.shape[0]
-    predicted = predict_patch(reference.pixels, region_points_in_photo(reference.warp, feature), points, size)
+    predicted = reference.predictor.predict(feature, points, size)
     weight = np.minimum(1.0, weight / MIN_PATCH_WEIGHT)
     return (match_colour(crop, predicted) - predicted) * weight[..., None], points

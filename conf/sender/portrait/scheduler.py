@@ -4,6 +4,7 @@ A photo is selected (`photo_selection`), built in steps (`photo_builder`) and en
 reference is decoded, as the receiver will decode it. Patches (`patch_scheduler`) use the bandwidth that photos leave.
 """
 
+from collections.abc import Iterator
 from dataclasses import astuple
 
 import numpy as np
@@ -15,12 +16,15 @@ from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.portrait.objects import encode_object
 from conf.protocol.portrait.patch import MAX_SLOTS
 from conf.protocol.portrait.photo import MIN_LOG_SCALE, NeutralPoseUpdate, Photo
+from conf.protocol.portrait.view import MAX_VIEWS, View
+from conf.sender.portrait.album import Album, frame_shapes, view_steps
 from conf.sender.portrait.captured_face import CapturedFace
 from conf.sender.portrait.patch_extraction import make_patch
 from conf.sender.portrait.patch_scheduler import PATCH_BYTES, PatchScheduler
 from conf.sender.portrait.photo_builder import DRAFT, FULL, PhotoBuilder
 from conf.sender.portrait.photo_quality import image_penalty
 from conf.sender.portrait.photo_selection import Candidate, PhotoSelector
+from conf.sender.portrait.recent_frames import RecentFrame, RecentFrames, evenly_spaced, reduce_height
 from conf.sender.portrait.reference_photo import ReferencePhoto, patch_residual
 from conf.sender.tracking.canonical_face import CanonicalFace
 
@@ -30,7 +34,9 @@ MIN_PRESENCE = 0.8  # of the tracked face, 0 to 1
 MIN_SMOOTHED_LOG_SCALE = MIN_LOG_SCALE + 0.1  # of the motion's pose; a photo's own pose is not smoothed
 
 PHOTO_SLOT, NEUTRAL_SLOT, PATCH_SLOTS = 0, 1, 2  # of the object sender
-PHOTO_PRIORITY, NEUTRAL_PRIORITY, PATCH_PRIORITY = 0, 1, 2
+VIEW_SLOTS = PATCH_SLOTS + len(FEATURES) * MAX_SLOTS
+PHOTO_PRIORITY, NEUTRAL_PRIORITY, PATCH_PRIORITY, VIEW_PRIORITY = 0, 1, 2, 3
+VIEW_INTERVAL_S = 1.0  # between choices of a view
 
 
 class PortraitScheduler:
@@ -40,6 +46,10 @@ class PortraitScheduler:
         self._canonical = canonical
         self._objects = objects
         self._selector = PhotoSelector()
+        self._recent = RecentFrames(FULL.max_height)
+        self._album: Album | None = None  # of the photo in use, unless that is a draft
+        self._view: Iterator[View | None] | None = None  # being built
+        self._view_due = 0.0
         self._patches = PatchScheduler()
         self._building: tuple[Candidate, PhotoBuilder] | None = None
         self._photo_number = 0
@@ -61,29 +71,38 @@ class PortraitScheduler:
         if self._reference is not None:
             self._reference.scene.sample(face.pixels, motion, now)
             self._selector.set_scene_changed(now, changed=self._reference.scene.changed)
-        self._selector.add_frame(face, motion, image_penalty(face.pixels, face.landmarks), now)
+        penalty = self._selector.add_frame(face, motion, image_penalty(face.pixels, face.landmarks), now)
+        self._recent.sample(face.pixels, motion, penalty, now)
         if self._building is None:
             self._start_photo(now)
         if self._reference is not None:
             self._send_neutral(self._reference, face, now)
             self._send_patch(self._reference, face, motion, now)
+            self._send_view(self._reference, now)
 
     def _start_photo(self, now: float) -> None:
         best = self._selector.pop_due(now, delivered=self._objects.delivered(PHOTO_SLOT))
         if best is None:
             return
-        quality = DRAFT if self._reference is None else FULL
-        self._building = best, PhotoBuilder(best.face, self._canonical, self._photo_number, quality)
+        is_draft = self._reference is None
+        recent = [] if is_draft else evenly_spaced(self._recent.like(best.fixed_penalty))
+        quality = DRAFT if is_draft else FULL
+        builder = PhotoBuilder(best.face, self._canonical, self._photo_number, quality, recent=recent)
+        self._building = best, builder
         self._photo_number = (self._photo_number + 1) % 256
 
     def _send_photo(self, built: Photo, candidate: Candidate, now: float) -> None:
         """Send a photo in place of the one before, whose patches and neutral pose are cancelled."""
         data = encode_object(built)
+        is_draft, self._album, self._view = self._reference is None, None, None
         self._reference = ReferencePhoto.from_bytes(data, candidate.face.pixels)
         self._selector.set_photo(candidate, now)
         self._patches.set_photo(candidate.motion.displacements)
         self._last_neutral = (candidate.face.neutral, now)
-        for slot in range(NEUTRAL_SLOT, PATCH_SLOTS + len(FEATURES) * MAX_SLOTS):
+        if not is_draft:
+            frame = RecentFrame(reduce_height(candidate.face.pixels, FULL.max_height), candidate.motion, 0.0)
+            self._album = Album(self._reference.warp, frame_shapes(self._reference.warp, [frame]))
+        for slot in range(NEUTRAL_SLOT, VIEW_SLOTS + MAX_VIEWS):
             self._objects.cancel(slot)
         self._objects.send_object(PHOTO_SLOT, data, priority=PHOTO_PRIORITY)
 
@@ -100,7 +119,7 @@ class PortraitScheduler:
         request = self._patches.next_request(
             motion.displacements,
             now,
-            waiting_bytes=self._objects.waiting_bytes,
+            waiting_bytes=self._objects.waiting_bytes_before(VIEW_PRIORITY),
             can_patch=lambda region: reference.can_patch(face, motion, region),
         )
         if request is None:
@@ -111,3 +130,19 @@ class PortraitScheduler:
         patch = make_patch(residual, points, descriptor, target=target, max_bytes=max_bytes)
         object_slot = PATCH_SLOTS + region * MAX_SLOTS + slot
         self._objects.send_object(object_slot, encode_object(patch), priority=PATCH_PRIORITY)
+
+    def _send_view(self, reference: ReferencePhoto, now: float) -> None:
+        """Build a view, a step in each frame, and send it once the photo and the views before have arrived."""
+        if self._view is not None:
+            view = next(self._view)
+            if view is not None:
+                self._view = None
+                self._objects.send_object(VIEW_SLOTS + view.slot, encode_object(view), priority=VIEW_PRIORITY)
+            return
+        if self._album is None or self._building is not None or now < self._view_due or self._objects.waiting_bytes:
+            return
+        self._view_due = now + VIEW_INTERVAL_S
+        choice = self._album.choose(self._recent.clear_ones())
+        if choice is not None:
+            self._album.add(choice)
+            self._view = view_steps(choice, reference.warp, reference.photo.number)

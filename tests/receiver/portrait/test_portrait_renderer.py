@@ -14,7 +14,7 @@ from conf.receiver.portrait.portrait_store import PortraitStore
 from conf.render.camera import ViewState
 from conf.render.shader_programs import load_program
 from conf.render.window.offscreen import OffscreenWindow
-from tests.support.drawn_person import SIZE, draw_person, make_patch, make_photo, to_pixels
+from tests.support.drawn_person import SIZE, draw_person, make_patch, make_photo, make_view, to_pixels
 from tests.support.synthetic_portrait import POSE
 
 pytestmark = pytest.mark.slow
@@ -167,3 +167,18 @@ def test_the_first_row_of_a_texture_is_drawn_at_the_top() -> None:
         layer.release()
     np.testing.assert_array_equal(image[0, 4], (255, 0, 0))
     np.testing.assert_array_equal(image[-1, 4], (0, 0, 255))
+
+
+@pytest.mark.usefixtures("gl")
+def test_a_view_is_shown_in_its_pose_and_hardly_in_the_photos() -> None:
+    turned = HeadPose(POSE.rotation + np.array([0.0, 0.35, 0.0]), POSE.position, POSE.log_scale)
+    for scene in scene_with_photo():
+        x, y = np.rint(to_pixels(POSE.position[None])[0]).astype(int)
+        before = scene.draw().astype(int)
+        scene.store.receive(encode_object(make_view(pose=turned, colour=(0, 255, 0))))
+        assert np.abs(scene.draw()[y, x].astype(int) - before[y, x]).max() < 40
+        blue, green, red = scene.draw(pose=turned)[y, x].astype(int)
+        assert green > 200 and max(blue, red) < 60, "the view's colour"
+        np.testing.assert_array_equal(scene.draw()[:20, :20], before[:20, :20])
+        scene.store.views.clear()
+        np.testing.assert_array_equal(scene.draw(), before)

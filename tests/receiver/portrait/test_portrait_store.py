@@ -12,7 +12,7 @@ from conf.protocol.portrait.objects import encode_object
 from conf.protocol.portrait.patch import MAX_SLOTS
 from conf.protocol.portrait.photo import NeutralPoseUpdate
 from conf.receiver.portrait.portrait_store import PortraitStore, decode_image
-from tests.support.drawn_person import draw_person, encode_vp8, make_patch, make_photo
+from tests.support.drawn_person import draw_person, encode_vp8, make_patch, make_photo, make_view
 from tests.support.synthetic_portrait import POSE
 
 
@@ -53,6 +53,21 @@ def test_the_number_of_patches_is_bounded() -> None:
     for number in range(100):
         store.receive(encode_object(make_patch(number % 2, number % MAX_SLOTS, photo_number=number % 4)))
     assert len(store.patches) <= len(FEATURES) * MAX_SLOTS
+
+
+@pytest.mark.slow
+def test_views_are_kept_with_their_photo_and_the_mesh_is_mapped_into_them() -> None:
+    store = PortraitStore()
+    store.receive(encode_object(make_view(slot=1)))
+    assert not store.views, "it waits for its photo"
+    store.receive(encode_object(make_photo()))
+    view = store.views[1]
+    assert store.photo is not None and view.pixels.shape == (240, 160, 3)
+    whole = store.photo.warp.mesh.positions / (4 / 3, -1) + 0.5
+    inside = store.photo.warp.on_face
+    np.testing.assert_allclose(view.uvs[inside], (whole[inside] - (0.25, 0)) * (2, 1), atol=0.01)
+    store.receive(encode_object(make_photo(2)))
+    assert not store.views
 
 
 @pytest.mark.slow

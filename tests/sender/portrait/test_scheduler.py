@@ -90,7 +90,7 @@ def test_a_draft_with_shut_eyes_is_replaced_after_some_time() -> None:
     call = Call()
     call.run(MAX_DRAFT_S - 1, SHUT)
     assert call.count(Photo) == 1
-    call.run(3.0, SHUT)
+    call.run(4.0, SHUT)
     assert call.count(Photo) == 2
 
 
