@@ -25,12 +25,15 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from multiprocessing.queues import Queue
+from multiprocessing.synchronize import Barrier
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+import zenoh
 
 from conf.protocol.address import RelayAddress
 from conf.transport.relay_settings import KEY_PREFIX, client_settings, open_zenoh
@@ -42,6 +45,8 @@ HOST, PORT = "127.0.0.1", 7447
 RELAY = (HOST, PORT)
 SIZE = 50
 WARM_UP_S = 2.0
+READY_S = 300.0
+ATTEMPTS = 10
 MESSAGES_PER_CORE = 47_000  # a second, forwarded by zenoh's router, as measured for the design
 DRIVERS = 2
 FILES = 16_384
@@ -111,13 +116,11 @@ def running_relay() -> Iterator[subprocess.Popen[str]]:
             process.kill()
 
 
-def drive(first: int, calls: int, options: argparse.Namespace, start: float, results: "Queue[Result]") -> None:
+def drive(first: int, calls: int, options: argparse.Namespace, ready: "Barrier", results: "Queue[Result]") -> None:
     """Hold calls in this process. Puts how many datagrams were sent, and the delays of those received, s.
 
     Bare sessions with the settings of a call: the threads that watch those of a program would be most of the load.
     """
-    import zenoh
-
     delays: list[float] = []
 
     def on_sample(sample: zenoh.Sample) -> None:
@@ -129,7 +132,7 @@ def drive(first: int, calls: int, options: argparse.Namespace, start: float, res
     for number in range(calls):
         key = f"{KEY_PREFIX}/{first + number}"
         for own, other in (("to", "from"), ("from", "to")):
-            sessions.append(open_zenoh(client_settings(RELAY)))
+            sessions.append(open_patiently())
             sessions[-1].declare_subscriber(f"{key}/{own}/a", on_sample)
             publishers.append(
                 sessions[-1].declare_publisher(
@@ -141,10 +144,11 @@ def drive(first: int, calls: int, options: argparse.Namespace, start: float, res
             )
     random.Random(first).shuffle(publishers)
     sent = index = 0
+    ready.wait(READY_S)
+    start = time.monotonic()
     first_counted = start + WARM_UP_S
     end = first_counted + options.seconds
     interval = 1 / (options.rate * len(publishers))
-    time.sleep(max(0.0, start - time.monotonic()))
     while (now := time.monotonic()) < end:
         while start + index * interval <= now:
             is_counted = now >= first_counted
@@ -159,18 +163,27 @@ def drive(first: int, calls: int, options: argparse.Namespace, start: float, res
     os._exit(0)  # without closing hundreds of sessions one by one
 
 
+def open_patiently() -> zenoh.Session:
+    """Return a session with the relay; on a busy machine that may need several attempts."""
+    for _ in range(ATTEMPTS):
+        with suppress(zenoh.ZError):
+            return open_zenoh(client_settings(RELAY))
+    raise TimeoutError("the relay does not answer")
+
+
 def measure_load(options: argparse.Namespace) -> Load:
     """Hold many calls."""
     context = multiprocessing.get_context("spawn")
     results: Queue[Result] = context.Queue()
     with running_relay() as relay:
-        start = time.monotonic() + 10 + options.calls / 25
+        ready = context.Barrier(DRIVERS + 1)
         part = options.calls // DRIVERS
-        arguments = [(1000 + number * part, part, options, start, results) for number in range(DRIVERS)]
+        arguments = [(1000 + number * part, part, options, ready, results) for number in range(DRIVERS)]
         processes = [context.Process(target=drive, args=item, daemon=True) for item in arguments]
         for process in processes:
             process.start()
-        time.sleep(start + WARM_UP_S - time.monotonic())
+        ready.wait(READY_S)
+        time.sleep(WARM_UP_S)
         before, began = cpu_s(relay.pid), time.monotonic()
         time.sleep(options.seconds)
         cpu = (cpu_s(relay.pid) - before) / (time.monotonic() - began)
@@ -206,8 +219,6 @@ def flood_udp(count: int, ports: list[int], seed: int) -> int:
 
 def flood_relay(count: int, plate: str, seed: int) -> int:
     """Send junk through the relay to the waiting end, from ever new names. Returns how many were sent."""
-    import zenoh
-
     generator = random.Random(seed)
     junk = [generator.randbytes(generator.choice((0, 1, 50, 1400, 3000))) for _ in range(500)]
     session = open_zenoh(client_settings(RELAY))
