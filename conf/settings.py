@@ -34,6 +34,7 @@ class Settings:
     portrait : whether images of the person may be sent
     kbps : highest rate, kbit/s; voice : one of VOICE_CHOICES
     face : a mesh file, absolute; head : name of the head that this participant is drawn with
+    relay : HOST or HOST:PORT of a relay
     """
 
     name: str | None = None
@@ -45,6 +46,7 @@ class Settings:
     voice: str | None = None
     face: Path | None = None
     head: str | None = None
+    relay: str | None = None
 
 
 NAMES = tuple(field.name for field in fields(Settings))
@@ -95,7 +97,7 @@ def _path(value: object) -> Path:
 # Each returns the value of a field from the value in the file, or raises ValueError.
 _READERS: dict[str, Callable[[object], object]] = {
     "name": _name, "camera": _device, "microphone": _device, "speaker": _device, "portrait": _boolean, "kbps": _kbps,
-    "voice": _voice, "face": _path, "head": _line_of_text,
+    "voice": _voice, "face": _path, "head": _line_of_text, "relay": _line_of_text,
 }  # fmt: skip
 
 

@@ -44,6 +44,7 @@ class CallComposer(GpuObject):
         *,
         waiting: Waiting,
         has_face: Callable[[], bool],
+        path: Callable[[], str] = lambda: "",
         draw_clock: Callable[[], float] | None = None,
         sound: CallSound | None = None,
         is_interactive: bool = True,
@@ -53,7 +54,7 @@ class CallComposer(GpuObject):
         """Prepare drawing.
 
         waiting : what to say while there is no call
-        has_face : whether one's own face is being seen
+        has_face : whether one's own face is being seen; path : over which the call goes
         draw_clock, sound : as in FrameComposer
         heads : as in FrameComposer; own_head : number of the head that this end has chosen, 0 for none
         is_interactive : whether somebody needs buttons and the own image; a clip that is being written does not
@@ -61,6 +62,7 @@ class CallComposer(GpuObject):
         self.note = ""
         self._reported = ""  # what happened last
         self._has_face = has_face
+        self._path = path
         self._own = CallControls(state)
         self.controls = ViewerControls(window, sound=sound, keys=CALL_KEYS, intercept=self._own.intercept)
         self._own.show_toast, self._own.run_action = self.controls.show_toast, self.controls.run_action
@@ -146,7 +148,7 @@ class CallComposer(GpuObject):
             toast = ""  # the notice says it
         own = own_notes(state, has_face=self._has_face(), in_call=in_call)
         return CallScreen(
-            status=status_parts(link, self._name, call_s, stats),
+            status=status_parts(link, self._name, call_s, stats, path=self._path()),
             stats=stats if controls.view.stats and in_call else None,
             name=self._name_plate() if in_call else "",
             own_aspect=self._own_picture.aspect if self._shows_oneself() else None,

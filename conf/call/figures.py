@@ -40,6 +40,7 @@ class CallFigures:
     connecting_s, picture_s : from the start of the command until there was a connection, and until the other
         participant was drawn; None if that did not happen
     name : of the other participant, "" if it gave none
+    path : over which datagrams went last: "direct", "relay", "relay over TCP"; "" without a call
     """
 
     connected_s: float
@@ -48,12 +49,13 @@ class CallFigures:
     sent: SentFigures
     received: CallReport
     name: str = ""
+    path: str = ""
 
 
 def call_figures(
-    endpoint: CallEndpoint, capture: FaceCapture, times: CallTimes, now: float, *, name: str = ""
+    endpoint: CallEndpoint, capture: FaceCapture, times: CallTimes, now: float, *, name: str = "", path: str = ""
 ) -> CallFigures:
-    """Return the figures of a call. name : of the other participant"""
+    """Return the figures of a call. name : of the other participant; path : over which datagrams went last"""
     received, link = endpoint.report(now), endpoint.status(now)
     seconds = received.connected_s
     sent = SentFigures(
@@ -73,6 +75,7 @@ def call_figures(
         sent=sent,
         received=received,
         name=name,
+        path=path,
     )
 
 

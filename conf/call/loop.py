@@ -47,6 +47,7 @@ class CallLoop:
 
     connected_at, drawn_at : times of the first connection and of the first image of the other participant, on the
         clock of the loop, None before
+    path : how datagrams reach the other participant, or reached it last, such as "direct"; "" before
     peer_name : name of the other participant, also after it has left; "" if it gave none
     """
 
@@ -70,7 +71,7 @@ class CallLoop:
         self._is_calling = socket.remote is not None
         peers = None if self._is_calling else lambda: endpoint.callers
         self._exchange = DatagramExchange(socket, endpoint, peers=peers, lock=sound.lock if sound else None)
-        self.peer_name = ""
+        self.peer_name = self.path = ""
         self._has_peer_left = False
         self._camera_due = 0.0  # when a camera that is missing is tried again
         self._is_hung_up = False
@@ -161,10 +162,19 @@ class CallLoop:
 
     def _handle_events(self, now: float) -> None:
         self.peer_name = self._endpoint.remote_state.name or self.peer_name
+        for peer in self._endpoint.callers:
+            self.path = self._socket.path_name(peer)
         while event := self._endpoint.next_event():
             if isinstance(event, Connected) and self._has_peer_left:
                 self.peer_name = self._endpoint.remote_state.name  # whoever comes now may be somebody else
-            if text := describe_event(event, name=self.peer_name, is_calling=self._is_calling):
+            text = describe_event(
+                event,
+                name=self.peer_name,
+                is_calling=self._is_calling,
+                nameplate=self._socket.nameplate,
+                is_awaited=self._socket.others_wait,
+            )
+            if text:
                 self._report(text, now)
             if isinstance(event, SessionEnded):
                 self._has_peer_left = event.reason is not LossReason.REPLACED

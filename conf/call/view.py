@@ -35,16 +35,25 @@ class Notice:
 class Waiting:
     """What is said while there is no call.
 
-    address : where one listens, or whom one calls, as HOST:PORT
+    address : where one listens, or whom one calls, as HOST:PORT; for a call over a relay, what goes between
     code : to be told to the other, "" at the end that calls
+    nameplate : of a call over a relay, "" for a direct one
     """
 
     address: str
     code: str = ""
+    nameplate: str = ""
 
     def notice(self, *, name: str, text: str) -> Notice:
         """Return the notice. name : of the last call's other participant, "" before; text : of the last event"""
         lines = (text,) if text else ()
+        if self.code and self.nameplate:
+            command = f"conf call {self.code}"
+            return Notice(
+                f"waiting for a call over {self.address}", self.code, (*lines, f"the other types:  {command}")
+            )
+        if self.nameplate:
+            return Notice(f"calling {name or self.nameplate} over {self.address}", "", lines)
         if self.code:
             command = f"conf call HOST --code {self.code}"
             return Notice(f"waiting for a call at {self.address}", self.code, (*lines, f"the other types:  {command}"))
@@ -75,12 +84,19 @@ def own_notes(state: LocalState, *, has_face: bool, in_call: bool) -> list[str]:
     return notes
 
 
-def status_parts(link: LinkState, name: str, call_s: float | None, stats: CallStats) -> list[LinePart]:
-    """Return the figures of the line. call_s : seconds since the call began, None without a call"""
+def status_parts(
+    link: LinkState, name: str, call_s: float | None, stats: CallStats, *, path: str = ""
+) -> list[LinePart]:
+    """Return the figures of the line.
+
+    call_s : seconds since the call began, None without a call; path : over which it goes, "" if that is not said
+    """
     parts = [LinePart(link.text, QUALITY_COLOURS[link.quality])]
     if call_s is None:
         return [*parts, LinePart("H: keys", MUTED, optional=True)]
     parts += [LinePart(name or UNKNOWN, None, optional=True), LinePart(format_clock(call_s), None)]
+    if path:
+        parts.append(LinePart(path, MUTED, optional=True))
     parts.append(LinePart(format_bitrate(stats.traffic.wire_kbps), MUTED, optional=True))
     parts.append(LinePart(f"{stats.fps:.0f} fps", MUTED, optional=True))
     if (voice := stats.voice) is not None:

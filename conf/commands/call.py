@@ -9,13 +9,13 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, nullcontext
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from threading import Timer
 from typing import TYPE_CHECKING
 
 from conf.commands import Terminal
-from conf.commands.support.arguments import add_face, add_headless, add_json, add_listen, add_seconds, address
+from conf.commands.support.arguments import add_face, add_headless, add_json, add_listen, add_seconds
 from conf.commands.support.call_table import media_text
 from conf.commands.support.capture import (
     FPS,
@@ -31,6 +31,7 @@ from conf.commands.support.display import DisplayOptions, check_before_call, ope
 from conf.commands.support.garbage import frozen_memory
 from conf.commands.support.heads import add_head, add_proportions, head_loader, head_number
 from conf.commands.support.interruption import until_interrupted
+from conf.commands.support.relay_route import RelayRoute, add_relay, call_over, call_target, route_of, wait_over
 from conf.commands.support.sound import PlayedSound, add_no_sound, add_sound_output
 from conf.errors import ConfError
 
@@ -46,15 +47,14 @@ if TYPE_CHECKING:
     from conf.render.window import Window
     from conf.sender.face_capture import FaceCapture
     from conf.sender.voice.voice_sender import VoiceSender
-    from conf.transport.udp import UdpSocket
+    from conf.transport.interface import Transport
 
 HELP = "call somebody, or wait to be called: face and voice both ways"
 CODE_HELP = (
     "calling: the code that the other end shows (default: CONF_CODE, or asked for); "
     "listening: the code to use (default: CONF_CODE, or a new one)"
 )
-BOTH = "give the HOST to call, or --listen HOST:PORT to be called, not both"
-NEITHER = "give the HOST to call, or --listen HOST:PORT to be called"
+BOTH = "give the HOST or the code to call, or --listen HOST:PORT to be called, not both"
 NO_CALL = "there was no call"
 MAX_OBJECTS = 64  # of one's own portrait that wait to be drawn in the corner
 IMPORT_DELAY_S = 2.0  # from the loop's start until what portraits need is imported: a third of a second of CPU time
@@ -68,7 +68,8 @@ class CallOptions:
     """One end of a call.
 
     capture : what is sent; display : where the other participant is drawn and heard
-    remote : whom to call, None to wait for a call
+    remote : whom to call, None to wait for a call, or over a relay
+    route : the way over a relay, None for a direct call; is_calling : over it
     code : as normalise_code returns it; name : shown at the other end
     portrait : whether images of the person may be sent from the start
     face : mesh on which the other participant is drawn, None for the shipped heads
@@ -87,15 +88,22 @@ class CallOptions:
     head: int = 0
     proportions: bool = True
     seconds: float | None = None
+    route: RelayRoute | None = None
+    is_calling: bool = False
     on_ready: Callable[[str], None] = lambda text: None
     on_note: Callable[[str], None] = lambda text: None
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "remote", nargs="?", type=address, metavar="HOST[:PORT]", help="where `conf call --listen` runs"
+        "remote",
+        nargs="?",
+        type=call_target,
+        metavar="CODE|HOST[:PORT]",
+        help="the code that the other end shows, or where `conf call --listen` runs; nothing to wait to be called",
     )
     add_listen(parser, is_required=True)
+    add_relay(parser)
     parser.add_argument("--name", default=None, help="your name, shown at the other end (default: the login name)")
     add_capture(parser, code_help=CODE_HELP)
     add_head(parser)
@@ -115,8 +123,7 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
     began = time.monotonic()
     if options.remote and options.listen:
         raise ConfError(BOTH)
-    if not options.remote and not options.listen:
-        raise ConfError(NEITHER)
+    over_relay = isinstance(options.remote, str) or not (options.remote or options.listen)
     check_before_call(options.face, options.headless)
     portrait_kbps = options.portrait_kbps  # images may be allowed later, with a key
     apply_switches(options, terminal)
@@ -131,15 +138,17 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
             speaker=options.speaker,
             visible=not options.show_when_connected,
         ),
-        remote=options.remote,
+        remote=None if over_relay else options.remote,
         listen=options.listen or ("", 0),
-        code=options.code or (read_code(terminal, "the other end") if options.remote else _code_to_show()),
+        code=_code(options, terminal),
         name=login_name() if options.name is None else options.name,
         portrait=options.portrait,
         face=options.face,
         head=head_number(options.head),
         proportions=not options.no_proportions,
         seconds=options.seconds,
+        route=route_of(options) if over_relay else None,
+        is_calling=options.remote is not None,
         on_ready=terminal.write,
         on_note=terminal.write,
     )
@@ -155,13 +164,22 @@ def login_name() -> str:
         return ""
 
 
-def _code_to_show() -> str:
-    """Return the code of who waits for a call: CONF_CODE, else a new one. Raises ConfError."""
+def _code(options: argparse.Namespace, terminal: Terminal) -> str:
+    """Return the code of the call, "" if the relay decides about its number. Raises ConfError."""
+    if isinstance(options.remote, str):
+        return options.remote
+    if options.code:
+        return str(options.code)
+    return read_code(terminal, "the other end") if options.remote else _code_to_show(is_direct=bool(options.listen))
+
+
+def _code_to_show(*, is_direct: bool = True) -> str:
+    """Return the code of who waits for a call: CONF_CODE, else a new one, or "" over a relay. Raises ConfError."""
     from conf.protocol.session.pairing_code import generate_code, normalise_code
 
     text = os.environ.get("CONF_CODE")
     try:
-        return normalise_code(text) if text else generate_code(os.urandom)
+        return normalise_code(text) if text else generate_code(os.urandom) if is_direct else ""
     except ValueError as error:
         raise ConfError(f"CONF_CODE: {error}") from error
 
@@ -170,7 +188,7 @@ def _code_to_show() -> str:
 class _End:
     """One end of a call without its window: what is captured, sent and received."""
 
-    socket: UdpSocket
+    socket: Transport
     endpoint: CallEndpoint
     objects: SharedObjectSender
     self_view: SelfView
@@ -187,13 +205,11 @@ def call(options: CallOptions, *, began: float) -> CallFigures:
     Raises NetworkError, CameraError, ModelError, FileFormatError, AudioError, GraphicsError, RecordingError.
     """
     from conf.call.shared_objects import SharedObjectSender
-    from conf.transport.udp import UdpSocket
 
     with ExitStack() as stack:
-        if options.remote is None:
-            socket = stack.enter_context(UdpSocket.bind(*options.listen))
-        else:
-            socket = stack.enter_context(UdpSocket.open_to(*options.remote))
+        transport, code = _open_transport(options)
+        socket = stack.enter_context(transport)
+        options = replace(options, code=code)
         made: deque[bytes] = deque(maxlen=MAX_OBJECTS)
         objects, played = SharedObjectSender(on_object=made.append), PlayedSound()
         endpoint = _endpoint(options, socket, objects)
@@ -225,7 +241,19 @@ def call(options: CallOptions, *, began: float) -> CallFigures:
         return _figures(end, loop, began, None if early is None else early.connected_at)
 
 
-def _endpoint(options: CallOptions, socket: UdpSocket, objects: SharedObjectSender) -> CallEndpoint:
+def _open_transport(options: CallOptions) -> tuple[Transport, str]:
+    """Return what carries the call, and its code. Raises NetworkError."""
+    if options.route and options.is_calling:
+        return call_over(options.route, options.code), options.code
+    if options.route:
+        return wait_over(options.route, options.code)
+    from conf.transport.udp import UdpSocket
+
+    opened = UdpSocket.open_to(*options.remote) if options.remote else UdpSocket.bind(*options.listen)
+    return opened, options.code
+
+
+def _endpoint(options: CallOptions, socket: Transport, objects: SharedObjectSender) -> CallEndpoint:
     from conf.face.control_points import CONTROL_POINT_COUNT
     from conf.protocol.call_endpoint import CallEndpoint
     from conf.protocol.messages import StreamParameters
@@ -254,18 +282,20 @@ def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, dra
     from conf.receiver.call_display import CallDisplay
     from conf.receiver.heads.participant_heads import HeadOptions
 
-    address = format_address(options.remote or end.socket.address)
+    address = options.route.name if options.route else format_address(options.remote or end.socket.address)
+    is_waiting = end.socket.remote is None
     state = LocalState(portrait=options.portrait, has_microphone=end.voice is not None)
     thread = CaptureThread(end.capture)
-    later = Timer(IMPORT_DELAY_S if options.remote else 0.0, _import_portraits)
+    later = Timer(0.0 if is_waiting else IMPORT_DELAY_S, _import_portraits)
     composer = CallComposer(
         window,
         model,
         end.endpoint,
         state,
         end.self_view,
-        waiting=Waiting(address, "" if options.remote else options.code),
+        waiting=Waiting(address, options.code if is_waiting else "", end.socket.nameplate),
         has_face=lambda: thread.has_face,
+        path=lambda: loop.path,
         draw_clock=drawing.draw_clock,
         sound=drawing.sound,
         is_interactive=options.display.headless is None,
@@ -278,9 +308,10 @@ def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, dra
     try:
         later.start()
         with thread, frozen_memory(), until_interrupted() as should_continue:
-            if options.remote is None:
+            if is_waiting:
                 later.join()
-                options.on_ready(f"listening on {address}, code {options.code}")
+                where = "waiting over" if options.route else "listening on"
+                options.on_ready(f"{where} {address}, code {options.code}")
             loop.run(seconds=options.seconds, should_continue=should_continue)
     finally:
         later.cancel()
@@ -305,11 +336,11 @@ def _figures(end: _End, loop: CallLoop, began: float, early_at: float | None) ->
     from conf.call.figures import CallTimes, call_figures
 
     times = CallTimes(began, loop.connected_at if early_at is None else early_at, loop.drawn_at)
-    return call_figures(end.endpoint, end.capture, times, time.monotonic(), name=loop.peer_name)
+    return call_figures(end.endpoint, end.capture, times, time.monotonic(), name=loop.peer_name, path=loop.path)
 
 
 @contextmanager
-def _connecting(socket: UdpSocket, endpoint: CallEndpoint) -> Iterator[EarlyExchange | None]:
+def _connecting(socket: Transport, endpoint: CallEndpoint) -> Iterator[EarlyExchange | None]:
     """Exchange datagrams while the block runs, if this end calls."""
     from conf.call.early_exchange import EarlyExchange
     from conf.transport.exchange import DatagramExchange
@@ -327,7 +358,7 @@ def figures_text(figures: CallFigures, /) -> str:
     if not figures.connected_s:
         return NO_CALL
     lines = [
-        f"connected for {figures.connected_s:,.1f} s",
+        f"connected for {figures.connected_s:,.1f} s" + (f", path: {figures.path}" if figures.path else ""),
         f"sent      {sent.frames_sent:,} frames, {sent.wire_bytes:,} B, {sent.wire_kbps:,.1f} kbit/s",
         f"received  {received.frames_received:,} frames, {received.wire_bytes:,} B, {received.wire_kbps:,.1f} kbit/s",
         f"          of these {media_text(received.media_bytes)}",

@@ -24,6 +24,7 @@ DESCRIPTIONS = {
     "voice": ("auto, opus, codec2 or off", "auto"),
     "face": ("the mesh that others are drawn with", "the shipped heads"),
     "head": ("the head that you are drawn with, one of `conf heads`", "a free one"),
+    "relay": ("HOST or HOST:PORT of the relay for calls", "none: the local network is searched"),
 }
 
 

@@ -51,6 +51,16 @@ class CombinedTransport:
         """No addresses."""
         return ()
 
+    @property
+    def nameplate(self) -> str:
+        """The number under which the ends find each other on the relay."""
+        return self._relay.nameplate
+
+    @property
+    def others_wait(self) -> bool:
+        """Whether another end waits with the nameplate, as far as known."""
+        return self._relay.others_wait
+
     def path_name(self, address: Address, /) -> str:
         """Return how datagrams reach an address."""
         return (self._relay if isinstance(address, RelayAddress) else self._udp).path_name(address)

@@ -36,6 +36,14 @@ class Transport(Protocol):
     def candidates(self) -> tuple[Address, ...]:
         """The addresses at which this end may be reached directly; none if its peer has a path already."""
 
+    @property
+    def nameplate(self) -> str:
+        """The number under which the ends find each other on a relay, "" without a relay."""
+
+    @property
+    def others_wait(self) -> bool:
+        """Whether another end waits with the nameplate, as far as known."""
+
     def path_name(self, address: Address, /) -> str:
         """Return in words how datagrams reach an address: "direct", "relay" or "relay over TCP"."""
 

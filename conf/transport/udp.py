@@ -128,6 +128,16 @@ class UdpSocket:
         """No addresses: the peer has found this end."""
         return ()
 
+    @property
+    def nameplate(self) -> str:
+        """No number: there is no relay."""
+        return ""
+
+    @property
+    def others_wait(self) -> bool:
+        """Whether another end waits: not known."""
+        return True
+
     def path_name(self, address: Address, /) -> str:
         """Return how datagrams reach an address."""
         return DIRECT

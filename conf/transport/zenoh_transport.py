@@ -34,6 +34,8 @@ MAX_MEMBERS = 32  # callers whose keys the waiting end has declared
 DECLARATIONS_PER_S = 16.0
 UNDECLARED = 3  # datagrams to a caller before its key is declared
 NAME_BYTES = 5
+MAX_EARLY = 2  # datagrams that wait for the first session: a call begins as soon as there is one
+DECLARED_S = 0.03  # for the relay to know where answers go: what is declared takes another way than datagrams
 WATCHER = "nobody"  # name of no caller, to which every end that waits has subscribed
 _NAMEPLATE = re.compile(r"[0-9a-z-]{1,32}")
 _NAME = re.compile(r"[a-z2-7]{1,16}")
@@ -70,6 +72,7 @@ class RelayTransport:
         self._received: deque[tuple[bytes, Address, float]] = deque()
         self._wake_up = WakeUp()
         self._route: _Route | None = None
+        self._early: deque[tuple[bytes, Address]] = deque(maxlen=MAX_EARLY)
         self._silence = SilenceDetector()
         self._watcher: zenoh.Publisher | None = None
         self._link = RelayLink(
@@ -140,6 +143,11 @@ class RelayTransport:
         """No addresses: there is nothing but the relay."""
         return ()
 
+    @property
+    def nameplate(self) -> str:
+        """The number under which the ends find each other."""
+        return self._nameplate
+
     def path_name(self, address: Address, /) -> str:
         """Return how datagrams reach an address."""
         return "relay over TCP" if self.carrier == "tcp" else "relay"
@@ -167,11 +175,14 @@ class RelayTransport:
         return datagrams
 
     def send(self, datagrams: list[tuple[bytes, Address]], /) -> None:
-        """Send datagrams. They are lost while there is no session.
+        """Send datagrams. Before the first session the newest few wait for it; later they are lost without one.
 
         Raises NetworkError if the relay does not answer.
         """
         route = self._route
+        if route is None and not self._link.fault:
+            self._early += datagrams
+            return
         for data, address in datagrams:
             is_ours = isinstance(address, RelayAddress) and address.nameplate == self._nameplate
             if route is None or not is_ours or not route.send(data, str(address[1]), self._clock()):
@@ -197,7 +208,11 @@ class RelayTransport:
         self._watcher = _declare_watcher(session, f"{key}/to/{self._name or WATCHER}")
         if self._name:
             session.declare_subscriber(f"{key}/from/{self._name}", self._on_sample)
-            self._route = _CallerRoute(_declare_publisher(session, f"{key}/to/{self._name}"))
+            route = _CallerRoute(_declare_publisher(session, f"{key}/to/{self._name}"))
+            time.sleep(DECLARED_S)
+            while self._early:
+                route.send(self._early.popleft()[0], "", self._clock())
+            self._route = route
         else:
             session.declare_subscriber(f"{key}/to/*", self._on_sample)
             self._route = _WaiterRoute(session, f"{key}", self._link.call)

@@ -2,6 +2,7 @@ import pytest
 
 from conf.call.events import describe_event
 from conf.errors import NetworkError
+from conf.protocol.address import RelayAddress
 from conf.protocol.session.events import (
     AddressChanged,
     BodyReceived,
@@ -60,3 +61,18 @@ def test_every_refusal_and_every_reason_has_a_text() -> None:
         assert describe_event(Refused(refusal, 2.0), name="", is_calling=True)
     for reason in LossReason:
         describe_event(SessionEnded(1, reason), name="Ann", is_calling=True)
+
+
+def over_relay(event: Event, *, is_awaited: bool = True) -> str:
+    return describe_event(event, name="", is_calling=True, nameplate="4711", is_awaited=is_awaited)
+
+
+def test_a_call_over_a_relay_names_its_path_and_its_number() -> None:
+    relay = RelayAddress("4711", "")
+    assert over_relay(Connected(1, relay)) == "connected with the other end"
+    assert over_relay(AddressChanged(1, ("192.0.2.1", 5005))) == "the call goes directly now, without the relay"
+    assert over_relay(AddressChanged(1, relay)) == "the direct path has failed: the call goes over the relay"
+    assert over_relay(NoAnswer(5.0), is_awaited=False).startswith("nobody waits with the number 4711: ")
+    assert over_relay(NoAnswer(5.0)).startswith("nobody has answered for 5 s")
+    with pytest.raises(NetworkError, match=r"the words are wrong: type the code .* \(conf call 4711-WORD-WORD-WORD\)"):
+        over_relay(WrongCode(0, relay))

@@ -36,6 +36,8 @@ class WireSocket:
     """A socket of one end."""
 
     candidates = ()
+    nameplate = ""
+    others_wait = True
 
     def path_name(self, address: Address) -> str:
         return "direct"

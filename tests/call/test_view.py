@@ -67,3 +67,13 @@ def test_who_calls_sees_whom_and_what_happens() -> None:
     notice = Waiting("10.0.0.1:5005").notice(name="", text="nobody has answered for 5 s")
     assert (notice.title, notice.large, notice.lines) == ("calling 10.0.0.1:5005", "", ("nobody has answered for 5 s",))
     assert Waiting("10.0.0.1:5005").notice(name="Ann", text="").title == "calling Ann"
+
+
+def test_over_a_relay_the_code_is_all_that_the_other_types() -> None:
+    code = "4711-acorn-tulip-river"
+    notice = Waiting("the relay r.example", code, "4711").notice(name="", text="")
+    assert notice.large == code and notice.title == "waiting for a call over the relay r.example"
+    assert notice.lines == (f"the other types:  conf call {code}",)
+    assert (
+        Waiting("the local network", "", "4711").notice(name="", text="").title == "calling 4711 over the local network"
+    )

@@ -11,7 +11,6 @@ import pytest
 from conf.call.figures import CallFigures, SentFigures
 from conf.commands.call import (
     BOTH,
-    NEITHER,
     NO_CALL,
     CallOptions,
     _code_to_show,
@@ -92,7 +91,11 @@ def parsed(*arguments: str) -> argparse.Namespace:
 
 @pytest.mark.parametrize(
     ("arguments", "text"),
-    [((), NEITHER), (("10.0.0.7", "--listen", "5005"), BOTH), (("10.0.0.7",), "give the one the other end shows")],
+    [
+        (("4711-acorn-tulip-river", "--listen", "5005"), BOTH),
+        (("10.0.0.7", "--listen", "5005"), BOTH),
+        (("10.0.0.7",), "give the one the other end shows"),
+    ],
 )
 def test_one_calls_or_is_called(
     arguments: Sequence[str], text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

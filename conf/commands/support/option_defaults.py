@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from conf.commands.support.arguments import relay_address
+from conf.errors import ConfError
 from conf.settings import NAMES
 
 if TYPE_CHECKING:
     from conf.settings import Settings
 
 # A microphone that is only a setting does not replace the sound that belongs to what was given instead of a camera.
+RELAY_VARIABLE = "CONF_RELAY"
 _SETTING_IGNORED_WITH = {"microphone": ("file", "dpc", "sound")}
 
 
@@ -43,3 +47,13 @@ def apply_settings(options: argparse.Namespace, load: Callable[[], Settings], /)
         setting = getattr(settings, name)
         is_ignored = any(values.get(other) is not None for other in _SETTING_IGNORED_WITH.get(name, ()))
         values[name] = value.default if setting is None or is_ignored else setting
+    if "relay" in not_given and (relay := os.environ.get(RELAY_VARIABLE) or settings.relay):
+        values["relay"] = _relay(relay)
+
+
+def _relay(text: str) -> tuple[str, int]:
+    """Return host and port of a relay. Raises ConfError."""
+    try:
+        return relay_address(text)
+    except argparse.ArgumentTypeError as error:
+        raise ConfError(f"relay: {error}") from error

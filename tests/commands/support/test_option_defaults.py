@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from conf.cli import build_parser
-from conf.commands.support.option_defaults import apply_settings
+from conf.commands.support.option_defaults import RELAY_VARIABLE, apply_settings
+from conf.errors import ConfError
 from conf.settings import Settings
 
 SETTINGS = Settings("Anna", "2", "Headset", "HDMI", True, 9.6, "codec2", Path("/tmp/a.obj"))
@@ -59,3 +60,16 @@ def test_other_commands_do_not_read_the_settings(line: str) -> None:
         raise AssertionError("the settings were read")
 
     apply_settings(build_parser().parse_args(line.split()), load)
+
+
+def test_the_relay_is_named_by_option_variable_or_setting_in_this_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    settings = Settings(relay="set.example:99")
+    monkeypatch.delenv(RELAY_VARIABLE, raising=False)
+    assert parse("call", Settings())["relay"] is None
+    assert parse("call", settings)["relay"] == ("set.example", 99)
+    monkeypatch.setenv(RELAY_VARIABLE, "env.example")
+    assert parse("call", settings)["relay"] == ("env.example", 7447)
+    assert parse("call --relay a.example", settings)["relay"] == ("a.example", 7447)
+    monkeypatch.setenv(RELAY_VARIABLE, "a]:b")
+    with pytest.raises(ConfError, match="relay: a]:b is not HOST:PORT"):
+        parse("call", settings)

@@ -1,0 +1,142 @@
+"""Which way a call goes, and which code it has, with a transport that is no network."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from conf.commands.support import relay_route
+from conf.commands.support.relay_route import (
+    NO_NAMEPLATE,
+    OPEN_LIMIT_S,
+    TRIES,
+    RelayRoute,
+    add_relay,
+    call_over,
+    call_target,
+    route_of,
+    wait_over,
+)
+from conf.errors import ConfError, NetworkError
+from conf.protocol.session.pairing_code import nameplate_of
+
+CODE = "4711-acorn-tulip-river"
+ROUTE = RelayRoute(("relay.example", 7447))
+
+
+class Clock:
+    """Time that passes while somebody sleeps."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        self.now += seconds
+
+
+class FakeTransport:
+    """A transport of which a test sets what the relay says. made : all of them"""
+
+    made: list["FakeTransport"]
+    taken: set[int]
+    opens = True
+
+    def __init__(self, nameplate: str, credentials: Any) -> None:
+        self.nameplate, self.credentials = nameplate, credentials
+        self.is_closed = False
+        self.note = "the relay does not answer or refuses the password"
+        self.is_open = self.opens
+        self.relay = self
+        self.others_wait = len(self.made) in self.taken
+        self.made.append(self)
+
+    @classmethod
+    def wait_at(cls, relay: tuple[str, int], nameplate: str, *, credentials: Any = None) -> "FakeTransport":
+        assert relay == ROUTE.relay
+        return cls(nameplate, credentials)
+
+    call = wait_at
+
+    def close(self) -> None:
+        self.is_closed = True
+
+
+@pytest.fixture
+def fake(monkeypatch: pytest.MonkeyPatch) -> type[FakeTransport]:
+    """Return the transport that commands use in a test."""
+    transport = type("Fake", (FakeTransport,), {"made": [], "taken": set()})
+    monkeypatch.setattr("conf.transport.traversal.TraversalTransport", transport)
+    return transport
+
+
+def wait(code: str = "", route: RelayRoute = ROUTE) -> tuple[FakeTransport, str]:
+    clock = Clock()
+    return wait_over(route, code, clock=clock, sleep=clock.sleep)  # type: ignore[return-value]
+
+
+def test_who_waits_gets_a_code_with_a_free_number(fake: type[FakeTransport]) -> None:
+    fake.taken = {0, 1, 2}
+    transport, code = wait()
+    assert nameplate_of(code) == transport.nameplate and len(fake.made) == 4
+    assert [len(made.nameplate) for made in fake.made] == [4, 4, 5, 5]
+    assert [made.is_closed for made in fake.made] == [True, True, True, False]
+
+
+def test_the_number_of_a_given_code_must_be_free(fake: type[FakeTransport]) -> None:
+    assert wait(CODE)[1] == CODE
+    fake.taken = {1}
+    with pytest.raises(NetworkError, match="somebody else waits with the number 4711"):
+        wait(CODE)
+    assert len(fake.made) == 2
+    with pytest.raises(ConfError, match=NO_NAMEPLATE[:30]):
+        wait("acorn-tulip-river-42")
+
+
+def test_numbers_are_not_tried_for_ever(fake: type[FakeTransport]) -> None:
+    fake.taken = set(range(100))
+    with pytest.raises(NetworkError, match="somebody else waits with the number"):
+        wait()
+    assert len(fake.made) == TRIES and all(made.is_closed for made in fake.made)
+
+
+def test_a_relay_that_does_not_answer_is_named(fake: type[FakeTransport]) -> None:
+    fake.opens = False
+    clock = Clock()
+    with pytest.raises(NetworkError, match="does not answer or refuses the password"):
+        wait_over(ROUTE, "", clock=clock, sleep=clock.sleep)
+    assert OPEN_LIMIT_S < clock.now < OPEN_LIMIT_S + 1 and fake.made[0].is_closed
+
+
+def test_a_password_is_read_from_its_file(fake: type[FakeTransport], tmp_path: Path) -> None:
+    file = tmp_path / "password"
+    file.write_text("ann:secret\n")
+    route = RelayRoute(ROUTE.relay, file)
+    assert wait(route=route)[0].credentials == ("ann", "secret")
+    assert call_over(route, CODE).credentials == ("ann", "secret")  # type: ignore[attr-defined]
+    assert call_over(ROUTE, CODE).credentials is None  # type: ignore[attr-defined]
+    with pytest.raises(NetworkError, match="names no password"):
+        file.write_text("")
+        call_over(route, CODE)
+
+
+def test_what_is_called_is_a_code_or_an_address() -> None:
+    assert call_target("4711 Acorn tulip RIVER") == CODE
+    assert call_target("relay.example:99") == ("relay.example", 99)
+    with pytest.raises(argparse.ArgumentTypeError, match="did you mean 'river'"):
+        call_target("4711-acorn-tulip-rivr")
+
+
+def test_the_options_name_the_relay(monkeypatch: pytest.MonkeyPatch) -> None:
+    parser = argparse.ArgumentParser()
+    add_relay(parser)
+    monkeypatch.delenv(relay_route.PASSWORD_VARIABLE, raising=False)
+    assert route_of(parser.parse_args([])) == RelayRoute()
+    assert route_of(parser.parse_args(["--relay", "r.example"])) == RelayRoute(("r.example", 7447))
+    assert route_of(parser.parse_args(["--relay-password", "a"])).password == Path("a")
+    monkeypatch.setenv(relay_route.PASSWORD_VARIABLE, "b")
+    assert route_of(parser.parse_args([])).password == Path("b")
+    assert (ROUTE.name, RelayRoute().name) == ("the relay relay.example", "the local network")
