@@ -22,6 +22,7 @@ _MIN_HEADROOM = SAMPLE_RATE // 500  # samples
 _MAX_HEADROOM = 3 * BLOCK
 _HISTORY = 3 * SAMPLE_RATE  # samples of what was played that are kept
 _GAP_S = 0.001  # time stamps further apart than this are of another stretch of sound
+_MAX_GAP_S = 1.0  # for which a loudspeaker that got nothing to play is silent within its stretch
 _MAX_WAIT = 4 * BLOCK  # samples of the microphone that wait for what was played meanwhile
 _STOPPED_S = 0.1  # a loudspeaker this late has stopped
 _FINDER_LAG = 3  # blocks by which the delay finder is late, so that what was played is known
@@ -139,10 +140,11 @@ class EchoCanceller:
     def _learn_again(self) -> None:
         """Learn the room from what was heard lately."""
         heard = [(recorded, self._read_played(position)) for recorded, position in list(self._heard)[:-1]]
-        recorded_power, played_power = (
-            float(sum(np.square(block[-BLOCK:]).sum() for block in blocks)) for blocks in zip(*heard, strict=True)
-        )
-        self._power_ratio = min(max(2 * recorded_power / (played_power + 1e-9), _MIN_RATIO), _MAX_RATIO)
+        if heard:  # nothing after a gap
+            recorded_power, played_power = (
+                float(sum(np.square(block[-BLOCK:]).sum() for block in blocks)) for blocks in zip(*heard, strict=True)
+            )
+            self._power_ratio = min(max(2 * recorded_power / (played_power + 1e-9), _MIN_RATIO), _MAX_RATIO)
         self._reset()
         for recorded, played in heard:
             self._filter.process(recorded, played)
@@ -171,13 +173,19 @@ class _Timeline:
         return self._start + self._count / SAMPLE_RATE if self._count else -np.inf
 
     def append(self, block: AudioBlock, /) -> None:
-        """Add a block; one that does not follow the last begins a stretch, with silence before it."""
-        if not self._count or abs(block.timestamp - self.end) > _GAP_S:
+        """Add a block. A short gap is silence; a longer one begins a stretch, with silence before it."""
+        gap = block.timestamp - self.end
+        if not -_GAP_S <= gap <= _MAX_GAP_S:
             self._start, self._count = block.timestamp, 0
             self._samples[:] = 0
-        samples = block.samples[-_HISTORY:]
-        self._count += len(block.samples)
-        self._samples[(self._count - len(samples) + np.arange(len(samples))) % _HISTORY] = samples / FULL_SCALE
+        elif gap > _GAP_S:
+            self._write(np.zeros(round(gap * SAMPLE_RATE), np.int16))
+        self._write(block.samples)
+
+    def _write(self, samples: Samples) -> None:
+        self._count += len(samples)
+        kept = samples[-_HISTORY:]
+        self._samples[(self._count - len(kept) + np.arange(len(kept))) % _HISTORY] = kept / FULL_SCALE
 
     def position(self, timestamp: float, /) -> int:
         """Return the position of a time, which may lie outside of the stretch."""

@@ -1,5 +1,7 @@
 """The echo of simulated rooms is removed, near voices are kept, times are kept, and nothing happens without an echo."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -122,6 +124,26 @@ def test_a_gap_of_the_microphone_drops_what_fills_no_block() -> None:
 
 
 @pytest.mark.slow
+def test_a_delay_that_is_found_with_the_first_block_after_a_gap_needs_nothing_heard_before() -> None:
+    canceller = EchoCanceller()
+    canceller._finder = SimpleNamespace(delay=960, update=lambda recorded, played: True)  # type: ignore[assignment]
+    blocks = (AudioBlock(START + at, np.zeros(BLOCK, np.int16)) for at in (0.0, 0.02, 3.0))
+    assert [len(canceller.process(block, block).samples) for block in blocks] == [BLOCK] * 3
+
+
+@pytest.mark.slow
+def test_a_loudspeaker_that_got_nothing_to_play_for_a_while_keeps_what_was_learned() -> None:
+    echo = echo_of(Scene("desk", 0.06, later_delay_s=0.07, change_s=4.0))
+    canceller, parts = EchoCanceller(), []
+    for first in range(0, len(echo), BLOCK):
+        at = START + first / SAMPLE_RATE
+        late_s = 0.01 if first >= 4 * SAMPLE_RATE else 0.0
+        played = AudioBlock(at + late_s, PLAYED[first : first + BLOCK])
+        parts.append(canceller.process(AudioBlock(at, echo[first : first + BLOCK]), played).samples)
+    output, later = np.concatenate(parts), round(4.4 * SAMPLE_RATE)
+    assert level_dbfs(output[later:]) < level_dbfs(echo[later:]) - 30
+
+
 def test_a_gap_of_the_loudspeaker_is_survived() -> None:
     canceller = EchoCanceller()
     echo = echo_of(Scene("desk", 0.06))
