@@ -94,10 +94,14 @@ def _path(value: object) -> Path:
     return path
 
 
+def _head(value: object) -> str:
+    return _line_of_text(value).lower()
+
+
 # Each returns the value of a field from the value in the file, or raises ValueError.
 _READERS: dict[str, Callable[[object], object]] = {
     "name": _name, "camera": _device, "microphone": _device, "speaker": _device, "portrait": _boolean, "kbps": _kbps,
-    "voice": _voice, "face": _path, "head": _line_of_text, "relay": _line_of_text,
+    "voice": _voice, "face": _path, "head": _head, "relay": _line_of_text,
 }  # fmt: skip
 
 

@@ -67,6 +67,7 @@ def call_arguments(target: CallTarget, settings: Settings, /) -> list[str]:
         "kbps": None if settings.kbps is None else f"{settings.kbps:.10g}",
         "voice": settings.voice,
         "face": settings.face,
+        "head": settings.head,
     }
     given = [f"--{name}={value}" for name, value in options.items() if value is not None]
     return ["call", *where, *given, *(["--portrait"] if settings.portrait else []), "--show-when-connected", "--json"]

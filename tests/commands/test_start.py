@@ -20,7 +20,7 @@ from conf.start.state import CallTarget
 REPOSITORY = Path(__file__).resolve().parents[2]
 LIMIT_S = 60.0
 CODE = "acorn-tulip-river-42"
-SETTINGS = Settings("-Anna", "2", "Headset", "HDMI", True, 9.6, "codec2", Path("/tmp/a.obj"))
+SETTINGS = Settings("-Anna", "2", "Headset", "HDMI", True, 9.6, "codec2", Path("/tmp/a.obj"), "mei")
 
 
 def parse(target: CallTarget, settings: Settings) -> dict[str, Any]:
@@ -31,7 +31,8 @@ def test_the_settings_of_the_window_are_options_of_the_call() -> None:
     options = parse(CallTarget("::1", 6001, CODE), SETTINGS)
     expected = {
         "remote": ("::1", 6001), "listen": None, "name": "-Anna", "camera": "2", "microphone": "Headset",
-        "speaker": "HDMI", "portrait": True, "kbps": 9.6, "voice": "codec2", "face": Path("/tmp/a.obj"), "json": True,
+        "speaker": "HDMI", "portrait": True, "kbps": 9.6, "voice": "codec2", "face": Path("/tmp/a.obj"),
+        "head": "mei", "json": True,
     }  # fmt: skip
     assert options.items() >= expected.items()
 

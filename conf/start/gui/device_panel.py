@@ -2,6 +2,7 @@
 
 from imgui_bundle import imgui
 
+from conf.face.head_catalogue import HEADS, HEADS_BY_NAME
 from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.start.controller import StartController
 from conf.start.devices.choices import Choice, DeviceLists, camera_choices, sound_choices, sound_setting
@@ -10,7 +11,7 @@ from conf.start.devices.speaker_test import SpeakerTest
 from conf.start.gui.picture import ASPECT, CameraPicture
 from conf.start.gui.widgets import button, checkbox, combo_box, draw_error, heading, level_bar, next_column, text_field
 
-ROWS_BELOW = 10.6  # height of the controls below the picture, in rows
+ROWS_BELOW = 11.6  # height of the controls below the picture, in rows
 MIN_PICTURE_HEIGHT = 0.25  # of the column
 RATES_KBPS = (2.4, 4.8, 6.0, 9.6, 16.0, 32.0)  # those of the voice's rows, and one for images
 ERROR_LINES = 2
@@ -36,6 +37,11 @@ def rate_choices(setting: float | None, /) -> list[Choice]:
     """Return the rows of the list of rates."""
     rates = sorted({*RATES_KBPS, *([] if setting is None else [setting])})
     return [Choice("no limit", None), *(Choice(f"{rate:.10g} kbit/s", str(rate)) for rate in rates)]
+
+
+def head_choices() -> list[Choice]:
+    """Return the rows of the list of heads."""
+    return [Choice("a free one", None), *(Choice(f"{head.name}: {head.about}", head.name) for head in HEADS)]
 
 
 def _draw_camera(controller: StartController, devices: DeviceLists) -> None:
@@ -92,6 +98,10 @@ def _draw_identity(controller: StartController) -> None:
     controller.state = controller.state.with_field("name", typed.text)
     if typed.entered or typed.left:
         controller.enter_name()
+    head = settings.head if settings.head in HEADS_BY_NAME else None
+    chosen_head = combo_box("head", head_choices(), head)
+    if chosen_head != head:
+        controller.set_setting("head", chosen_head)
     portrait = checkbox("portrait", PORTRAIT, bool(settings.portrait))
     if portrait != bool(settings.portrait):
         controller.set_setting("portrait", portrait or None)

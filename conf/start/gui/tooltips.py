@@ -20,6 +20,7 @@ TOOLTIPS: dict[str, str] = {
     "Search again": "Look again for cameras, microphones and speakers, after one was plugged in.",
     # what others get
     "name": "Your name, shown to the other one; empty for none.",
+    "head": "The head that the other one sees you with, unless you send photos.",
     "portrait": "Send small photos of your face, so that the other one sees yours and not a drawn head. "
     "Without it no image of you leaves this machine.",
     "link rate": "Never send more than this, headers included. Choose the rate of your link if it is slow.",

@@ -4,10 +4,11 @@ from collections.abc import Iterator
 
 import pytest
 
+from conf.face.head_catalogue import HEADS
 from conf.render.window.input_events import KeyStateChanged, TextInput
 from conf.settings import load_settings
 from conf.start.devices.choices import Choice
-from conf.start.gui.device_panel import draw_device_panel, rate_choices
+from conf.start.gui.device_panel import draw_device_panel, head_choices, rate_choices
 from conf.start.gui.picture import CameraPicture
 from tests.start.conftest import Stand
 from tests.support.imgui_stage import Stage
@@ -62,6 +63,11 @@ def test_name_and_portrait_are_kept(
     for expected in (True, None):
         stage.click(*stage.find("send photos of my face##portrait", draw, monkeypatch), draw)
         assert load_settings(stand.files.settings).portrait is expected
+
+
+def test_every_head_has_a_row() -> None:
+    rows = head_choices()
+    assert rows[0] == Choice("a free one", None) and [row.value for row in rows[1:]] == [head.name for head in HEADS]
 
 
 def test_a_rate_of_the_settings_has_a_row() -> None:
