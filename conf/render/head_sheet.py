@@ -14,7 +14,7 @@ from conf.render.face_renderer import FaceRenderer
 from conf.render.window.offscreen import OffscreenWindow
 
 CELL = 320  # width and height of each drawing, px
-COLUMNS = 4
+COLUMNS = 3
 _LABEL, _LABEL_SIZE, _LABEL_COLOUR = (12, 26), 0.65, (255, 255, 255)
 
 
