@@ -286,7 +286,7 @@ def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, dra
     is_waiting = end.socket.remote is None
     state = LocalState(portrait=options.portrait, has_microphone=end.voice is not None)
     thread = CaptureThread(end.capture)
-    later = Timer(0.0 if is_waiting else IMPORT_DELAY_S, _import_portraits)
+    later = Timer(0.0 if is_waiting else IMPORT_DELAY_S, _import_rest)
     composer = CallComposer(
         window,
         model,
@@ -323,10 +323,12 @@ def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, dra
     return loop
 
 
-def _import_portraits() -> None:
-    from conf.receiver import participant_grid
+def _import_rest() -> None:
+    """Import what portraits and recordings need, so that no frame has to wait for it later."""
+    from conf.receiver import participant_grid, viewer_controls
     from conf.sender.portrait import deferred_scheduler
 
+    viewer_controls.import_recording()
     participant_grid.import_portraits()
     deferred_scheduler.import_portraits()
 

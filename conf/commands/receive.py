@@ -93,11 +93,13 @@ def receive(
     from conf.receiver.heads.participant_heads import HeadOptions
     from conf.receiver.participant_grid import import_portraits
     from conf.receiver.pipeline import ReceiverLoop
+    from conf.receiver.viewer_controls import import_recording
 
     model = prepared_face(face)
     if model.mesh.notes and options.on_event is not None:
         options.on_event(f"{face}: {'; '.join(model.mesh.notes)}")
     import_portraits()
+    import_recording()
     endpoint = ReceiverEndpoint(SessionServer(code, os.urandom))
     idle_text = f"listening on {format_address(socket.address)}   code  {code}"
     with open_display(options, endpoint.streams, idle_text=idle_text) as (window, loop_options):

@@ -2,7 +2,9 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from conf.audio.samples import SAMPLE_RATE
 from conf.errors import AudioError, ConfError
@@ -10,7 +12,6 @@ from conf.face.animation.action_units import load_emotions
 from conf.face.animation.expression_state import ExpressionState
 from conf.face.animation.timed_expression import blend_without_doubling
 from conf.output.image_writer import next_free_path, save_image
-from conf.output.video_writer import VideoWriter
 from conf.protocol.messages import MotionFrame
 from conf.protocol.motion.inbound import ReceivedFrame
 from conf.receiver.call_recorder import CallRecorder
@@ -19,6 +20,9 @@ from conf.receiver.voice.voice_mixer import VoiceMixer
 from conf.render.camera import TOGGLES, ViewState
 from conf.render.window import Window
 from conf.render.window.input_events import Event, KeyPressed, apply_camera_event
+
+if TYPE_CHECKING:
+    from conf.output.video_writer import VideoWriter
 
 TOAST_S = 3.0
 VIDEO_FPS = 30.0
@@ -79,6 +83,11 @@ def help_lines(keys: KeyTable = KEYS) -> list[tuple[str, str]]:
 def key_label(key: str) -> str:
     """Return the name of a key for the user."""
     return KEY_LABELS.get(key, key.upper())
+
+
+def import_recording() -> None:
+    """Import what recordings need, with PyAV, so that no frame has to wait for it later."""
+    import_module("conf.output.video_writer")
 
 
 class ViewerControls:
@@ -231,6 +240,8 @@ class ViewerControls:
 
     def _toggle_video(self) -> str:
         if self._video is None:
+            from conf.output.video_writer import VideoWriter
+
             rate = SAMPLE_RATE if self._sound else None
             self._video = VideoWriter(next_free_path(self._folder, "conf", ".mp4"), fps=VIDEO_FPS, audio_rate=rate)
             if self._sound:
@@ -250,7 +261,7 @@ class ViewerControls:
         motion, self._motion = self._motion, None
         return self._saved(motion.close()) or "no motion has arrived: nothing is saved"
 
-    def _add_sound(self, video: VideoWriter, now: float) -> None:
+    def _add_sound(self, video: "VideoWriter", now: float) -> None:
         for block in self._sound.recorded(now) if self._sound else ():
             video.write_audio(block.samples, block.timestamp)
 
@@ -269,14 +280,14 @@ class ViewerControls:
             raise AudioError("there is no sound: start without --no-sound, on a machine with a loudspeaker")
         return self._sound.mixer
 
-    def _add_frame(self, video: VideoWriter, now: float) -> None:
+    def _add_frame(self, video: "VideoWriter", now: float) -> None:
         try:
             video.write_at(self._window.read, now)
         except ConfError as error:
             self._video, reason = None, str(error)
             self._try(lambda: f"{reason}; {self._complete(video)}", now)
 
-    def _complete(self, video: VideoWriter) -> str:
+    def _complete(self, video: "VideoWriter") -> str:
         path = video.close()
         return self._saved([path]) if path else "nothing is saved"
 

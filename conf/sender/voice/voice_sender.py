@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import islice
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,9 @@ from conf.audio.codecs.registry import create_encoder
 from conf.audio.processing import BLOCK_SAMPLES, VoiceBlock
 from conf.audio.samples import SAMPLE_RATE, SILENCE_DBFS, AudioBlock, level_dbfs
 from conf.protocol.voice.formats import MAX_NOISE_LEVEL, VoiceFormat, VoicePacket, VoiceState
-from conf.sender.capture.sound import SoundSource
+
+if TYPE_CHECKING:
+    from conf.sender.capture.sound import SoundSource  # with PyAV, which a microphone does not need
 
 BLOCK_S = BLOCK_SAMPLES / SAMPLE_RATE
 MAX_FILL_S = 0.5  # a longer gap in the captured sound begins the stream anew
@@ -53,7 +55,7 @@ class VoiceSender:
 
     def __init__(
         self,
-        source: SoundSource,
+        source: "SoundSource",
         processor: SpeechProcessor,
         *,
         encoders: Callable[[str, int, int], VoiceEncoder] = create_encoder,
