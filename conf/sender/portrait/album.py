@@ -23,7 +23,7 @@ from conf.sender.portrait.recent_frames import RecentFrame, nearest
 MIN_GAIN_CM = 0.025  # by which a view must bring the frames nearer to an image, in the mean
 MIN_DISTANCE_CM = 0.12  # of a view from each image
 MIN_FRAMES = 14  # of which views are chosen: 2 s
-VIEW_BYTES = 2000  # of the VP8 frame
+VIEW_BYTES = 1600  # of the VP8 frame
 MARGIN = 0.01  # frame heights around the face
 SOFT_SIGMA = 5 / 240  # frame heights: the blur of what a view does not show
 
@@ -59,6 +59,11 @@ class Album:
         self._warp = warp
         self._photo_shape = photo_shape
         self._shapes: dict[int, Shapes] = {}  # (1, 2n), by slot
+
+    @property
+    def slots(self) -> list[int]:
+        """Slots of the views that the receiver has or will have."""
+        return list(self._shapes)
 
     def choose(self, frames: Sequence[RecentFrame], /) -> ViewChoice | None:
         """Choose the next view among frames of the last seconds, None if none is worth its bytes."""

@@ -35,7 +35,8 @@ MIN_SMOOTHED_LOG_SCALE = MIN_LOG_SCALE + 0.1  # of the motion's pose; a photo's 
 
 PHOTO_SLOT, NEUTRAL_SLOT, PATCH_SLOTS = 0, 1, 2  # of the object sender
 VIEW_SLOTS = PATCH_SLOTS + len(FEATURES) * MAX_SLOTS
-PHOTO_PRIORITY, NEUTRAL_PRIORITY, PATCH_PRIORITY, VIEW_PRIORITY = 0, 1, 2, 3
+PHOTO_PRIORITY, NEUTRAL_PRIORITY, EARLY_VIEW_PRIORITY, PATCH_PRIORITY, VIEW_PRIORITY = range(5)
+EARLY_VIEW_S = 8.0  # from the first frame: a view chosen until then arrives while the link is free for the portrait
 VIEW_INTERVAL_S = 1.0  # between choices of a view
 
 
@@ -50,6 +51,7 @@ class PortraitScheduler:
         self._album: Album | None = None  # of the photo in use, unless that is a draft
         self._view: Iterator[View | None] | None = None  # being built
         self._view_due = 0.0
+        self._start: float | None = None
         self._patches = PatchScheduler()
         self._building: tuple[Candidate, PhotoBuilder] | None = None
         self._photo_number = 0
@@ -61,6 +63,7 @@ class PortraitScheduler:
 
         presence : 0 to 1, confidence of the tracker; now : seconds
         """
+        self._start = now if self._start is None else self._start
         if self._building is not None:
             candidate, builder = self._building
             if (built := builder.advance()) is not None:
@@ -137,12 +140,21 @@ class PortraitScheduler:
             view = next(self._view)
             if view is not None:
                 self._view = None
-                self._objects.send_object(VIEW_SLOTS + view.slot, encode_object(view), priority=VIEW_PRIORITY)
+                is_early = self._start is not None and now < self._start + EARLY_VIEW_S
+                priority = EARLY_VIEW_PRIORITY if is_early else VIEW_PRIORITY
+                self._objects.send_object(VIEW_SLOTS + view.slot, encode_object(view), priority=priority)
             return
-        if self._album is None or self._building is not None or now < self._view_due or self._objects.waiting_bytes:
+        if self._album is None or self._building is not None or now < self._view_due:
+            return
+        if not self._objects.delivered(PHOTO_SLOT) or self._is_sending_view():
             return
         self._view_due = now + VIEW_INTERVAL_S
         choice = self._album.choose(self._recent.clear_ones())
         if choice is not None:
             self._album.add(choice)
             self._view = view_steps(choice, reference.warp, reference.photo.number)
+
+    def _is_sending_view(self) -> bool:
+        """Return whether a view of the album has not arrived yet."""
+        album = self._album
+        return album is not None and not all(self._objects.delivered(VIEW_SLOTS + slot) for slot in album.slots)

@@ -46,6 +46,7 @@ def test_when_all_slots_are_used_the_least_needed_view_is_replaced() -> None:
         choice = kept.choose([frame()] * MIN_FRAMES + [frame(turn)] * 10)
         assert choice is not None
         kept.add(choice)
+    assert kept.slots == list(range(MAX_VIEWS))
     frames = [frame(0.25)] * 10 + [frame(-0.3)] * 10 + [frame(is_open=True)] * 10
     choice = kept.choose(frames)
     assert choice is not None and choice.slot == MAX_VIEWS - 1 and np.any(choice.medoid.motion.displacements)
