@@ -88,3 +88,22 @@ def _governing_distances(point: ControlPoint) -> list[int]:
 
 
 _GOVERNING = np.array([_governing_distances(point) for point in CONTROL_POINTS])  # (n, 3) indices into _FIELDS
+
+
+# Distance of the outer corners of the eyes over that of the pupils, mean of 25 people.
+_EYE_WIDTH_RATIO = 1.39
+_MAX_LIP_SCALE = 1.6  # either way; people need 0.9 to 1.5 on the default head
+_VERTICAL_LIPS = (_GOVERNING == _FIELDS.index("mns0")).astype(np.float64)
+
+
+def lip_motion_lengths(sender: Fapu, face: Fapu, eye_width: float, /) -> NDArray[np.float64]:
+    """Return (n, 3) factors for the lengths of a face's units, so that its lips open as far as the sender's.
+
+    The distance from nose to mouth differs more between faces than mouths do: on a face whose nose is near its mouth,
+    every opening would be too small. With these factors an opening keeps its ratio to the width of the eyes.
+
+    sender : FAPU of the person who moved; face : of the face that is drawn
+    eye_width : of this face, between the outer corners of its eyes, in its length unit
+    """
+    scale = sender.mns0 / (_EYE_WIDTH_RATIO * sender.es0) * eye_width / face.mns0
+    return np.asarray(1 + _VERTICAL_LIPS * (min(max(scale, 1 / _MAX_LIP_SCALE), _MAX_LIP_SCALE) - 1))

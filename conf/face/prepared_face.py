@@ -8,6 +8,7 @@ from pathlib import Path
 
 from conf.disk_cache import cache_key, cached, folder_state, source_state
 from conf.face.default_head import DEFAULT_HEAD
+from conf.face.deformation.constraints.upper_teeth import UpperTeeth
 from conf.face.deformation.eyelids import Lashes, LidCover
 from conf.face.deformation.face_model import FaceModel
 from conf.face.deformation.rig import Eye, EyelidHelpers, Jaw, Rig
@@ -16,7 +17,10 @@ from conf.face.head_catalogue import DEFAULT_NUMBER, HEADS_BY_NUMBER, Head
 from conf.face.mesh.mesh import Mesh
 from conf.face.similarity import SimilarityTransform
 
-_CLASSES = (FaceModel, Mesh, MeshMaterial, SimilarityTransform, Rig, Eye, Jaw, Lashes, LidCover, EyelidHelpers)
+_CLASSES = (
+    FaceModel, Mesh, MeshMaterial, SimilarityTransform,
+    Rig, Eye, Jaw, Lashes, LidCover, EyelidHelpers, UpperTeeth,
+)  # fmt: skip
 
 
 def prepared_face(path: Path | None = None, /) -> FaceModel:

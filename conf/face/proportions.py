@@ -59,19 +59,28 @@ class ProportionFields:
         return fields.astype(np.float32)
 
     def deform(
-        self, displacements: NDArray[np.floating] | None, ratios: Ratios, shift: NDArray[np.float32] | None, /
+        self,
+        displacements: NDArray[np.floating] | None,
+        ratios: Ratios,
+        shift: NDArray[np.float32] | None,
+        /,
+        *,
+        sender: Fapu | None = None,
     ) -> NDArray[np.float32]:
         """Return the (V, 3) float32 deformed vertices of a head with these proportions, cm.
 
         displacements : (n, 3) FAPU units, head pose removed; None for the neutral face
         shift : of the vertices for these ratios, None for none
+        sender : FAPU of the person who moved, None if unknown
         """
         if displacements is None:
             return self.face.neutral if shift is None else self.face.neutral + shift
         if shift is None:
-            return self.face.deform(displacements)
+            return self.face.deform(displacements, sender=sender)
         lengths = Fapu(*ratios, irisd0=1.0).lengths() * UNITS_PER_DISTANCE
-        vertices = self.face.deform(displacements * lengths.astype(np.float32))
+        if sender is not None:  # the part of the person's proportions that this head has not taken on
+            sender = Fapu(*np.divide(sender.distances, (*ratios, 1.0)).tolist())
+        vertices = self.face.deform(displacements * lengths.astype(np.float32), sender=sender)
         vertices += shift
         return vertices
 

@@ -5,8 +5,9 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
-from conf.face.control_points import CONTROL_POINT_INDEX
+from conf.face.control_points import CONTROL_POINT_INDEX, LOWER_LIP
 from conf.face.deformation.face_model import FaceModel
+from conf.face.deformation.lip_opening import LipOpening
 from conf.face.fapu import Fapu
 from conf.face.loading import load_face
 from conf.face.proportions import MAX_RATIO, MEAN_DISTANCES, MIN_RATIO, NO_CHANGE, ProportionFields, proportion_ratios
@@ -76,3 +77,21 @@ def test_displacements_are_scaled_with_their_distances(head: FaceModel, fields: 
     moved = fields.deform(motion, ratios, shift) - fields.deform(None, ratios, shift)
     plain = fields.deform(motion, NO_CHANGE, None) - fields.deform(None, NO_CHANGE, None)
     assert moved.min() / plain.min() == pytest.approx(MAX_RATIO, rel=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("long", [0.85, 1.0, 1.2])
+def test_a_mouth_opens_as_far_as_the_persons_whatever_the_head_takes_on(
+    head: FaceModel, fields: ProportionFields, long: float
+) -> None:
+    person = Fapu.measure(MEAN_FACE)
+    person = Fapu(person.es0, person.ens0, person.mns0 * long, person.mw0, person.irisd0)
+    displacements = np.zeros((50, 3), np.float32)
+    displacements[LOWER_LIP, 1] = -1.0 / person.lengths()[LOWER_LIP, 1]  # by 1 cm
+    lips, openings = LipOpening(head), []
+    for ratios in (NO_CHANGE, proportion_ratios(person.distances)):
+        shift = fields.shift(ratios)
+        moved = fields.deform(displacements, ratios, shift, sender=person)
+        openings.append(lips.measure(moved if shift is None else moved - shift))
+    assert openings[0] == pytest.approx(openings[1], abs=0.01)
+    assert openings[0] == pytest.approx(1.02, abs=0.06)  # its eyes are farther apart than the mean face's

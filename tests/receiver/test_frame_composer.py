@@ -86,7 +86,7 @@ def test_a_paused_image_does_not_change(window: OffscreenWindow, face: FaceModel
         composer.controls.view = ViewState(stats=False, centred=False)
         now = exchange(endpoint, caller, 0.0, 3.0)
         moving = [composed(composer, window, now)]
-        now = exchange(endpoint, caller, now, 0.3)
+        now = exchange(endpoint, caller, now, 0.8)
         moving.append(composed(composer, window, now))
         composer.controls.paused = True
         now = exchange(endpoint, caller, now, 0.3)

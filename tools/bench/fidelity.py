@@ -110,7 +110,8 @@ def run(clip: Path, face_path: Path | None = None) -> Iterator[Pair]:
                 continue
             pose = framer.frame(HeadPose.from_vector(playout.frame.pose), now)
             window.begin()
-            renderer.draw(face.deform(playout.frame.displacements), pose, view, window.framebuffer)
+            deformed = face.deform(playout.frame.displacements, sender=extractor.fapu)
+            renderer.draw(deformed, pose, view, window.framebuffer)
             window.end()
             drawing = window.read()
             found = drawing_tracker.track(drawing)

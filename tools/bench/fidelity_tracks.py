@@ -52,7 +52,8 @@ _BRIDGE_HEIGHT = 0.26  # of the way from the inner corners of the eyes up to the
 _BRIDGE_WIDTH_CM = 0.4  # around it, within which its vertex is looked for
 _BROWS = control_point_indices("brow")
 _INNER_BROWS, _INNER_CORNERS = control_point_indices("brow_inner"), control_point_indices("eye_inner_corner")
-_INNER_LIPS = control_point_indices("inner_lip_upper_mid", "inner_lip_lower_mid")
+_MIDDLE_LIPS = control_point_indices("inner_lip_upper_mid", "inner_lip_lower_mid")
+_INNER_LIPS = control_point_indices("inner_lip_upper", "inner_lip_lower")
 
 
 @dataclass(frozen=True)
@@ -94,10 +95,11 @@ class DrawnHead:
         self.face = face
         self._lips = LipOpening(face)
         tree = KDTree(face.mesh.vertices)
-        self._vertices: list[int] = []
-        for point, position in enumerate(face.control_points):
+        self._vertices = np.asarray(tree.query(face.control_points)[1]).tolist()
+        for point in _INNER_LIPS:  # where lips touch, the nearest vertex may be the other one's
+            position = face.control_points[point]
             near = np.sort(tree.query_ball_point(position, tree.query(position)[0] + _VERTEX_TOLERANCE))
-            self._vertices.append(int(near[face.operator[near, point].argmax()]))
+            self._vertices[point] = int(near[face.operator[near, point].argmax()])
         for eye in () if face.rig is None else face.rig.eyes:
             distances = np.linalg.norm(face.mesh.vertices[eye.vertices] - face.control_points[eye.pupil], axis=1)
             self._vertices[eye.pupil] = int(eye.vertices[distances.argmin()])
@@ -111,7 +113,7 @@ class DrawnHead:
 
         Brows are relative to the bridge of the nose.
         """
-        vertices = self.face.deform(displacements)
+        vertices = self.face.deform(displacements, sender=sender)
         positions = vertices[self._vertices].astype(np.float64)
         positions[_BROWS] -= vertices[self._bridge]
         return positions, self._lips.measure(vertices)
@@ -134,7 +136,7 @@ def compare_track(
         stage: compare_curves(track.aligned, points, bridge="vertices" in stage)
         for stage, points in zip(STAGES, positions, strict=True)
     }
-    upper, lower = _INNER_LIPS
+    upper, lower = _MIDDLE_LIPS
     closed = track.aligned[:, CONTROL_POINT_LANDMARKS[upper], 1] - track.aligned[:, CONTROL_POINT_LANDMARKS[lower], 1]
     openings = np.array([opening for _, opening in drawn[1]])
     is_closed = closed < CLOSED_CM

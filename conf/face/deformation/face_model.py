@@ -6,11 +6,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.face.control_points import control_point_indices
+from conf.face.deformation.constraints.lip_contact import keep_lips_shut
 from conf.face.deformation.eyelids import stop_at_contact
 from conf.face.deformation.rig import Rig, jaw_offsets
-from conf.face.fapu import Fapu
+from conf.face.fapu import Fapu, lip_motion_lengths
 from conf.face.mesh.mesh import Mesh
 from conf.face.similarity import IDENTITY, SimilarityTransform
+
+_OUTER_CORNERS = control_point_indices("eye_outer_corner")
 
 
 @dataclass(frozen=True)
@@ -67,17 +71,21 @@ class FaceModel:
         return self.fapu.lengths().astype(np.float32)
 
     def deform(
-        self, displacements: NDArray[np.floating], /, *, out: NDArray[np.float32] | None = None
+        self,
+        displacements: NDArray[np.floating],
+        /,
+        *,
+        sender: Fapu | None = None,
+        out: NDArray[np.float32] | None = None,
     ) -> NDArray[np.float32]:
         """Return the deformed vertices, (V, 3) float32, model centimetres.
 
         displacements : (n, 3) FAPU units, head pose removed
+        sender : FAPU of the person who moved, so that lips open as far as theirs; None for motion made for this face
         out : (V, 3) float32 array for the result
         """
-        offsets = np.asarray(displacements, dtype=np.float32) * self._fapu_lengths
+        offsets = self._offsets(displacements, sender)
         jaw, points = None if self.rig is None else self.rig.jaw, self.control_points
-        if self.rig is not None:
-            offsets = stop_at_contact(points, offsets)
         remaining = offsets
         if jaw is not None:
             motion = jaw.estimate_motion(points, offsets)
@@ -86,9 +94,28 @@ class FaceModel:
         vertices += self.neutral
         if jaw is not None:
             vertices[jaw.vertices] += jaw_offsets(jaw.weighted_offsets, jaw.weights, motion)
+        if self.rig is not None and (teeth := self.rig.upper_teeth) is not None:
+            vertices[teeth.vertices, 1] += np.float32(teeth.rise(offsets))
         for eye in () if self.rig is None else self.rig.eyes:
-            eye.apply(self.neutral, vertices, np.stack([points[eye.pupil], offsets[eye.pupil]]))
+            eye.apply(self.neutral, vertices, points, offsets)
         return vertices
+
+    def _offsets(self, displacements: NDArray[np.floating], sender: Fapu | None) -> NDArray[np.float32]:
+        """Return the (n, 3) offsets of the control points, cm; lids and lips stop where they touch."""
+        lengths = self._fapu_lengths
+        if sender is not None:
+            lengths = lengths * lip_motion_lengths(sender, self.fapu, self._eye_width).astype(np.float32)
+        offsets = np.asarray(displacements, dtype=np.float32) * lengths
+        if self.rig is None:
+            return offsets
+        points = self.control_points
+        return keep_lips_shut(points, stop_at_contact(points, offsets))
+
+    @cached_property
+    def _eye_width(self) -> float:
+        """The distance of the outer corners of the eyes, model centimetres."""
+        left, right = self.control_points[_OUTER_CORNERS]
+        return float(np.linalg.norm(left - right))
 
     def deformed_points(self, displacements: NDArray[np.floating], /) -> NDArray[np.float32]:
         """Return the (n, 3) displaced control points, model centimetres. displacements : (n, 3) FAPU units."""

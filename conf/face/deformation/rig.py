@@ -6,12 +6,14 @@ control points' displacements, the operator applies the remainder, and the rotat
 its jaw weight.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_INDEX
+from conf.face.deformation.constraints.gaze_limits import limit_gaze
+from conf.face.deformation.constraints.upper_teeth import UpperTeeth
 from conf.face.deformation.eyelids import Lashes, LidCover
 
 MAX_GAZE = np.radians(40.0)
@@ -30,6 +32,7 @@ class Eye:
     clearance : (lids,) float32, minimum distance of each of them from the centre
     lashes : that stand on the lids, if there are any
     cover : edge of the upper lid, unless blendshapes close the eye
+    corners : vertices of skin at its corners
     """
 
     centre: NDArray[np.float64]
@@ -39,17 +42,25 @@ class Eye:
     clearance: NDArray[np.float32]
     lashes: Lashes | None = None
     cover: LidCover | None = None
+    corners: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
 
     def apply(
-        self, neutral: NDArray[np.float32], vertices: NDArray[np.float32], pupil: NDArray[np.floating], /
+        self,
+        neutral: NDArray[np.float32],
+        vertices: NDArray[np.float32],
+        points: NDArray[np.float64],
+        offsets: NDArray[np.floating],
+        /,
     ) -> None:
         """Rotate the eyeball to its pupil, push the lids out of it, and turn the lashes with them.
 
         neutral, vertices : (V, 3) neutral, and deformed: changed in place
-        pupil : (2, 3) neutral position and offset of the pupil
+        points, offsets : (n, 3) neutral control points and their offsets
         """
-        rest, offset = pupil
-        rotation = gaze_rotation(rest - self.centre, offset).astype(np.float32)
+        moved = vertices[self.corners] - neutral[self.corners]
+        corners = moved.mean(axis=0) if len(moved) else np.zeros(3)
+        offset = limit_gaze(self.pupil, points, offsets, corners)
+        rotation = gaze_rotation(points[self.pupil] - self.centre, offset).astype(np.float32)
         centre = self.centre.astype(np.float32)
         vertices[self.vertices] = (neutral[self.vertices] - centre) @ rotation.T + centre
         from_centre = vertices[self.lids] - centre
@@ -160,6 +171,7 @@ class Rig:
     anchors : (k, 3) positions that never move, model units
     rigid : vertices that the skin does not move: eyeballs, teeth, tongue
     eyelid_helpers : on the edges of the lids, if these were measured
+    upper_teeth : if the face has any
     """
 
     eyes: tuple[Eye, ...]
@@ -167,3 +179,4 @@ class Rig:
     anchors: NDArray[np.float64]
     rigid: NDArray[np.int64]
     eyelid_helpers: EyelidHelpers | None = None
+    upper_teeth: UpperTeeth | None = None

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from conf.errors import FileFormatError
-from conf.face.control_points import CONTROL_POINT_INDEX
+from conf.face.control_points import CONTROL_POINT_INDEX, EYE_CORNERS
 from conf.face.deformation.blendshapes import Blendshapes
+from conf.face.deformation.constraints.upper_teeth import find_upper_teeth
 from conf.face.deformation.eyelids import find_lashes, find_lid_cover
 from conf.face.deformation.ridge_refinement import jaw_weights
 from conf.face.deformation.rig import Eye, Jaw, Rig
@@ -23,6 +24,7 @@ from conf.face.formats.text import check_file
 from conf.face.mesh.mesh import Mesh
 
 EYES = {"eye_l": "pupil_l", "eye_r": "pupil_r"}  # group of the eyeball -> control point that it follows
+_CORNERS = dict(zip(EYES, EYE_CORNERS, strict=True))
 JAW_GROUPS = ("teeth_lower", "tongue")
 RIGID_GROUPS = ("teeth_upper", *JAW_GROUPS, *EYES)
 _LID_RADII = 1.35  # eyeball radii from the centre within which skin may come to rest on the eyeball
@@ -93,6 +95,7 @@ def build_rig(
         jaw=_build_jaw(joints.hinge, mesh, points, blendshapes) if joints.hinge else None,
         anchors=joints.anchors,
         rigid=rigid,
+        upper_teeth=find_upper_teeth(mesh.vertices, mesh.group_vertices("teeth_upper"), points),
     )
 
 
@@ -118,7 +121,13 @@ def _build_eye(
         clearance=np.minimum(distance[near], radius + _LID_CLEARANCE_CM).astype(np.float32),
         lashes=find_lashes(mesh, points, centre, skin, side=name[-1]) if len(eyeball) else None,
         cover=find_lid_cover(mesh, points, skin, side=name[-1]) if len(eyeball) and is_interpolated else None,
+        corners=_nearest_skin(mesh, points[_CORNERS[name]], skin),
     )
+
+
+def _nearest_skin(mesh: Mesh, positions: NDArray[np.float64], skin: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the vertex of the skin nearest to each position (k, 3); none without skin."""
+    return skin[KDTree(mesh.vertices[skin]).query(positions)[1]] if len(skin) else skin
 
 
 def _build_jaw(

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.deformation.face_model import FaceModel
+from conf.face.fapu import Fapu
 from conf.face.head_catalogue import DEFAULT_NUMBER, HEADS, HEADS_BY_NUMBER, find_head
 from conf.face.head_pose import HeadPose
 from conf.face.proportions import NO_CHANGE, ProportionFields, Ratios, proportion_ratios
@@ -60,10 +61,11 @@ def look_of(leg: ReceiveLeg, /) -> Look:
 
 @dataclass
 class _Shape:
-    """The proportions of one participant's head."""
+    """The proportions of one participant's head. sender : FAPU of its person, None before they are known"""
 
     ratios: Ratios
     updated_at: float
+    sender: Fapu | None = None
     shift: NDArray[np.float32] | None = None
     shift_of: tuple[int, Ratios] = (0, NO_CHANGE)  # head and ratios of the shift
 
@@ -102,7 +104,8 @@ class ParticipantHeads(GpuObject):
     def version(self, participant: int) -> tuple[object, ...]:
         """Return what is equal for equal images of the same motion."""
         shape = self._shapes.get(participant)
-        return self._number(participant), shape.ratios if shape else NO_CHANGE
+        told = (shape.sender,) if shape and shape.sender else ()
+        return self._number(participant), shape.ratios if shape else NO_CHANGE, *told
 
     def draw(
         self,
@@ -125,7 +128,7 @@ class ParticipantHeads(GpuObject):
             shape.shift = drawable.fields.shift(ratios)
         shift = shape.shift if shape else None
         drawable.renderer.scale = self.scale
-        vertices = drawable.fields.deform(displacements, ratios, shift)
+        vertices = drawable.fields.deform(displacements, ratios, shift, sender=shape.sender if shape else None)
         drawable.renderer.draw(vertices, pose, view, framebuffer, participant=participant, shift=shift)
 
     def release(self) -> None:
@@ -153,9 +156,11 @@ class ParticipantHeads(GpuObject):
     def _updated(self, participant: int, look: Look, now: float) -> _Shape:
         """Return the shape of a participant now: what was told first is applied at once, a change eased."""
         target = proportion_ratios(look.fapu) if self._proportions and look.fapu else NO_CHANGE
+        sender = Fapu(*look.fapu) if look.fapu else None
         shape = self._shapes.get(participant)
         if shape is None:
-            return _Shape(target, now)
+            return _Shape(target, now, sender)
+        shape.sender = sender
         weight = 1 - exp(-max(now - shape.updated_at, 0.0) / _EASE_S)
         es0, ens0, mns0, mw0 = np.add(shape.ratios, weight * np.subtract(target, shape.ratios)).tolist()
         is_there = np.abs(np.subtract((es0, ens0, mns0, mw0), target)).max() < _STEP

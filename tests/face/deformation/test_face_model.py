@@ -7,6 +7,7 @@ from conf.face.control_points import LOWER_LIP, PUPILS, UPPER_LIP, control_point
 from conf.face.default_head import DEFAULT_HEAD
 from conf.face.deformation.blendshapes import load_blendshapes
 from conf.face.deformation.face_model import DeformerOptions, FaceModel
+from conf.face.deformation.lip_opening import LipOpening
 from conf.face.loading import build_face, load_face
 from conf.face.mesh.surface_graph import SurfaceGraph
 from conf.face.similarity import SimilarityTransform
@@ -36,7 +37,8 @@ def rms_mm(errors: np.ndarray) -> float:
 def test_zero_displacements_give_the_neutral_face(head: FaceModel) -> None:
     vertices = head.deform(np.zeros((50, 3)))
     assert vertices.dtype == np.float32
-    assert vertices == pytest.approx(head.neutral, abs=1e-5)
+    others = np.setdiff1d(np.arange(len(vertices)), head.mesh.group_vertices("teeth_upper"))  # behind the lip
+    assert vertices[others] == pytest.approx(head.neutral[others], abs=1e-5)
 
 
 @pytest.mark.slow
@@ -94,13 +96,28 @@ def test_eyeballs_rotate_rigidly_with_their_pupils(head: FaceModel) -> None:
     assert moved[skin] == pytest.approx(head.neutral[skin], abs=1e-5)
 
 
-def test_lower_teeth_rotate_rigidly_with_the_chin_and_upper_teeth_stay(head: FaceModel) -> None:
+def test_lower_teeth_rotate_rigidly_with_the_chin_and_upper_teeth_rise_behind_the_lip(head: FaceModel) -> None:
     moved = head.deform(blendshape_motion(head, "jawOpen")[1])
     lower, upper = head.mesh.group_vertices("teeth_lower"), head.mesh.group_vertices("teeth_upper")
-    assert moved[upper] == pytest.approx(head.neutral[upper], abs=1e-5)
+    rise = (moved - head.neutral)[upper]
+    assert rise == pytest.approx(np.tile(rise[0], (len(upper), 1)), abs=1e-5)
+    assert rise[0, [0, 2]] == pytest.approx([0, 0], abs=1e-5)
+    assert 0.2 < rise[0, 1] < 0.4
     assert (moved - head.neutral)[lower, 1].mean() < -1.0
     spans = [np.linalg.norm(v[lower[:-1]] - v[lower[1:]], axis=1) for v in (head.neutral, moved)]
     assert spans[0] == pytest.approx(spans[1], abs=1e-4)
+
+
+@pytest.mark.parametrize("long", [0.8, 1.0, 1.25])
+def test_an_opening_keeps_its_ratio_to_the_width_of_the_eyes(head: FaceModel, long: float) -> None:
+    """The distance from nose to mouth differs between faces; that of the sender's is in its FAPU."""
+    sender = replace(head.fapu, mns0=head.fapu.mns0 * long)
+    displacements = np.zeros((50, 3))
+    displacements[LOWER_LIP, 1] = -1.0 / sender.lengths()[LOWER_LIP, 1]  # by 1 cm
+    lips = LipOpening(head)
+    opened = lips.measure(head.deform(displacements, sender=sender))
+    wide = np.ptp(head.control_points[control_point_indices("eye_outer_corner"), 0]) / head.fapu.es0 / 1.39
+    assert opened == pytest.approx(wide, abs=0.06)
 
 
 @pytest.mark.slow

@@ -26,7 +26,8 @@ def builder() -> OperatorBuilder:
 def test_every_kernel_keeps_the_neutral_face_still(builder: OperatorBuilder, kernel: str) -> None:
     face = builder.build_face(DeformerOptions(kernel))
     assert np.isfinite(face.operator).all()
-    np.testing.assert_allclose(face.deform(np.zeros((50, 3))), face.neutral, atol=1e-5)
+    skin = face.mesh.group_vertices("skin")
+    np.testing.assert_allclose(face.deform(np.zeros((50, 3)))[skin], face.neutral[skin], atol=1e-5)
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from conf.face.control_points import PUPILS
 from conf.face.deformation.rig import CHIN, JAW_RANGE, MAX_GAZE, Eye, Jaw, cross_matrix, gaze_rotation, jaw_offsets
 from tests.support.sheet_face import SheetFace
 
@@ -36,11 +37,12 @@ def test_a_zero_offset_gives_the_identity() -> None:
 
 def test_lids_are_pushed_out_of_the_eyeball() -> None:
     centre = np.array([3.0, 2.0, 1.0])
-    eye = Eye(centre, 0, np.array([0]), np.array([1, 2, 3]), np.array([1.3, 1.3, 0.4], dtype=np.float32))
+    eye = Eye(centre, PUPILS[0], np.array([0]), np.array([1, 2, 3]), np.array([1.3, 1.3, 0.4], dtype=np.float32))
     neutral = (centre + np.array([[0, 0, 1.2], [0, 1.4, 0.2], [0, 1.5, 0], [0, 0.4, 0]])).astype(np.float32)
     moved = neutral.copy()
     moved[1:] = centre + np.array([[0, 0, 0.9], [0, 0, 2.0], [0.2, 0, 0]])
-    eye.apply(neutral, moved, np.stack([neutral[0].astype(float), np.zeros(3)]))
+    points = np.tile(neutral[0].astype(float), (50, 1))
+    eye.apply(neutral, moved, points, np.zeros((50, 3)))
     from_centre = moved - centre
     assert from_centre[0] == pytest.approx([0, 0, 1.2])
     assert from_centre[1] == pytest.approx([0, 0, 1.3], abs=1e-6)  # was inside: moved to the surface

@@ -82,9 +82,9 @@ def test_proportions_that_become_known_are_taken_on_smoothly(window: OffscreenWi
         heads.update({1: Look(0, MEAN)}, 0.0)
         assert heads.version(1)[1] == NO_CHANGE
         heads.update({1: Look(0, LONG)}, 0.1)
-        _, first = heads.version(1)
+        first = heads.version(1)[1]
         heads.update({1: Look(0, LONG)}, 5.0)
-        _, last = heads.version(1)
+        last = heads.version(1)[1]
         assert isinstance(first, tuple) and isinstance(last, tuple)
         assert 1.0 < first[1] < 1.03 < 1.06 < last[1] and last[0] == last[3] == 1.0
         images = []

@@ -1,0 +1,1 @@
+"""How far eyeballs, lips and teeth can go."""
