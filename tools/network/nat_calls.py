@@ -194,7 +194,7 @@ def _figures(waiter: dict[str, Any], caller: dict[str, Any], began: float, event
         "connected_s": connected,
         "talking_s": None if None in talking_s else max(talking_s),  # type: ignore[type-var]
         "direct_s": None if None in direct else max(direct) - began,  # type: ignore[type-var, operator]
-        "back_s": max(at[0] for at in back) - event if all(back) else None,
+        "back_s": max(at[0] for at in back) - event if all(back) and None not in direct else None,
         "gap_s": None if None in gaps else max(gaps),  # type: ignore[type-var]
         "last": [path[-1][1] if path else "" for path in paths],
         "sessions": [waiter["sessions"], caller["sessions"]],
