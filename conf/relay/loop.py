@@ -117,8 +117,8 @@ def describe_state(state: RouterState, /) -> str:
 
 def peak_memory_mb() -> float | None:
     """Return the largest resident memory of this process, MB; None where the system does not tell."""
-    try:
-        import resource
-    except ImportError:  # Windows
+    if sys.platform == "win32":
         return None
+    import resource
+
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / UNITS_IN_MB.get(sys.platform, 1 << 10)
