@@ -60,11 +60,15 @@ Result = tuple[int, list[float]]  # datagrams sent, delays of those received, s
 
 @dataclass(frozen=True)
 class Load:
-    """sent, received : datagrams; cpu : of the relay, cores; arithmetic : what the design expects, cores"""
+    """sent, received : datagrams; overflows : dropped by the kernel from full receive buffers, with the warm-up
+
+    cpu : of the relay, cores; arithmetic : what the design expects, cores
+    """
 
     calls: int
     sent: int
     received: int
+    overflows: int
     loss: float
     p50_ms: float
     p95_ms: float
@@ -101,6 +105,14 @@ def cpu_s(process: int) -> float:
     """Return the processor time of a process, all threads."""
     fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def udp_overflows() -> int:
+    """Return how many datagrams this network has dropped as the receive buffer of a socket was full."""
+    names, values = (
+        line.split() for line in Path("/proc/net/snmp").read_text().splitlines() if line.startswith("Udp:")
+    )
+    return int(values[names.index("RcvbufErrors")])
 
 
 @contextmanager
@@ -195,6 +207,7 @@ def measure_load(options: argparse.Namespace) -> Load:
         calls=DRIVERS * part,
         sent=sent,
         received=len(delays),
+        overflows=udp_overflows(),
         loss=1 - len(delays) / sent,
         p50_ms=delays[len(delays) // 2] * 1000,
         p95_ms=delays[len(delays) * 95 // 100] * 1000,
