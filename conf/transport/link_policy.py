@@ -50,29 +50,37 @@ class LinkPolicy:
 
 
 class SilenceDetector:
-    """Notice that nothing comes back. `on_received` may be called in another thread."""
+    """Notice that nothing comes back.
+
+    `on_received` may be called in another thread. It writes a time that nothing else writes, so that no answer is lost
+    while a datagram is being counted.
+    """
 
     def __init__(self) -> None:
         self._unanswered = self._tries = 0
         self._since = 0.0
-        self._due = float("-inf")
+        self._received_at = self._due = float("-inf")
 
     def on_sent(self, now: float) -> None:
         """Note a datagram sent."""
-        if not self._unanswered:
-            self._since = now
+        if not self._unanswered or self._received_at >= self._since:
+            self._since, self._unanswered = now, 0
         self._unanswered += 1
 
-    def on_received(self) -> None:
+    def on_received(self, now: float) -> None:
         """Note a datagram received."""
-        self._unanswered = self._tries = 0
+        self._received_at = now
 
     def is_silent(self, now: float) -> bool:
         """Return whether a new session should find out what is wrong."""
-        return self._unanswered >= SILENT_DATAGRAMS and now >= max(self._since + SILENT_S, self._due)
+        is_answered = self._received_at >= self._since
+        enough = self._unanswered >= SILENT_DATAGRAMS and now >= max(self._since + SILENT_S, self._due)
+        return enough and not is_answered
 
     def on_opened(self, now: float) -> None:
         """Note a new session, whatever the reason."""
+        if self._received_at > self._due:  # since the last attempt
+            self._tries = 0
         if self.is_silent(now):
             self._due = now + SILENCE_RETRY_S[min(self._tries, len(SILENCE_RETRY_S) - 1)]
             self._tries += 1

@@ -224,7 +224,7 @@ class RelayTransport:
         if not is_valid or len(self._received) >= MAX_QUEUED:
             self.dropped += 1
             return
-        self._silence.on_received()
+        self._silence.on_received(self._clock())
         self._received.append((sample.payload.to_bytes(), RelayAddress(self._nameplate, name), self._clock()))
         self._wake_up.set()
 

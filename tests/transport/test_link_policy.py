@@ -62,7 +62,7 @@ def test_datagrams_without_an_answer_are_noticed_after_a_second_and_a_half() -> 
         silence.on_sent(step * 0.1)
         assert not silence.is_silent(step * 0.1) or step * 0.1 >= 1.5
     assert silence.is_silent(2.0)
-    silence.on_received()
+    silence.on_received(2.0)
     assert not silence.is_silent(2.0)
 
 
@@ -84,3 +84,22 @@ def test_the_other_end_that_is_not_there_causes_ever_fewer_sessions() -> None:
             silence.on_opened(now)
     waits = [round(b - a) for a, b in pairwise(times)]
     assert times[0] == 1.5 and waits[:5] == [5, 10, 20, 40, 60] and set(waits[5:]) == {60}
+
+
+def test_an_answer_counts_though_datagrams_are_sent_all_the_time() -> None:
+    silence = SilenceDetector()
+    for step in range(1000):
+        silence.on_sent(step * 0.01)
+        if step % 100 == 50:
+            silence.on_received(step * 0.01)
+        assert not silence.is_silent(step * 0.01)
+
+
+def test_after_an_answer_silence_is_noticed_as_soon_as_at_first() -> None:
+    silence = SilenceDetector()
+    for now in (0.0, 10.0):
+        for step in range(4):
+            silence.on_sent(now + step * 0.1)
+        assert silence.is_silent(now + 2.0)
+        silence.on_opened(now + 2.0)
+        silence.on_received(now + 8.0)
