@@ -26,7 +26,7 @@ class RelayFigures:
     """The figures of a relay.
 
     members, max_members : sessions, now and at most; udp_links, tcp_links : of the members
-    calls, max_calls : nameplates in use, now and at most; peers : other relays
+    peers : other relays
     stun_answered, stun_ignored : datagrams; cpu_s : of the process, all threads; memory_mb : peak, None if unknown
     """
 
@@ -35,8 +35,6 @@ class RelayFigures:
     max_members: int
     udp_links: int
     tcp_links: int
-    calls: int
-    max_calls: int
     peers: int
     stun_answered: int
     stun_ignored: int
@@ -53,7 +51,7 @@ class RelayLoop:
         self._stun = stun
         self._on_log = on_log
         self._state = RouterState()
-        self._max_members = self._max_calls = 0
+        self._max_members = 0
         self._began: float | None = None
         self._count_due = self._log_due = float("-inf")
         self._logged = RouterState()
@@ -94,8 +92,6 @@ class RelayLoop:
             max_members=self._max_members,
             udp_links=state.udp,
             tcp_links=state.tcp,
-            calls=state.calls,
-            max_calls=self._max_calls,
             peers=state.peers,
             stun_answered=self._stun.answered,
             stun_ignored=self._stun.ignored,
@@ -106,12 +102,11 @@ class RelayLoop:
     def _count(self) -> None:
         self._state = self._router.state()
         self._max_members = max(self._max_members, self._state.members)
-        self._max_calls = max(self._max_calls, self._state.calls)
 
 
 def describe_state(state: RouterState, /) -> str:
     """Return the load of a relay as a line of a log, without names, codes or addresses."""
-    text = f"members: {state.members}, {state.udp} of them over UDP; nameplates: {state.calls}"
+    text = f"members: {state.members}, {state.udp} of them over UDP"
     return f"{text}; other relays: {state.peers}" if state.peers else text
 
 

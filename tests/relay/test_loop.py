@@ -6,7 +6,7 @@ from conf.relay.loop import LOG_S, RelayLoop, describe_state, peak_memory_mb
 from conf.relay.router import RouterState
 from conf.relay.stun_responder import StunResponder
 
-IDLE, BUSY = RouterState(), RouterState(members=4, udp=3, tcp=4, calls=2)
+IDLE, BUSY = RouterState(), RouterState(members=4, udp=3, tcp=4)
 
 
 class FakeRouter:
@@ -38,7 +38,7 @@ def test_members_are_counted_now_and_at_most() -> None:
     stage.stun.answered = 3
     stage.loop.step(120.0)
     figures = stage.loop.figures(130.0)
-    assert (figures.seconds, figures.members, figures.max_members, figures.calls, figures.max_calls) == (30, 0, 4, 0, 2)
+    assert (figures.seconds, figures.members, figures.max_members) == (30, 0, 4)
     assert figures.stun_answered == 3 and figures.cpu_s > 0
 
 
@@ -47,7 +47,7 @@ def test_the_log_has_a_line_a_minute_and_only_if_something_has_changed() -> None
     for now in range(0, 600, 5):
         stage.router.counts = BUSY if now > 100 else IDLE
         stage.loop.step(float(now))
-    assert stage.lines == ["members: 4, 3 of them over UDP; nameplates: 2"]
+    assert stage.lines == ["members: 4, 3 of them over UDP"]
     for now in range(600, 1200, 5):
         stage.router.counts = RouterState(members=now)
         stage.loop.step(float(now))
@@ -55,7 +55,7 @@ def test_the_log_has_a_line_a_minute_and_only_if_something_has_changed() -> None
 
 
 def test_other_relays_are_named_by_their_number_only() -> None:
-    assert describe_state(RouterState(peers=2)) == "members: 0, 0 of them over UDP; nameplates: 0; other relays: 2"
+    assert describe_state(RouterState(peers=2)) == "members: 0, 0 of them over UDP; other relays: 2"
 
 
 def test_a_loop_runs_until_it_is_stopped() -> None:

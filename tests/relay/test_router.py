@@ -1,5 +1,7 @@
 import json
+import threading
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -29,7 +31,7 @@ def test_a_call_passes_and_is_counted() -> None:
         RelayTransport.call((LOOPBACK, port), "4711", seeded(1)) as caller,
     ):
         exchange(waiter, caller)
-        expected = RouterState(members=2, udp=2, tcp=2, calls=1)
+        expected = RouterState(members=2, udp=2, tcp=2)
         wait_until(lambda: router.state() == expected)
 
 
@@ -108,3 +110,25 @@ def test_all_addresses_are_listened_on() -> None:
     assert set(json.loads(config.get_json("listen/endpoints"))) <= {
         *("tcp/[::]:7447", "udp/[::]:7447", "tcp/0.0.0.0:7447", "udp/0.0.0.0:7447")
     }
+
+
+def test_members_arrive_while_they_are_counted() -> None:
+    """An earlier count asked the admin space, which could stop the router for good."""
+    port, states, stopped = free_port(), list[RouterState](), threading.Event()
+    with Router(RouterOptions((LOOPBACK, port))) as router, ExitStack() as stack:
+
+        def count() -> None:
+            while not stopped.wait(0.01):
+                states.append(router.state())
+
+        counter = threading.Thread(target=count)
+        counter.start()
+        try:
+            for number in range(30):
+                session = stack.enter_context(client(port))
+                session.declare_subscriber(f"conf/call/{number}/to/*", lambda sample: None)
+            wait_until(lambda: states and states[-1].members == 30)
+        finally:
+            stopped.set()
+            counter.join()
+    assert "adminspace/enabled" not in router_settings(RouterOptions((LOOPBACK, port)), None)

@@ -81,7 +81,9 @@ class Load:
 class Attack:
     """sent : hostile messages by way; loss : of the call meanwhile; dropped : counted at the waiting end
 
-    read : hostile datagrams that the waiting end had to look at; relay, waiter : memory before and after, MB
+    read : hostile datagrams that the waiting end had to look at
+    uncounted : sent through the relay, neither read nor counted as dropped; zenoh drops without telling
+    relay_mb, waiter_mb : memory before and after
     """
 
     sent: dict[str, int]
@@ -89,6 +91,7 @@ class Attack:
     loss: float
     dropped: int
     read: int
+    uncounted: int
     stun_answered: int
     stun_ignored: int
     relay_mb: tuple[float, float]
@@ -292,6 +295,7 @@ def measure_attack(options: argparse.Namespace) -> Attack:
         loss=1 - received / sent,
         dropped=dropped,
         read=read,
+        uncounted=numbers["through"] - read - dropped,
         stun_answered=figures["stun_answered"],
         stun_ignored=figures["stun_ignored"],
         relay_mb=(relay_before, after[0]),
@@ -316,7 +320,8 @@ def main() -> None:
     else:
         result = measure_attack(options)
         reaches = max(after - before for before, after in (result.relay_mb, result.waiter_mb)) <= MAX_GROWTH_MB
-    values = asdict(result) | {"reaches": reaches}
+    # Of an attack only the memory is judged: what it does to the call, and what nobody counts, is for the reader.
+    values = asdict(result) | {"reaches" if options.what == "load" else "memory_bounded": reaches}
     print(json.dumps(values) if options.json else "\n".join(f"{name:14} {value}" for name, value in values.items()))
     sys.exit(not reaches)
 
