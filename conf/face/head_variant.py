@@ -43,7 +43,7 @@ def read_head_variant(path: Path, default: Mesh, shapes: Blendshapes, /) -> Head
     Raises FileFormatError if the file is missing or is not of this default head.
     """
     try:
-        with np.load(path) as arrays:
+        with path.open("rb") as file, np.load(file) as arrays:
             return _variant(path, arrays, default, shapes)
     except READ_ERRORS as error:
         raise FileFormatError(path, None, "expected a head of this version: install conf again") from error
