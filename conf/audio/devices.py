@@ -29,7 +29,7 @@ PERIOD_MS = 10  # of a microphone, from callback to callback; 20 delays a voice 
 SPEAKER_MS = 20  # the same of a speaker, which keeps two periods ready
 # With PulseAudio the library keeps but one period ready and asks for it by quarters: a callback that is later than
 # three of them leaves a gap that nobody counts.
-PULSE_SPEAKER_MS, PULSE_REQUESTS = 30, 4
+PULSE_SPEAKER_MS, PULSE_REQUESTS = 40, 4
 SWITCH_INTERVAL_S = 0.001  # for which a callback waits for a thread that computes; Python's default are 5 ms
 MISSING = "miniaudio is missing, so there is no sound: type  pip install miniaudio."
 

@@ -214,13 +214,13 @@ def lags(captured: Samples, heard: Samples, offset_s: float) -> list[float]:
 
 
 def count_gaps(sound: Samples) -> int:
-    """Return how often a sound is interrupted by silence; speech that ends softly is not interrupted."""
+    """Return how often a sound is interrupted by silence: not where speech ends softly, nor at the end."""
     silent = np.concatenate([[False], np.abs(sound.astype(int)) <= 1, [False]])
     edges = np.flatnonzero(np.diff(silent.astype(int)))
     beside = int(BESIDE_S * SAMPLE_RATE)
     count = 0
     for begin, end in edges.reshape(-1, 2):
-        if end - begin >= MIN_GAP_S * SAMPLE_RATE:
+        if end - begin >= MIN_GAP_S * SAMPLE_RATE and end < len(sound):  # at the end the receiver is stopped
             neighbours = sound[max(begin - beside, 0) : begin], sound[end : end + beside]
             count += any(len(part) and np.std(part.astype(float)) > MIN_LEVEL for part in neighbours)
     return count
