@@ -39,6 +39,6 @@ LIVE = Profile("live", 15, 1, 0.0096, rd_lambda=0.1, target_bits=64, tables="liv
 RICH = Profile("rich", 30, 2, 0.0058, rd_lambda=0.1, target_bits=64, tables="rich", usual_counts=(2,))
 NARROWBAND = Profile("narrow", 15, 3, 0.0114, rd_lambda=0.1, target_bits=40, tables="narrow", usual_counts=(3,))
 VOICE = Profile("voice", 50 / 3, 1, 0.0096, rd_lambda=0.1, target_bits=64, tables="live", usual_counts=(1, 2))
-SLOW = Profile("slow", 12.5, 3, 0.0142, rd_lambda=0.35, target_bits=40, tables="narrow", usual_counts=(3, 6))
+SLOW = Profile("slow", 12.5, 3, 0.0160, rd_lambda=0.1, target_bits=40, tables="narrow", usual_counts=(3, 6))
 
 PROFILES = {profile.name: profile for profile in (LIVE, RICH, NARROWBAND, VOICE, SLOW)}

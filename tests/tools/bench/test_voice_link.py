@@ -5,8 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from conf.audio.samples import SAMPLE_RATE, Samples, to_int16
-from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, LOWER_LIP
-from conf.face.deformation.rig import CHIN
+from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
 from conf.face.fapu import Fapu
 from conf.protocol.messages import MotionFrame
 from tests.support.synthetic_motion import TYPICAL_POSE
@@ -47,7 +46,7 @@ def speaking_face() -> Track:
     frames = []
     for timestamp, wide in zip(times, opening(VOICE, times), strict=True):
         displacements = np.zeros((CONTROL_POINT_COUNT, 3), np.float32)
-        displacements[LOWER_LIP + CHIN, 1] = -80 * wide
+        displacements[LIP, 1] = -80 * wide
         frames.append(MotionFrame(float(timestamp), displacements, TYPICAL_POSE))
     return Track("speaking", frames, np.full(len(frames), 0.2), Fapu(6, 6, 6, 6, 6))
 
