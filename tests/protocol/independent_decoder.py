@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 ASSETS = Path(__file__).resolve().parents[2] / "conf" / "assets"
 PROFILES = ("live", "rich", "narrow", "voice", "slow")
-STEPS = {"live": 0.0096, "rich": 0.0058, "narrow": 0.0114, "voice": 0.0096, "slow": 0.0160}
+STEPS = {"live": 0.0074, "rich": 0.0044, "narrow": 0.0082, "voice": 0.0074, "slow": 0.0102}
 TABLES = {"live": "live", "rich": "rich", "narrow": "narrow", "voice": "live", "slow": "narrow"}
 COUNTS = {"live": (1,), "rich": (2,), "narrow": (3,), "voice": (1, 2), "slow": (3, 6)}
 TOTAL = 1 << 15
@@ -306,7 +306,7 @@ class PayloadReader:
             shift[6:] -= shift[:6] @ a["coupling"]
             v = v + shift
         step = STEPS[profile]
-        moved = (step * (v[6:] @ a["synthesis"].astype(float))).reshape(-1, 3)
+        moved = (step * (v[6:] @ a["basis"].T.astype(float))).reshape(-1, 3) / a["weight"]
         for point, steps in frame.residuals.items():
             moved[point] += a["correction"][point] * steps
         scaled = v[:6] * step * a["pose_unit"]

@@ -81,9 +81,11 @@ def _build_model(profile: Profile, arrays: Arrays) -> CodecModel:
 
 def _build_transform(profile: Profile, arrays: Arrays) -> MotionTransform:
     step = profile.step
+    basis = arrays["basis"].astype(np.float64)  # (3 n, K) orthonormal
+    weight = arrays["weight"].astype(np.float64).reshape(-1)  # (3 n,) eye distances per FAPU unit, over sqrt(n)
     return MotionTransform(
-        forward_matrix=arrays["analysis"].astype(np.float64) / step,
-        inverse_matrix=step * arrays["synthesis"].astype(np.float64),
+        forward_matrix=weight[:, None] * basis / step,
+        inverse_matrix=step * basis.T / weight,
         pose_steps=step * arrays["pose_unit"].astype(np.float64),
         face_centre=arrays["middle"].astype(np.float64),
         typical_log_scale=float(arrays["usual_log_scale"]),

@@ -9,8 +9,7 @@ class Profile:
 
     fps : ticks of the frame clock per second; frame numbers count ticks
     frames_per_datagram : the first frame waits for the last, which adds the delay (frames_per_datagram - 1) / fps
-    step : quantiser step in each direction of the learned space, in which a curve of the expression counts more than a
-        point, as a fraction of the eye distance
+    step : quantiser step in each direction of the learned space, as a fraction of the eye distance
     rd_lambda : Lagrange multiplier: the squared error, in steps squared, that saving one bit may cost
     target_bits : above this size of a frame, residuals of single points wait for a later frame
     tables : the profile whose trained tables it uses
@@ -35,10 +34,10 @@ class Profile:
 # narrow: 2,400 bit/s have room for five datagrams a second of three frames each.
 # rich: two frames in a datagram halve the cost of headers and add 33 ms.
 # voice: a frame for each 60 ms of voice. slow: three frames for each 240 ms.
-LIVE = Profile("live", 15, 1, 0.0096, rd_lambda=0.1, target_bits=64, tables="live", usual_counts=(1,))
-RICH = Profile("rich", 30, 2, 0.0058, rd_lambda=0.1, target_bits=64, tables="rich", usual_counts=(2,))
-NARROWBAND = Profile("narrow", 15, 3, 0.0114, rd_lambda=0.1, target_bits=40, tables="narrow", usual_counts=(3,))
-VOICE = Profile("voice", 50 / 3, 1, 0.0096, rd_lambda=0.1, target_bits=64, tables="live", usual_counts=(1, 2))
-SLOW = Profile("slow", 12.5, 3, 0.0160, rd_lambda=0.1, target_bits=40, tables="narrow", usual_counts=(3, 6))
+LIVE = Profile("live", 15, 1, 0.0074, rd_lambda=0.05, target_bits=64, tables="live", usual_counts=(1,))
+RICH = Profile("rich", 30, 2, 0.0044, rd_lambda=0.05, target_bits=64, tables="rich", usual_counts=(2,))
+NARROWBAND = Profile("narrow", 15, 3, 0.0082, rd_lambda=0.05, target_bits=40, tables="narrow", usual_counts=(3,))
+VOICE = Profile("voice", 50 / 3, 1, 0.0074, rd_lambda=0.05, target_bits=64, tables="live", usual_counts=(1, 2))
+SLOW = Profile("slow", 12.5, 3, 0.0102, rd_lambda=0.05, target_bits=40, tables="narrow", usual_counts=(3, 6))
 
 PROFILES = {profile.name: profile for profile in (LIVE, RICH, NARROWBAND, VOICE, SLOW)}

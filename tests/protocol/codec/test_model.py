@@ -46,11 +46,11 @@ def test_the_model_holds_the_arrays_of_its_profile(model: CodecModel) -> None:
 
 def test_the_transform_is_scaled_by_the_step(model: CodecModel) -> None:
     arrays, step, transform = READER.arrays, model.profile.step, model.transform
-    analysis, synthesis = arrays["analysis"].astype(float), arrays["synthesis"].astype(float)
-    components = np.arange(30.0) - 9
-    np.testing.assert_allclose(components @ transform.inverse_matrix, step * (components @ synthesis))
+    basis, weight = arrays["basis"].astype(float), arrays["weight"].astype(float).reshape(-1)
+    components = np.arange(24.0) - 9
+    np.testing.assert_allclose(components @ transform.inverse_matrix, step * (basis @ components) / weight)
     displacements = np.linspace(-80, 90, 150)
-    np.testing.assert_allclose(displacements @ transform.forward_matrix, displacements @ analysis / step)
+    np.testing.assert_allclose(displacements @ transform.forward_matrix, (displacements * weight) @ basis / step)
     np.testing.assert_allclose(transform.pose_steps, arrays["pose_unit"].astype(float) * step)
 
 
