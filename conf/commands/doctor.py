@@ -65,7 +65,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--relay", type=relay_address, metavar="HOST[:PORT]", help="also check the way to this relay, and the NAT"
     )
     parser.add_argument("--relay-password", type=Path, metavar="FILE", help="for the relay: a line user:password")
-    parser.add_argument("--check", choices=[*CHECKS, *RELAY_CHECKS], help="make only this check, in this process")
+    checks = [*CHECKS, *RELAY_CHECKS]
+    parser.add_argument(
+        "--check", choices=checks, metavar="CHECK", help=f"make only this check, in this process: {', '.join(checks)}"
+    )
     add_json(parser)
 
 

@@ -93,7 +93,9 @@ class LoopRunner:
 
         panels = "conf.receiver.call_panels"
         self._patch.setattr(f"{panels}.draw_stats_line", record_stats)
-        self._patch.setattr(f"{panels}.draw_toast", lambda text, anchor, **_: shown.toasts.append(text))
+        self._patch.setattr(
+            "conf.receiver.notifications.draw_toast", lambda text, anchor, **_: shown.toasts.append(text)
+        )
         self._patch.setattr(f"{panels}.draw_label", lambda text, corner, highlighted: shown.labels.add(text))
         options = LoopOptions(FPS, "listening", record_image, shown.events.append)
         loop = ReceiverLoop(self._window, self._face, make_receiver(), socket, options)  # type: ignore[arg-type]

@@ -16,7 +16,7 @@ $function conf "${COMP_WORDS[COMP_CWORD]}" "${COMP_WORDS[COMP_CWORD - 1]}"
 printf '%s\\n' "${COMPREPLY[@]}"
 """
 CASES = [
-    ("re", {"receive"}),
+    ("rec", {"receive"}),
     ("send --prof", {"--profile"}),
     ("send host --profile ", {"auto", "live", "narrow", "rich"}),
     ("send host --file cl", {"clip.mp4"}),
