@@ -2,8 +2,9 @@
 
 Strategy: nobody holds still at the start of a call, and the average of talking is an open mouth. So each frame is
 weighted, region by region, by how inactive its blendshapes are: a talker's brows are neutral long before the mouth. The
-mean face is the prior, with a small weight. Some faces never look inactive, their brows are simply high: the prior and
-the required weight fall as it becomes clear that a region gets no less active. A mouth slightly open in the least
+tracker hardly sees a frown, so brows count as inactive only while no other part of the face cries, laughs or squints.
+The mean face is the prior, with a small weight. Some faces never look inactive, their brows are simply high: the prior
+and the required weight fall as it becomes clear that a region gets no less active. A mouth slightly open in the least
 active frames is closed, and nearly shut lids are opened, because a neutral mouth is shut and neutral eyes are open.
 """
 
@@ -15,7 +16,7 @@ from conf.sender.motion.eye_openness import UPPER, lid_gaps
 from conf.sender.motion.mean_face import MEAN_FACE
 from conf.sender.tracking.blendshape_network import INDEX as SHAPE
 
-PRIOR_S = 0.15  # weight of the mean face, in seconds without activity
+PRIOR_S = 0.3  # weight of the mean face, in seconds without activity
 KNOWN_S = 0.3  # seconds without activity after which a region is known
 MEMORY_S = 30.0  # seconds without activity that are remembered: light, glasses and posture change
 FLOOR_TIME_CONSTANT_S = 2.0  # until the lowest activity so far is accepted as the floor
@@ -34,14 +35,20 @@ _REGION_SHAPES = {
         jawOpen jawLeft jawRight mouthFunnel mouthPucker mouthLeft mouthRight mouthSmileLeft mouthSmileRight
         mouthFrownLeft mouthFrownRight mouthStretchLeft mouthStretchRight mouthUpperUpLeft mouthUpperUpRight
         mouthLowerDownLeft mouthLowerDownRight""",
-    ("brow",): "browDownLeft browDownRight browInnerUp browOuterUpLeft browOuterUpRight",
+    ("brow",): """
+        browDownLeft browDownRight browInnerUp browOuterUpLeft browOuterUpRight
+        eyeBlinkLeft eyeBlinkRight mouthSmileLeft mouthSmileRight""",
     ("eyelid", "eye_upper", "eye_lower"): """
-        eyeBlinkLeft eyeBlinkRight eyeWideLeft eyeWideRight eyeLookUpLeft eyeLookDownLeft""",
+        eyeBlinkLeft eyeBlinkRight eyeWideLeft eyeWideRight eyeLookUpLeft eyeLookDownLeft
+        mouthSmileLeft mouthSmileRight""",
     ("pupil",): "eyeBlinkLeft eyeBlinkRight eyeLookUpLeft eyeLookDownLeft eyeLookInLeft eyeLookOutLeft",
     ("eye_inner", "eye_outer"): "eyeBlinkLeft eyeBlinkRight",
 }
 REGIONS = [control_point_indices(*prefixes) for prefixes in _REGION_SHAPES]
 _SHAPES = [[SHAPE[name] for name in names.split()] for names in _REGION_SHAPES.values()]
+# Narrow eyes have a constant squint of up to 0.5: only what exceeds the person's least is activity, of these regions.
+_SQUINTS = [SHAPE["eyeSquintLeft"], SHAPE["eyeSquintRight"]]
+_SQUINTING = [float(prefixes[0] in ("brow", "eyelid")) for prefixes in _REGION_SHAPES]
 _REGION_OF = np.zeros(CONTROL_POINT_COUNT, dtype=np.intp)
 for _region, _points in enumerate(REGIONS):
     _REGION_OF[_points] = _region
@@ -56,6 +63,7 @@ class NeutralPoseEstimator:
         self._sums = np.zeros((CONTROL_POINT_COUNT, 3))  # weighted, of the points
         self._weights = np.zeros(len(REGIONS))  # seconds
         self._min_activity = np.full(len(REGIONS), np.inf)
+        self._min_squint = np.full(len(_SQUINTS), np.inf)
         self._observed_s = 0.0
         self._updated_at: float | None = None
         self._blended_at: float | None = None
@@ -92,7 +100,10 @@ class NeutralPoseEstimator:
         if self._updated_at is not None:
             elapsed = min(max(timestamp - self._updated_at, 0.0), MAX_STEP_S)
         self._updated_at = timestamp
+        self._min_squint = np.minimum(self._min_squint, blendshapes[_SQUINTS])
+        squint = float((blendshapes[_SQUINTS] - self._min_squint).max())
         activity = np.array([blendshapes[shapes].max() for shapes in _SHAPES], np.float64)
+        activity = np.maximum(activity, np.multiply(_SQUINTING, squint))
         activity += ACTIVITY_SCALE * (turn / TURN_SCALE) ** 2
         self._min_activity = np.minimum(self._min_activity, activity)
         self._observed_s += elapsed

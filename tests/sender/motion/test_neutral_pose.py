@@ -81,7 +81,7 @@ def test_a_frame_counts_for_the_time_since_the_last_at_most_0_2_s(elapsed: float
     neutral = NeutralPoseEstimator()
     for timestamp in (5.0, 5.0 + elapsed):
         neutral.update(SHIFTED, shapes(), turn=0.0, timestamp=timestamp)
-    assert progress(neutral, MOUTH_POINT) == pytest.approx(weight / (0.15 + weight))  # the mean face counts for 0.15 s
+    assert progress(neutral, MOUTH_POINT) == pytest.approx(weight / (0.3 + weight))  # the mean face counts for 0.3 s
 
 
 @pytest.mark.parametrize(
@@ -94,9 +94,9 @@ def test_a_constant_activity_weighs_less_and_is_accepted_with_time(
     for i in range(round(seconds / 0.2)):
         neutral.update(SHIFTED, shapes(browInnerUp=strength), turn=0.0, timestamp=i * 0.2)
     weight = seconds * np.exp(-strength / 0.12)
-    prior = 0.15 * np.exp(-floor * (1 - np.exp(-seconds / 2.0)) / 0.12)
+    prior = 0.3 * np.exp(-floor * (1 - np.exp(-seconds / 2.0)) / 0.12)
     assert progress(neutral, BROW_POINT) == pytest.approx(weight / (weight + prior), rel=1e-5)
-    assert progress(neutral, MOUTH_POINT) == pytest.approx(seconds / (seconds + 0.15))
+    assert progress(neutral, MOUTH_POINT) == pytest.approx(seconds / (seconds + 0.3))
 
 
 def test_the_lowest_activity_counts_as_the_floor() -> None:
@@ -104,7 +104,7 @@ def test_the_lowest_activity_counts_as_the_floor() -> None:
     for i, strength in enumerate((0.5, 0.24, 0.36)):
         neutral.update(SHIFTED, shapes(browInnerUp=strength), turn=0.0, timestamp=i * 0.2)
     weight = 0.2 * sum(np.exp(-np.array([0.5, 0.24, 0.36]) / 0.12))
-    prior = 0.15 * np.exp(-0.24 * (1 - np.exp(-0.6 / 2.0)) / 0.12)
+    prior = 0.3 * np.exp(-0.24 * (1 - np.exp(-0.6 / 2.0)) / 0.12)
     assert progress(neutral, BROW_POINT) == pytest.approx(weight / (weight + prior), rel=1e-5)
 
 
@@ -112,12 +112,12 @@ def test_the_lowest_activity_counts_as_the_floor() -> None:
     ("shape", "points"),
     [
         ("jawOpen", {MOUTH_POINT}),
-        ("mouthSmileLeft", {MOUTH_POINT}),
+        ("mouthSmileLeft", {MOUTH_POINT, BROW_POINT, LID_POINT}),
         ("mouthLowerDownRight", {MOUTH_POINT}),
         ("browDownLeft", {BROW_POINT}),
         ("browOuterUpRight", {BROW_POINT}),
-        ("eyeBlinkLeft", {LID_POINT, PUPIL_POINT, CORNER_POINT}),
-        ("eyeBlinkRight", {LID_POINT, PUPIL_POINT, CORNER_POINT}),
+        ("eyeBlinkLeft", {BROW_POINT, LID_POINT, PUPIL_POINT, CORNER_POINT}),
+        ("eyeBlinkRight", {BROW_POINT, LID_POINT, PUPIL_POINT, CORNER_POINT}),
         ("eyeWideLeft", {LID_POINT}),
         ("eyeLookUpLeft", {LID_POINT, PUPIL_POINT}),
         ("eyeLookInLeft", {PUPIL_POINT}),
@@ -142,7 +142,7 @@ def test_only_blendshapes_of_expressions_are_used() -> None:
         neutral = NeutralPoseEstimator()
         neutral.update(SHIFTED, shapes(**{name: 1.0}), turn=0.0, timestamp=0.0)
         lowest = min(progress(neutral, region[0]) for region in REGIONS)
-        assert (lowest > 0.5) == (name in unused), name
+        assert (lowest > 0.3) == (name in unused), name
 
 
 @pytest.mark.parametrize(("turn_degrees", "exponent"), [(0.0, 0.0), (20.0, 1.0), (-20.0, 1.0), (40.0, 4.0)])
@@ -150,7 +150,7 @@ def test_a_turned_head_weighs_less(turn_degrees: float, exponent: float) -> None
     neutral = NeutralPoseEstimator()
     neutral.update(SHIFTED, shapes(), turn=np.radians(turn_degrees), timestamp=0.0)
     weight = 0.2 * np.exp(-exponent)
-    prior = 0.15 * np.exp(-min(exponent * 0.12, 0.3) * (1 - np.exp(-0.2 / 2.0)) / 0.12)
+    prior = 0.3 * np.exp(-min(exponent * 0.12, 0.3) * (1 - np.exp(-0.2 / 2.0)) / 0.12)
     assert progress(neutral, MOUTH_POINT) == pytest.approx(weight / (weight + prior))
 
 
@@ -161,7 +161,7 @@ def test_thirty_seconds_without_activity_are_remembered() -> None:
     for i in range(5):
         neutral.update(SHIFTED, shapes(), turn=0.0, timestamp=40 + i * 0.2)
     new = sum(0.2 * (30 / 30.2) ** k for k in range(1, 6))
-    assert progress(neutral, MOUTH_POINT) == pytest.approx(new / 30.15)
+    assert progress(neutral, MOUTH_POINT) == pytest.approx(new / 30.3)
 
 
 @pytest.mark.slow
@@ -171,7 +171,7 @@ def test_an_active_face_has_a_smaller_memory() -> None:
         neutral.update(MEAN_FACE, shapes(browInnerUp=0.6), turn=0.0, timestamp=i * 0.2)
     neutral.update(SHIFTED, shapes(), turn=0.0, timestamp=400.0)
     remembered = 30 * np.exp(-0.3 / 0.12)
-    assert progress(neutral, BROW_POINT) == pytest.approx(0.2 / (remembered + 0.2 + 0.15), rel=1e-4)
+    assert progress(neutral, BROW_POINT) == pytest.approx(0.2 / (remembered + 0.2 + 0.3), rel=1e-4)
 
 
 @pytest.mark.parametrize(("times", "known"), [((0.0,), False), ((0.0, 0.099), False), ((0.0, 0.101), True)])
@@ -210,7 +210,7 @@ def test_the_pose_in_use_follows_the_estimate_with_0_25_s(elapsed: float, alpha:
     neutral = NeutralPoseEstimator()
     assert np.allclose(neutral.blended(7.0), MEAN_FACE)
     neutral.update(SHIFTED, shapes(), turn=0.0, timestamp=7.0)
-    assert neutral.blended(7.0 + elapsed) == pytest.approx(MEAN_FACE + alpha * 0.2 / 0.35 * (SHIFTED - MEAN_FACE))
+    assert neutral.blended(7.0 + elapsed) == pytest.approx(MEAN_FACE + alpha * 0.2 / 0.5 * (SHIFTED - MEAN_FACE))
     assert np.array_equal(neutral.points, neutral.blended(7.0 + elapsed))
 
 
@@ -225,9 +225,9 @@ def test_a_face_without_activity_is_known_within_a_second() -> None:
     neutral = NeutralPoseEstimator()
     observe(neutral, 1.0, PERSON, shapes())
     assert neutral.known
-    assert error_mm(neutral, ALL_POINTS) < 0.15
+    assert error_mm(neutral, ALL_POINTS) < 0.25
     observe(neutral, 4.0, PERSON, shapes(), start=1.0)
-    assert error_mm(neutral, ALL_POINTS) < 0.05
+    assert error_mm(neutral, ALL_POINTS) < 0.06
 
 
 def test_the_neutral_mouth_of_a_talker_is_shut() -> None:
@@ -248,6 +248,33 @@ def test_a_blink_or_a_smile_changes_a_known_pose_little() -> None:
     smile[control_point_indices("outer_lip_corner_l"), 0] += 0.8
     smile[control_point_indices("eyelid_upper"), 1] -= 0.8
     observe(neutral, 10.0, smile, shapes(mouthSmileLeft=0.7, eyeBlinkLeft=0.8, eyeBlinkRight=0.8), start=2.0)
+    assert error_mm(neutral, ALL_POINTS) < 0.12
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        {"eyeBlinkLeft": 0.85, "eyeBlinkRight": 0.85, "eyeLookDownLeft": 0.8, "browDownLeft": 0.06},
+        {"mouthSmileLeft": 0.9, "mouthSmileRight": 0.9, "browDownLeft": 0.02},
+        {"eyeSquintLeft": 0.65, "eyeSquintRight": 0.6, "browDownLeft": 0.05},
+    ],
+    ids=["cry", "laugh", "squint"],
+)
+def test_brows_of_an_emotion_do_not_become_neutral(expression: dict[str, float]) -> None:
+    knit = PERSON.copy()
+    knit[BROWS] += (0.0, -0.5, 0.1)
+    neutral = NeutralPoseEstimator()
+    observe(neutral, 0.5, PERSON, shapes(eyeSquintLeft=0.1))
+    observe(neutral, 5.0, knit, shapes(**expression), start=0.5)
+    assert error_mm(neutral, BROWS) < 1.0  # 2 are learned where an expression goes unseen
+    observe(neutral, 5.0, PERSON, shapes(eyeSquintLeft=0.1), start=5.5)
+    assert error_mm(neutral, BROWS) < 0.2
+
+
+def test_a_constant_squint_is_neutral() -> None:
+    neutral = NeutralPoseEstimator()
+    observe(neutral, 3.0, PERSON, shapes(eyeSquintLeft=0.5, eyeSquintRight=0.5))
+    assert neutral.known
     assert error_mm(neutral, ALL_POINTS) < 0.1
 
 
