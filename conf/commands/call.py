@@ -24,14 +24,23 @@ from conf.commands.support.capture import (
     apply_switches,
     open_source,
     rate_options,
-    read_code,
     stream_parameters,
 )
 from conf.commands.support.display import DisplayOptions, check_before_call, open_display
 from conf.commands.support.garbage import frozen_memory
 from conf.commands.support.heads import add_head, add_proportions, head_loader, head_number
 from conf.commands.support.interruption import until_interrupted
-from conf.commands.support.relay_route import RelayRoute, add_relay, call_over, call_target, route_of, wait_over
+from conf.commands.support.relay_route import (
+    LOCAL_NETWORK,
+    RelayRoute,
+    add_relay,
+    call_target,
+    code_to_call,
+    describe_waiting,
+    open_at,
+    open_to,
+    route_of,
+)
 from conf.commands.support.sound import PlayedSound, add_no_sound, add_sound_output
 from conf.errors import ConfError
 
@@ -68,8 +77,8 @@ class CallOptions:
     """One end of a call.
 
     capture : what is sent; display : where the other participant is drawn and heard
-    remote : whom to call, None to wait for a call, or over a relay
-    route : the way over a relay, None for a direct call; is_calling : over it
+    remote : host and port to call, or what call_target returns for a relay; None to wait for a call
+    listen : where to wait for a call, None to wait over a relay; route : the way over a relay
     code : as normalise_code returns it; name : shown at the other end
     portrait : whether images of the person may be sent from the start
     face : mesh on which the other participant is drawn, None for the shipped heads
@@ -79,8 +88,8 @@ class CallOptions:
 
     capture: CaptureOptions
     display: DisplayOptions
-    remote: tuple[str, int] | None
-    listen: tuple[str, int]
+    remote: tuple[str, int] | str | None
+    listen: tuple[str, int] | None
     code: str
     name: str = ""
     portrait: bool = False
@@ -88,8 +97,7 @@ class CallOptions:
     head: int = 0
     proportions: bool = True
     seconds: float | None = None
-    route: RelayRoute | None = None
-    is_calling: bool = False
+    route: RelayRoute = LOCAL_NETWORK
     on_ready: Callable[[str], None] = lambda text: None
     on_note: Callable[[str], None] = lambda text: None
 
@@ -100,9 +108,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         type=call_target,
         metavar="CODE|HOST[:PORT]",
-        help="the code that the other end shows, or where `conf call --listen` runs; nothing to wait to be called",
+        help="the code that the other end shows, or its number, or where `conf call --listen` runs; nothing to wait "
+        "to be called",
     )
-    add_listen(parser, is_required=True)
+    add_listen(parser)
     add_relay(parser)
     parser.add_argument("--name", default=None, help="your name, shown at the other end (default: the login name)")
     add_capture(parser, code_help=CODE_HELP)
@@ -123,7 +132,6 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
     began = time.monotonic()
     if options.remote and options.listen:
         raise ConfError(BOTH)
-    over_relay = isinstance(options.remote, str) or not (options.remote or options.listen)
     check_before_call(options.face, options.headless)
     portrait_kbps = options.portrait_kbps  # images may be allowed later, with a key
     apply_switches(options, terminal)
@@ -138,8 +146,8 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
             speaker=options.speaker,
             visible=not options.show_when_connected,
         ),
-        remote=None if over_relay else options.remote,
-        listen=options.listen or ("", 0),
+        remote=options.remote,
+        listen=options.listen,
         code=_code(options, terminal),
         name=login_name() if options.name is None else options.name,
         portrait=options.portrait,
@@ -147,8 +155,7 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
         head=head_number(options.head),
         proportions=not options.no_proportions,
         seconds=options.seconds,
-        route=route_of(options) if over_relay else None,
-        is_calling=options.remote is not None,
+        route=route_of(options),
         on_ready=terminal.write,
         on_note=terminal.write,
     )
@@ -165,21 +172,19 @@ def login_name() -> str:
 
 
 def _code(options: argparse.Namespace, terminal: Terminal) -> str:
-    """Return the code of the call, "" if the relay decides about its number. Raises ConfError."""
-    if isinstance(options.remote, str):
-        return options.remote
-    if options.code:
-        return str(options.code)
-    return read_code(terminal, "the other end") if options.remote else _code_to_show(is_direct=bool(options.listen))
+    """Return the code of the call, "" for a new one. Raises ConfError."""
+    if options.remote:
+        return code_to_call(options.remote, options.code, terminal, "the other end")
+    return options.code or _code_to_show()
 
 
-def _code_to_show(*, is_direct: bool = True) -> str:
-    """Return the code of who waits for a call: CONF_CODE, else a new one, or "" over a relay. Raises ConfError."""
-    from conf.protocol.session.pairing_code import generate_code, normalise_code
+def _code_to_show() -> str:
+    """Return the code of who waits for a call: CONF_CODE, or "" for a new one. Raises ConfError."""
+    from conf.protocol.session.pairing_code import normalise_code
 
     text = os.environ.get("CONF_CODE")
     try:
-        return normalise_code(text) if text else generate_code(os.urandom) if is_direct else ""
+        return normalise_code(text) if text else ""
     except ValueError as error:
         raise ConfError(f"CONF_CODE: {error}") from error
 
@@ -243,14 +248,9 @@ def call(options: CallOptions, *, began: float) -> CallFigures:
 
 def _open_transport(options: CallOptions) -> tuple[Transport, str]:
     """Return what carries the call, and its code. Raises NetworkError."""
-    if options.route and options.is_calling:
-        return call_over(options.route, options.code), options.code
-    if options.route:
-        return wait_over(options.route, options.code)
-    from conf.transport.udp import UdpSocket
-
-    opened = UdpSocket.open_to(*options.remote) if options.remote else UdpSocket.bind(*options.listen)
-    return opened, options.code
+    if options.remote:
+        return open_to(options.remote, options.route, options.code), options.code
+    return open_at(options.listen, options.route, options.code)
 
 
 def _endpoint(options: CallOptions, socket: Transport, objects: SharedObjectSender) -> CallEndpoint:
@@ -282,8 +282,9 @@ def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, dra
     from conf.receiver.call_display import CallDisplay
     from conf.receiver.heads.participant_heads import HeadOptions
 
-    address = options.route.name if options.route else format_address(options.remote or end.socket.address)
     is_waiting = end.socket.remote is None
+    direct = options.remote if isinstance(options.remote, tuple) else end.socket.address
+    address = options.route.name if end.socket.nameplate else format_address(direct)
     state = LocalState(portrait=options.portrait, has_microphone=end.voice is not None)
     thread = CaptureThread(end.capture)
     later = Timer(0.0 if is_waiting else IMPORT_DELAY_S, _import_rest)
@@ -310,8 +311,7 @@ def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, dra
         with thread, frozen_memory(), until_interrupted() as should_continue:
             if is_waiting:
                 later.join()
-                where = "waiting over" if options.route else "listening on"
-                options.on_ready(f"{where} {address}, code {options.code}")
+                options.on_ready(f"{describe_waiting(end.socket, options.route)}, code {options.code}")
             loop.run(seconds=options.seconds, should_continue=should_continue)
     finally:
         later.cancel()

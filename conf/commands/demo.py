@@ -79,7 +79,9 @@ def demo(
         arguments += [] if sound else ["--no-sound"]
         with start_conf(arguments, environment={"CONF_CODE": code, PATH_VARIABLE: os.devnull}) as sender:
             try:
-                receive_options = ReceiveOptions(clip, picture, on_report=on_report, sound=sound, seconds=seconds)
+                receive_options = ReceiveOptions(
+                    clip, picture, on_report=on_report, sound=sound, seconds=seconds, waiting=f"listening on {receiver}"
+                )
                 call = receive(socket, code, receive_options, should_continue=lambda: sender.poll() is None)
             finally:
                 sender.terminate()

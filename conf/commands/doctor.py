@@ -22,11 +22,13 @@ from conf.commands.support.arguments import add_json, add_listen, relay_address
 from conf.commands.support.child_process import start_conf
 from conf.commands.support.display import has_display
 from conf.errors import ConfError
+from conf.protocol.address import DEFAULT_PORT
 
 if TYPE_CHECKING:
     import subprocess
 
 HELP = "what works on this machine, what does not, what to do"
+DEFAULT_LISTEN = ("127.0.0.1", DEFAULT_PORT)
 TIMED_FRAMES = 20
 SOUND_LIMIT_S = 3.0  # until a sound device must have called back
 
@@ -60,7 +62,7 @@ class Check:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--camera", default="0", metavar="N", help="number or device of the camera (default 0)")
-    add_listen(parser)
+    add_listen(parser, default=DEFAULT_LISTEN)
     parser.add_argument(
         "--relay", type=relay_address, metavar="HOST[:PORT]", help="also check the way to this relay, and the NAT"
     )

@@ -16,12 +16,13 @@ from conf.commands.support.display import DisplayOptions, check_before_call, ope
 from conf.commands.support.garbage import frozen_memory
 from conf.commands.support.heads import add_proportions, head_loader
 from conf.commands.support.interruption import until_interrupted
+from conf.commands.support.relay_route import add_relay, describe_waiting, open_at, route_of
 from conf.commands.support.sound import add_no_sound, add_sound_output
 
 if TYPE_CHECKING:
     from conf.protocol.call_report import CallReport
     from conf.receiver.pipeline import ReceiverLoop
-    from conf.transport.udp import UdpSocket
+    from conf.transport.interface import Transport
 
 HELP = "accept calls, show the participants and play their voices"
 
@@ -30,15 +31,18 @@ HELP = "accept calls, show the participants and play their voices"
 class ReceiveOptions(DisplayOptions):
     """How the participants are shown, and for how long.
 
+    waiting : where the receiver waits to be called, in words
     proportions : whether heads take on those of their participants
     """
 
+    waiting: str = ""
     seconds: float | None = None
     proportions: bool = True
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_listen(parser)
+    add_relay(parser)
     parser.add_argument("--code", type=pairing_code, help="the code that callers need (default: a new one each time)")
     add_face(parser)
     add_proportions(parser)
@@ -50,20 +54,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace, terminal: Terminal) -> None:
-    from conf.protocol.address import format_address
-    from conf.protocol.session.pairing_code import generate_code
-    from conf.transport.udp import UdpSocket
-
     check_before_call(options.face, options.headless)
-    code = options.code or generate_code(os.urandom)
-    with UdpSocket.bind(*options.listen) as socket:
-        terminal.write(f"listening on {format_address(socket.address)}, code {code}")
+    route = route_of(options)
+    socket, code = open_at(options.listen, route, options.code or "")
+    with socket:
+        waiting = describe_waiting(socket, route)
+        terminal.write(f"{waiting}, code {code}")
         receive_options = ReceiveOptions(
             options.headless,
             on_event=terminal.write,
             on_report=terminal.write,
             sound=not options.no_sound,
             speaker=options.speaker,
+            waiting=waiting,
             seconds=options.seconds,
             proportions=not options.no_proportions,
         )
@@ -72,14 +75,14 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
 
 
 def receive(
-    socket: UdpSocket,
+    socket: Transport,
     code: str,
     options: ReceiveOptions,
     *,
     face: Path | None = None,
     should_continue: Callable[[], bool] = lambda: True,
 ) -> CallReport:
-    """Show the callers of a socket until the window is closed, the time is over or the user interrupts.
+    """Show the callers of a transport until the window is closed, the time is over or the user interrupts.
 
     Returns the figures of all calls.
 
@@ -87,7 +90,6 @@ def receive(
     Raises GraphicsError, FileFormatError, RecordingError, AudioError.
     """
     from conf.face.prepared_face import prepared_face
-    from conf.protocol.address import format_address
     from conf.protocol.receiver_endpoint import ReceiverEndpoint
     from conf.protocol.session.server import SessionServer
     from conf.receiver.heads.participant_heads import HeadOptions
@@ -101,7 +103,7 @@ def receive(
     import_portraits()
     import_recording()
     endpoint = ReceiverEndpoint(SessionServer(code, os.urandom))
-    idle_text = f"listening on {format_address(socket.address)}   code  {code}"
+    idle_text = f"{options.waiting}   code  {code}"
     with open_display(options, endpoint.streams, idle_text=idle_text) as (window, loop_options):
         heads = HeadOptions(head_loader(face), proportions=options.proportions)
         loop = ReceiverLoop(window, model, endpoint, socket, replace(loop_options, heads=heads))

@@ -12,19 +12,27 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from conf.commands import Terminal
-from conf.commands.support.arguments import add_json, add_seconds, address
+from conf.commands.support.arguments import add_json, add_seconds
 from conf.commands.support.capture import (
     CaptureOptions,
     add_capture,
     apply_switches,
     open_source,
     rate_options,
-    read_code,
     stream_parameters,
 )
 from conf.commands.support.garbage import frozen_memory
 from conf.commands.support.heads import add_head, head_number
 from conf.commands.support.interruption import until_interrupted
+from conf.commands.support.relay_route import (
+    LOCAL_NETWORK,
+    RelayRoute,
+    add_relay,
+    call_target,
+    code_to_call,
+    open_to,
+    route_of,
+)
 from conf.commands.support.sound import MuteSwitch, add_no_sound
 from conf.commands.support.terminal_keys import terminal_keys
 
@@ -43,15 +51,23 @@ class SendOptions(CaptureOptions):
     """What is sent and for how long.
 
     preview : show the camera's image in a window; head : number of the head to be drawn with, 0 for a free one
+    route : the way over a relay, for a receiver that is named by a code
     """
 
     head: int = 0
     seconds: float | None = None
     preview: bool = False
+    route: RelayRoute = LOCAL_NETWORK
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("receiver", type=address, metavar="HOST[:PORT]", help="where `conf receive` runs")
+    parser.add_argument(
+        "receiver",
+        type=call_target,
+        metavar="CODE|HOST[:PORT]",
+        help="the code that the receiver shows, or its number, or where `conf receive --listen` runs",
+    )
+    add_relay(parser)
     add_capture(parser, code_help="the code that the receiver shows (default: CONF_CODE, or asked for)")
     parser.add_argument(
         "--preview", action="store_true", help="show the camera's image in a window; N: my neutral face, M: mute"
@@ -64,21 +80,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, terminal: Terminal) -> None:
     options.head = head_number(options.head)
-    code = options.code or read_code(terminal, "the receiver")
+    code = code_to_call(options.receiver, options.code, terminal, "the receiver")
     apply_switches(options, terminal)
+    options.route = route_of(options)
     send_options = SendOptions(**{field.name: getattr(options, field.name) for field in fields(SendOptions)})
     with terminal.status_line() as show:
         status = send(
             options.receiver,
             code,
             send_options,
-            on_status=lambda status: show(_status_text(status)),
+            on_status=lambda status: show(_status_text(status, over_relay=isinstance(options.receiver, str))),
             on_note=terminal.write,
         )
     terminal.print_figures("sent", status)
 
 
-def _status_text(status: SenderStatus) -> str:
+def _status_text(status: SenderStatus, *, over_relay: bool = False) -> str:
+    """Return the line about the call. over_relay : whether it began there, so that its path is worth a word"""
     link = status.link
     if not link.connected:
         return status.note or "calling"
@@ -91,11 +109,12 @@ def _status_text(status: SenderStatus) -> str:
         parts.append(f"round trip {link.round_trip_ms:.0f} ms, loss {link.loss_percent or 0:.1f} %")
         parts.append(f"jitter {link.jitter_ms or 0:.0f} ms")
     parts += [VOICE_TEXTS[status.voice]] if status.voice in VOICE_TEXTS else []
+    parts += [status.path] if over_relay and status.path else []
     return ", ".join([*parts, f"tracker {status.tracker_ms_median:.1f} ms"])
 
 
 def send(
-    receiver: tuple[str, int],
+    receiver: tuple[str, int] | str,
     code: str,
     options: SendOptions,
     *,
@@ -104,6 +123,7 @@ def send(
 ) -> SenderStatus:
     """Send until the clip ends, the time is over or the user interrupts.
 
+    receiver : host and port, or what call_target returns for a relay
     code : what the receiver shows, as normalise_code returns it
     on_note : called with what is odd about the camera or clip, or missing, such as a microphone
     Raises CameraError, ModelError, NetworkError, FileFormatError, AudioError.
@@ -113,7 +133,6 @@ def send(
     from conf.protocol.session.client import SenderSession
     from conf.sender.pipeline import SenderLoop
     from conf.sender.portrait.deferred_scheduler import import_portraits
-    from conf.transport.udp import UdpSocket
 
     object_sender = ObjectSender() if options.portrait_kbps else None
     if object_sender:
@@ -121,7 +140,7 @@ def send(
     mute = MuteSwitch()
     viewer = partial(_preview, mute) if options.preview else None
     with (
-        UdpSocket.open_to(*receiver) as socket,
+        open_to(receiver, options.route, code) as socket,
         open_source(options, object_sender, on_note, viewer=viewer) as (source, voice),
     ):
         now = time.monotonic()

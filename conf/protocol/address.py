@@ -29,9 +29,12 @@ _TYPED = re.compile(
 
 
 def format_address(address: Address, /) -> str:
-    """Return an address as a user types it: host:port, or [host]:port for IPv6; no host stands for all addresses."""
+    """Return an address as a user types it: host:port, or [host]:port for IPv6; no host stands for all addresses.
+
+    A peer behind a relay has none: "relay", for a caller with its random name, as in "relay/qxw4kbr2".
+    """
     if isinstance(address, RelayAddress):
-        return "relay"
+        return f"relay/{address.member}" if address.member else "relay"
     host, port = address[:2]
     return f"[{host}]:{port}" if ":" in host else f"{host or '0.0.0.0'}:{port}"
 

@@ -1,6 +1,6 @@
 """Figures of whole calls: one row a caller and a total, with rates over the time for which they were connected."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from itertools import chain
 
@@ -20,6 +20,7 @@ class CallerReport:
     connected_s : seconds for which the caller was connected, all its calls together; rates are over this time
     wire_bytes_per_frame : bytes; wire_kbps, raw_kbps : kilobits (1,000 bits) a second; ratio : raw to wire
     media_bytes : wire_bytes by what they carry
+    path : how datagrams reach the caller, or reached it last, such as "direct"; "" if that is not known
     """
 
     caller: str
@@ -33,6 +34,7 @@ class CallerReport:
     raw_kbps: float
     ratio: float
     media_bytes: MediaBytes
+    path: str = ""
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,7 @@ class _Caller:
     """One row. ended : figures and seconds of its ended calls; since : start of its running calls, by session."""
 
     name: str
+    address: Address
     ended: list[TrafficSnapshot] = field(default_factory=list)  # at most one: all ended calls together
     ended_s: float = 0.0
     since: dict[int, float] = field(default_factory=dict)
@@ -71,14 +74,15 @@ class CallLog:
         name = format_address(address)
         caller = next((caller for caller in self._callers if caller.name == name), None)
         if caller is None:
-            caller = _Caller(name)
+            caller = _Caller(name, address)
             self._callers.append(caller)
             self._limit()
         caller.since[session] = now
 
     def on_address_changed(self, session: int, address: Address) -> None:
         """Name a caller by its new address."""
-        self._caller_of(session).name = format_address(address)
+        caller = self._caller_of(session)
+        caller.name, caller.address = format_address(address), address
 
     def on_ended(self, session: int, figures: TrafficSnapshot, now: float) -> None:
         """End a call. now : when the caller was last there"""
@@ -88,10 +92,18 @@ class CallLog:
         if not self._is_anyone_connected():
             self._connected_s += max(now - self._connected_since, 0.0)
 
-    def report(self, running: dict[int, TrafficSnapshot], now: float) -> CallReport:
-        """Return the figures of all calls. running : figures of the calls that have not ended, by session"""
+    def report(
+        self, running: dict[int, TrafficSnapshot], now: float, *, path_name: Callable[[Address], str] | None = None
+    ) -> CallReport:
+        """Return the figures of all calls.
+
+        running : figures of the calls that have not ended, by session; path_name : how an address is reached
+        """
         figures = [[*c.ended, *(running[session] for session in c.since)] for c in self._callers]
-        rows = (_row(c, merge_snapshots(f), now) for c, f in zip(self._callers, figures, strict=True))
+        rows = [_row(c, merge_snapshots(f), now) for c, f in zip(self._callers, figures, strict=True)]
+        if path_name:
+            paths = ["" if c.name == OTHERS else path_name(c.address) for c in self._callers]
+            rows = [replace(row, path=path) for row, path in zip(rows, paths, strict=True)]
         seconds = self._connected_s + (now - self._connected_since if self._is_anyone_connected() else 0.0)
         total = over_time(merge_snapshots(list(chain.from_iterable(figures))), seconds)
         return CallReport(**vars(total), connected_s=seconds, callers=tuple(rows))

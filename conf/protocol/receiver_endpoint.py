@@ -1,7 +1,7 @@
 """The side of all calls that is called: its sessions and a leg for each. No I/O, no clock."""
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -42,6 +42,11 @@ class ReceiverEndpoint:
         """The addresses of all callers."""
         return {peer.address for peer in self._sessions.sessions.values()}
 
+    @property
+    def addresses(self) -> dict[int, Address]:
+        """The address of each caller, by session number."""
+        return {session: peer.address for session, peer in self._sessions.sessions.items()}
+
     def receive_datagram(self, data: bytes, address: Address, now: float) -> None:
         """Process a datagram, whatever its bytes: at worst it is counted."""
         self._sessions.receive_datagram(data, address, now)
@@ -75,10 +80,10 @@ class ReceiverEndpoint:
         )
         return replace(merge_snapshots(list(figures)), rejected=self.rejected)
 
-    def report(self, now: float) -> CallReport:
-        """Return the figures of all calls so far, ended ones included."""
+    def report(self, now: float, *, path_name: Callable[[Address], str] | None = None) -> CallReport:
+        """Return the figures of all calls so far, ended ones included. path_name : how an address is reached"""
         running = {session: leg.snapshot(now) for session, leg in self.streams.items()}
-        return replace(self._log.report(running, now), rejected=self.rejected)
+        return replace(self._log.report(running, now, path_name=path_name), rejected=self.rejected)
 
     def next_event(self) -> Event | None:
         """Return the oldest event not returned yet."""

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 
 from conf.face.deformation.face_model import FaceModel
-from conf.protocol.address import format_address, host_of
+from conf.protocol.address import Address, RelayAddress, format_address, host_of
 from conf.protocol.call_report import CallReport
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.session.events import AddressChanged, Connected, Event, SessionEnded, WrongCode
@@ -33,6 +33,7 @@ class ReceiverLoop:
             heads=options.heads,
         )
         self._display = CallDisplay(window, self._composer, options)
+        self._direct: set[int] = set()  # sessions that have left the relay
         lock = options.sound.lock if options.sound else None
         self._exchange = DatagramExchange(socket, endpoint, peers=lambda: endpoint.callers, lock=lock)
 
@@ -63,7 +64,7 @@ class ReceiverLoop:
                 due = self.step(now)
                 self._socket.wait(due - clock())
                 now = clock()
-            return self._endpoint.report(now)
+            return self._endpoint.report(now, path_name=self._socket.path_name)
         finally:
             self.close()
 
@@ -76,6 +77,10 @@ class ReceiverLoop:
         self._exchange.send(now)
         while event := self._endpoint.next_event():
             self._handle_event(event, now)
+        self._composer.names = {
+            session: participant_label(address, self._socket.path_name(address))
+            for session, address in self._endpoint.addresses.items()
+        }
         if refused := self._exchange.pop_refused():
             self._display.show_toast(refused, now)
         self._display.show_faults(self._exchange.note, now, in_call=bool(self._endpoint.callers))
@@ -86,19 +91,38 @@ class ReceiverLoop:
         self._display.close()
 
     def _handle_event(self, event: Event, now: float) -> None:
-        """Label the participants, and tell the viewer about a session event."""
-        match event:
-            case Connected(address=address):
-                text = f"a call from {host_of(address)}"
-            case AddressChanged(address=address):
-                text = f"a caller has moved to {host_of(address)}"
-            case SessionEnded(session=session):
-                self._composer.names.pop(session, None)
-                text = "a call has ended"
-            case WrongCode(tries_left=left, address=address):
-                text = f"a wrong code from {host_of(address)}: {left} more tries for now"
-            case _:
-                return
+        """Tell the viewer about a session event, but not that one direct path has replaced another."""
+        over_relay = bool(self._socket.nameplate)
         if isinstance(event, Connected | AddressChanged):
-            self._composer.names[event.session] = format_address(event.address)
-        self._display.report(text, now)
+            was_direct = event.session in self._direct
+            self._direct.discard(event.session)
+            if over_relay and not isinstance(event.address, RelayAddress):
+                self._direct.add(event.session)
+                if was_direct:
+                    return
+        if text := describe_event(event, over_relay=over_relay):
+            self._display.report(text, now)
+
+
+def participant_label(address: Address, path: str, /) -> str:
+    """Return the label of a participant: its address, and over a relay, where it has none, the path."""
+    return path if isinstance(address, RelayAddress) else format_address(address)
+
+
+def describe_event(event: Event, *, over_relay: bool = False) -> str:
+    """Return what a session event means for the viewer, "" for nothing. over_relay : calls begin there"""
+    match event:
+        case Connected(address=address):
+            return f"a call from {host_of(address)}"
+        case AddressChanged(address=RelayAddress()):
+            return "the direct path of a call has failed: it goes over the relay"
+        case AddressChanged() if over_relay:
+            return "a call goes directly now, without the relay"
+        case AddressChanged(address=address):
+            return f"a caller has moved to {host_of(address)}"
+        case SessionEnded():
+            return "a call has ended"
+        case WrongCode(tries_left=left, address=address):
+            return f"a wrong code from {host_of(address)}: {left} more tries for now"
+        case _:
+            return ""

@@ -6,9 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from conf.errors import NetworkError
+from conf.protocol.address import Address
 from conf.protocol.send_leg import LinkStatus
 from conf.protocol.sender_connection import SenderConnection
-from conf.protocol.session.events import Connected, Event, NoAnswer, Refused, SessionEnded, WrongCode
+from conf.protocol.session.events import AddressChanged, Connected, Event, NoAnswer, Refused, SessionEnded, WrongCode
 from conf.protocol.session.handshake import Refusal
 from conf.sender.face_capture import CapturedMotion, FaceCapture, send_motion
 from conf.sender.motion_source import MotionSource
@@ -19,6 +20,8 @@ from conf.transport.interface import Transport
 
 STATUS_INTERVAL_S = 0.25
 POLL_S = 0.1
+WRONG_WORDS = "the words are wrong: type the code as the receiver shows it (conf send {nameplate}-WORD-WORD-WORD)"
+NOBODY_WAITS = "nobody waits with the number {nameplate}: is the number right, and the relay the same?"
 WRONG_CODE = "the code is wrong: type it as the receiver shows it (conf send ... --code CODE)"
 NO_ANSWER = "nobody answered: start `conf receive` there, with --listen PORT to be reached from other machines"
 REFUSALS = {
@@ -34,6 +37,7 @@ class SenderStatus:
     """State of the call: counts since the start, rates of the last seconds, UDP/IP headers included.
 
     voice : what the microphone does: "off", "silent", "talking", "muted", or "no_room" in the rate
+    path : how datagrams reach the receiver: "direct", "relay" or "relay over TCP"; "" before there is a connection
     """
 
     frames_captured: int
@@ -47,6 +51,7 @@ class SenderStatus:
     link: LinkStatus
     note: str
     voice: str = "off"
+    path: str = ""
 
 
 class SenderLoop:
@@ -62,6 +67,7 @@ class SenderLoop:
         self._voice = VoicePoller(voice)
         self._exchange = DatagramExchange(socket, connection)
         self._has_begun = False
+        self._receiver: Address | None = None
         self._note = "calling"
         self._on_status: Callable[[SenderStatus], None] | None = None
         self._status_due = 0.0
@@ -106,14 +112,19 @@ class SenderLoop:
             self._voice.poll(self._capture.source_time(now), self._connection, now)
         self._exchange.send(now)
         while event := self._connection.next_event():
-            self._note = describe_event(event)
+            if isinstance(event, Connected | AddressChanged):
+                self._receiver = event.address
+            is_awaited = self._socket.others_wait
+            text = describe_event(event, nameplate=self._socket.nameplate, is_awaited=is_awaited)
+            self._note = text or self._note
         if self._on_status and now >= self._status_due:
             self._status_due = now + STATUS_INTERVAL_S
             self._on_status(self.status(now))
         self._has_begun |= self._connection.status(now).connected
         if now >= self._end:
             if not self._has_begun:
-                raise NetworkError(NO_ANSWER)
+                nameplate = self._socket.nameplate
+                raise NetworkError(NOBODY_WAITS.format(nameplate=nameplate) if nameplate else NO_ANSWER)
             return None
         if not self._has_begun:
             return POLL_S
@@ -141,6 +152,7 @@ class SenderLoop:
             link=self._connection.status(now),
             note=self._capture.note or self._exchange.note or self._voice.note or self._note,
             voice=self._connection.voice_state.name.lower(),
+            path="" if self._receiver is None else self._socket.path_name(self._receiver),
         )
 
     def _send(self, captured: CapturedMotion, now: float) -> None:
@@ -149,17 +161,22 @@ class SenderLoop:
         self._voice.poll_now(self._capture.source_time(now), self._connection, now)
 
 
-def describe_event(event: Event) -> str:
-    """Return what a session event means for the user. Raises NetworkError when the call cannot go on."""
+def describe_event(event: Event, *, nameplate: str = "", is_awaited: bool = True) -> str:
+    """Return what a session event means for the user. Raises NetworkError when the call cannot go on.
+
+    nameplate : of a call over a relay, "" for a direct one; is_awaited : whether somebody waits with it
+    """
     match event:
         case WrongCode():
-            raise NetworkError(WRONG_CODE)
+            raise NetworkError(WRONG_WORDS.format(nameplate=nameplate) if nameplate else WRONG_CODE)
         case Refused(refusal=refusal, wait_s=None):
             raise NetworkError(REFUSALS[refusal])
         case Refused(refusal=refusal, wait_s=float(wait)):
             return REFUSALS[refusal].format(wait=wait)
         case Connected():
             return "connected"
+        case NoAnswer() if nameplate and not is_awaited:
+            return f"{NOBODY_WAITS.format(nameplate=nameplate)} trying on"
         case NoAnswer(seconds=seconds):
             question = "is `conf receive` running there, of the same version?"
             return f"nobody has answered for {seconds:.0f} s: {question} trying on"

@@ -24,7 +24,6 @@ from conf.commands.support.capture import CaptureOptions
 from conf.commands.support.display import DisplayOptions
 from conf.errors import CameraError, ConfError, FileFormatError
 from conf.protocol.call_report import CallLog
-from conf.protocol.session.pairing_code import normalise_code
 from conf.sender.capture.clip import open_clip
 
 CODE = "amber-canoe-tiger-7"
@@ -165,7 +164,7 @@ def test_who_waits_may_choose_the_code(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ConfError, match="CONF_CODE: a code is three words and a number"):
         _code_to_show()
     monkeypatch.delenv("CONF_CODE")
-    assert normalise_code(_code_to_show()) != CODE
+    assert _code_to_show() == ""
 
 
 def test_the_window_may_be_hidden_until_there_is_a_call() -> None:

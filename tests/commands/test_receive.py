@@ -1,9 +1,10 @@
+import argparse
 from pathlib import Path
 
 import cv2
 import pytest
 
-from conf.commands.receive import ReceiveOptions, receive
+from conf.commands.receive import ReceiveOptions, add_arguments, receive
 from conf.commands.support.display import HEADLESS_SIZE
 from conf.errors import ConfError
 from conf.sender.capture.clip import open_clip
@@ -32,3 +33,11 @@ def test_headless_drawing_writes_a_clip_and_an_image(gl: None, tmp_path: Path, n
 def test_a_clip_that_cannot_be_written_is_an_error(gl: None, tmp_path: Path) -> None:
     with UdpSocket.bind("127.0.0.1", 0) as link, pytest.raises(ConfError, match="cannot be written"):
         receive(link, CODE, ReceiveOptions(tmp_path / "nowhere" / "call.avi", seconds=0.5))
+
+
+def test_without_a_host_a_relay_or_the_local_network_is_used() -> None:
+    parser = argparse.ArgumentParser()
+    add_arguments(parser)
+    chosen = parser.parse_args(["--relay", "relay.example:99"])
+    assert chosen.listen is None and chosen.relay == ("relay.example", 99)
+    assert parser.parse_args(["--listen", "5005"]).listen == ("", 5005)

@@ -1,9 +1,10 @@
+import argparse
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from conf.commands.send import SendOptions, _status_text, send
+from conf.commands.send import SendOptions, _status_text, add_arguments, send
 from conf.errors import CameraError, NetworkError
 from conf.protocol.send_leg import LinkStatus
 from conf.protocol.sender_connection import SenderConnection
@@ -62,3 +63,19 @@ def test_the_status_line_says_why_no_voice_is_sent(voice: str, text: str) -> Non
     status = SenderStatus(10, 10, 10, 5.0, 60.0, 8.0, True, True, link, "connected", voice)
     assert f", {text}, tracker" in _status_text(status)
     assert text not in _status_text(replace(status, voice="silent"))
+
+
+def test_the_status_line_names_the_path_of_a_call_that_began_over_a_relay() -> None:
+    link = LinkStatus(True, False, "live", 1, None, None, None)
+    status = SenderStatus(10, 10, 10, 5.0, 60.0, 8.0, True, True, link, "connected", "silent", "relay over TCP")
+    assert ", relay over TCP, tracker" in _status_text(status, over_relay=True)
+    assert "relay" not in _status_text(status)
+
+
+def test_a_receiver_is_named_by_a_code_its_number_or_a_host() -> None:
+    parser = argparse.ArgumentParser()
+    add_arguments(parser)
+    chosen = parser.parse_args(["4711 acorn tulip river", "--relay", "relay.example"])
+    assert chosen.receiver == "4711-acorn-tulip-river" and chosen.relay == ("relay.example", 7447)
+    assert parser.parse_args(["4711"]).receiver == "4711"
+    assert parser.parse_args(["10.0.0.7:5006"]).receiver == ("10.0.0.7", 5006)

@@ -43,6 +43,6 @@ def test_port_0_can_be_listened_on_but_not_called() -> None:
 
 def test_a_peer_behind_a_relay_has_no_host_of_its_own() -> None:
     first, second = RelayAddress("4711", "aaaa"), RelayAddress("4712", "bbbb")
-    assert format_address(first) == "relay"
+    assert [format_address(first), format_address(RelayAddress("4711", ""))] == ["relay/aaaa", "relay"]
     assert host_of(first) == host_of(second) == "the relay"
     assert host_of(("::1", 5005, 0, 0)) == "::1"

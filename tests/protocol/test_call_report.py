@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from conf.protocol.address import RelayAddress
 from conf.protocol.call_report import MAX_CALLERS, OTHERS, CallLog, over_time
 from conf.protocol.statistics import MediaBytes, TrafficSnapshot
 from tests.support.simulated_calls import PARAMETERS, SimulatedSender, World
@@ -48,6 +49,20 @@ def test_bytes_are_told_by_what_they_carried_for_each_caller_and_for_all() -> No
     assert [row.media_bytes for row in report.callers] == [FIGURES.media_bytes] * 2
     assert report.media_bytes == FIGURES.media_bytes + FIGURES.media_bytes
     assert report.media_bytes_per_second == report.media_bytes.scaled(1 / 30)
+
+
+def test_each_row_has_the_path_of_its_newest_address() -> None:
+    log = CallLog()
+    for session, member in enumerate("ab", 1):
+        log.on_connected(session, RelayAddress("4711", member), 0.0)
+    log.on_address_changed(2, ("203.0.113.8", 40000))
+    running = {1: FIGURES, 2: FIGURES}
+    rows = log.report(running, 30.0, path_name=lambda address: f"by {type(address).__name__}").callers
+    assert [(row.caller, row.path) for row in rows] == [
+        ("relay/a", "by RelayAddress"),
+        ("203.0.113.8:40000", "by tuple"),
+    ]
+    assert [row.path for row in log.report(running, 30.0).callers] == ["", ""]
 
 
 @pytest.mark.slow

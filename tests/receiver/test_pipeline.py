@@ -8,12 +8,13 @@ from numpy.typing import NDArray
 
 from conf.errors import NetworkError
 from conf.face.deformation.face_model import FaceModel
-from conf.protocol.address import Address
+from conf.protocol.address import Address, RelayAddress
 from conf.protocol.call_report import CallReport
+from conf.protocol.session.events import AddressChanged, Event, NoAnswer, WrongCode
 from conf.protocol.voice.inbound import InboundVoice
 from conf.receiver.call_display import LoopOptions
 from conf.receiver.call_stats import CallStats
-from conf.receiver.pipeline import ReceiverLoop
+from conf.receiver.pipeline import ReceiverLoop, describe_event, participant_label
 from conf.receiver.voice.call_sound import ClipSound
 from conf.receiver.voice.participant_voice import ParticipantVoice
 from conf.receiver.voice.voice_mixer import VoiceMixer
@@ -34,6 +35,7 @@ class FakeSocket:
     """A socket with callers at its other end; its clock advances while the loop waits."""
 
     candidates = ()
+    nameplate = ""
 
     def __init__(self, *callers: SimulatedSender) -> None:
         self.now = 0.0
@@ -42,6 +44,9 @@ class FakeSocket:
 
     def clock(self) -> float:
         return self.now
+
+    def path_name(self, address: Address) -> str:
+        return "relay over TCP" if isinstance(address, RelayAddress) else "direct"
 
     def receive(self, limit: int) -> list[ReceivedDatagram]:
         arrived, self.arrived = self.arrived[:limit], self.arrived[limit:]
@@ -147,6 +152,48 @@ def test_several_callers_are_labelled_with_their_addresses(runner: LoopRunner) -
     shown = runner.run(FakeSocket(*callers), 1.5, {})
     assert sorted(shown.events) == ["a call from 10.0.0.7", "a call from 10.0.0.9"]
     assert shown.labels == {"10.0.0.7:1234", "10.0.0.9:4321"}
+
+
+class RelaySocket(FakeSocket):
+    """A socket whose first caller leaves the relay at `direct_at`; it moves once more half a second later."""
+
+    nameplate = "4711"
+    direct_at = 2.0
+
+    def wait(self, seconds: float) -> None:
+        if self.now >= self.direct_at:
+            self.callers[0].address = ("10.0.0.7", 40000 if self.now < self.direct_at + 0.5 else 40001)
+        super().wait(seconds)
+
+
+@pytest.mark.slow
+def test_over_a_relay_the_label_is_the_path_and_moves_are_told_once(runner: LoopRunner) -> None:
+    callers = [SimulatedSender(0.0, address=RelayAddress("4711", member * 4)) for member in "ab"]
+    for caller in callers:
+        caller.motion = talk
+    shown = runner.run(RelaySocket(*callers), 4.0, {})
+    assert shown.labels == {"relay over TCP"}  # until a message takes their room
+    assert participant_label(("10.0.0.7", 40000), "direct") == "10.0.0.7:40000"
+    assert shown.events == ["a call from the relay"] * 2 + ["a call goes directly now, without the relay"]
+    assert shown.traffic
+    assert sorted((row.caller, row.path) for row in shown.traffic.callers) == [
+        ("10.0.0.7:40001", "direct"),
+        ("relay/bbbb", "relay over TCP"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("event", "over_relay", "text"),
+    [
+        (AddressChanged(1, ADDRESS), False, "a caller has moved to 10.0.0.7"),
+        (AddressChanged(1, RelayAddress("4711", "aaaa")), True, "the direct path of a call has failed: it goes over"),
+        (WrongCode(4, RelayAddress("4711", "aaaa")), True, "a wrong code from the relay: 4 more tries for now"),
+        (NoAnswer(5.0), True, ""),
+    ],
+)
+def test_what_a_viewer_is_told_of_an_event(event: Event, over_relay: bool, text: str) -> None:
+    told = describe_event(event, over_relay=over_relay)
+    assert told.startswith(text) and bool(told) == bool(text)
 
 
 class FailingSocket(FakeSocket):

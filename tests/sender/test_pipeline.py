@@ -14,7 +14,15 @@ from conf.protocol.rate_control.send_budget import RateOptions
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.sender_connection import SenderConnection
 from conf.protocol.session.client import SenderSession
-from conf.protocol.session.events import AddressChanged, Connected, LossReason, NoAnswer, Refused, SessionEnded
+from conf.protocol.session.events import (
+    AddressChanged,
+    Connected,
+    LossReason,
+    NoAnswer,
+    Refused,
+    SessionEnded,
+    WrongCode,
+)
 from conf.protocol.session.handshake import Refusal
 from conf.protocol.session.server import SessionServer
 from conf.sender.pipeline import POLL_S, SenderLoop, SenderStatus, describe_event
@@ -34,6 +42,8 @@ class FakeSocket:
     """
 
     candidates = ()
+    nameplate = ""
+    others_wait = False
     receiver: ReceiverEndpoint
     now: float = 0.0
     reachable: bool = True
@@ -41,6 +51,10 @@ class FakeSocket:
 
     def clock(self) -> float:
         return self.now
+
+    def path_name(self, address: Address) -> str:
+        assert address == RECEIVER
+        return "direct"
 
     def send(self, datagrams: list[tuple[bytes, Address]]) -> None:
         for data, _ in datagrams if self.reachable else []:
@@ -217,6 +231,7 @@ def test_step_runs_in_the_loop_of_another_program() -> None:
     assert 0 <= min(waits) <= max(waits) <= POLL_S
     status = sender.loop.status(now)
     assert status.frames_captured == 30 and status.frames_sent > 10 and status.note == "connected"
+    assert status.path == "direct"
     assert now == pytest.approx(100 + 29 / 30, abs=3 * POLL_S) and not sender.socket.waits
     assert sender.loop.step(now) is None and sender.receiver.streams
     sender.loop.close(now)
@@ -237,6 +252,34 @@ def test_step_runs_in_the_loop_of_another_program() -> None:
 )
 def test_session_events_have_a_message(event: object, note: str) -> None:
     assert describe_event(event) == note  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("is_awaited", "note"),
+    [
+        (False, "nobody waits with the number 4711: is the number right, and the relay the same? trying on"),
+        (True, "nobody has answered for 5 s: is `conf receive` running there, of the same version? trying on"),
+    ],
+)
+def test_over_a_relay_it_is_said_whether_somebody_waits(is_awaited: bool, note: str) -> None:
+    assert describe_event(NoAnswer(5.0), nameplate="4711", is_awaited=is_awaited) == note
+
+
+@pytest.mark.parametrize(
+    ("nameplate", "text"),
+    [("", "the code is wrong: type it as the receiver"), ("4711", r"the words are wrong: .*4711-WORD-WORD-WORD")],
+)
+def test_a_wrong_code_is_told_as_it_is_typed(nameplate: str, text: str) -> None:
+    with pytest.raises(NetworkError, match=text):
+        describe_event(WrongCode(4, RECEIVER), nameplate=nameplate)
+
+
+def test_whom_nobody_answers_over_a_relay_learns_the_number() -> None:
+    sender = Sender(frames=30)
+    sender.socket.reachable, sender.socket.nameplate = False, "4711"
+    with pytest.raises(NetworkError, match="nobody waits with the number 4711: is the number right"):
+        sender.loop.run(seconds=0.5, clock=sender.socket.clock)
+    assert sender.loop.status(1.0).path == ""
 
 
 def test_a_full_receiver_ends_the_call_with_a_message() -> None:

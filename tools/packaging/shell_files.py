@@ -41,6 +41,12 @@ Wait to be called, and print a code such as acorn\-tulip\-river\-42.
 conf call HOST \-\-code acorn\-tulip\-river\-42
 Call: face and voice go both ways.
 .TP
+conf call \-\-relay HOST
+Wait to be called over a relay, and print a code such as 4711\-acorn\-tulip\-river.
+.TP
+conf call 4711 \-\-relay HOST
+Call over the relay; the code is asked for.
+.TP
 conf receive \-\-listen 5005
 On the machine that shows the face. It prints a code such as acorn\-tulip\-river\-42.
 .TP
@@ -57,6 +63,12 @@ What works on this machine, and what to do about the rest.
 .TP
 CONF_CODE
 The code for conf send and conf call, instead of \-\-code, which other users of the machine can read.
+.TP
+CONF_RELAY
+HOST or HOST:PORT of the relay for conf call, conf send and conf receive, instead of \-\-relay.
+.TP
+CONF_RELAY_PASSWORD
+A file with the user:password of the relay, instead of \-\-relay\-password.
 .TP
 CONF_MODELS
 The folder of the tracker's files; by default one in the user's cache.

@@ -5,9 +5,8 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from conf.protocol.address import DEFAULT_PORT, DEFAULT_RELAY_PORT, parse_address, parse_listen_address
+from conf.protocol.address import DEFAULT_RELAY_PORT, parse_address, parse_listen_address
 
-DEFAULT_HOST = "127.0.0.1"
 AXES = ("x", "-x", "y", "-y", "z", "-z")
 AXIS_OPTIONS = ("--up", "--front")
 
@@ -28,15 +27,15 @@ def add_headless(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--headless", type=Path, metavar="OUT.mp4", help="no window: record this clip, MP4 or AVI")
 
 
-def add_listen(parser: argparse.ArgumentParser, *, is_required: bool = False) -> None:
-    """is_required : there is no default address"""
-    default = "wait to be called here" if is_required else f"default {DEFAULT_HOST}:{DEFAULT_PORT}"
+def add_listen(parser: argparse.ArgumentParser, *, default: tuple[str, int] | None = None) -> None:
+    """default : host and port, None if the option decides whether there is one"""
+    meaning = "wait to be called here, without a relay" if default is None else f"default {default[0]}:{default[1]}"
     parser.add_argument(
         "--listen",
         type=listen_address,
-        default=None if is_required else (DEFAULT_HOST, DEFAULT_PORT),
+        default=default,
         metavar="[HOST:]PORT",
-        help=f"{default}; a port alone accepts calls from the network, IPv4 and IPv6",
+        help=f"{meaning}; a port alone accepts calls from the network, IPv4 and IPv6",
     )
 
 

@@ -1,4 +1,4 @@
-"""Calls over a relay: its options, what a code says about the way, and opening both ends."""
+"""The way of a call, over a relay or directly: options, what is typed to call somebody, and opening both ends."""
 
 from __future__ import annotations
 
@@ -10,15 +10,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from conf.commands import Terminal
 from conf.commands.support.arguments import address, pairing_code, relay_address
+from conf.commands.support.capture import read_code
 from conf.errors import ConfError, NetworkError
 
 if TYPE_CHECKING:
+    from conf.transport.interface import Transport
     from conf.transport.relay_settings import Credentials
     from conf.transport.traversal import TraversalTransport
 
 PASSWORD_VARIABLE = "CONF_RELAY_PASSWORD"
 NO_NAMEPLATE = "this code has no number in front: give --listen PORT with it, or a code such as 4711-acorn-tulip-river"
+OTHER_NUMBER = "the code {code} does not begin with {nameplate}: give the code that the other end shows"
 IN_USE = "somebody else waits with the number {nameplate}: use another code"
 OPEN_LIMIT_S = 8.0  # for a relay to answer before nobody could call
 LOOK_S = 0.3  # for the relay to say who else waits with a nameplate
@@ -43,6 +47,9 @@ class RelayRoute:
         return f"the relay {self.relay[0]}" if self.relay else "the local network"
 
 
+LOCAL_NETWORK = RelayRoute()
+
+
 def add_relay(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--relay",
@@ -59,16 +66,70 @@ def add_relay(parser: argparse.ArgumentParser) -> None:
 
 
 def call_target(text: str) -> tuple[str, int] | str:
-    """Return the host and port to call, or the code if a text is one for a relay."""
-    from conf.protocol.session.pairing_code import is_relay_code
+    """Return the host and port to call, or the code if a text is one for a relay; of such a code its number is enough.
 
+    A whole code on the command line can be read by other users of the machine.
+    """
+    from conf.protocol.session.pairing_code import is_nameplate, is_relay_code
+
+    if is_nameplate(text):
+        return text
     return pairing_code(text) if is_relay_code(text) else address(text)
+
+
+def code_to_call(target: tuple[str, int] | str, given: str | None, terminal: Terminal, who: str) -> str:
+    """Return the code of an end that calls: the target's, `given`, that of CONF_CODE or what the user types.
+
+    target : as of call_target; who : shows the code
+    Raises ConfError if there is none, or if it is for another number.
+    """
+    from conf.protocol.session.pairing_code import is_nameplate, nameplate_of
+
+    if isinstance(target, str) and not is_nameplate(target):
+        return target
+    code = given or read_code(terminal, who)
+    if isinstance(target, str) and nameplate_of(code) != target:
+        raise ConfError(OTHER_NUMBER.format(code=code, nameplate=target))
+    return code
 
 
 def route_of(options: argparse.Namespace) -> RelayRoute:
     """Return the way over the relay that the options name."""
     password = options.relay_password or os.environ.get(PASSWORD_VARIABLE)
     return RelayRoute(options.relay, Path(password) if password else None)
+
+
+def open_to(target: tuple[str, int] | str, route: RelayRoute, code: str) -> Transport:
+    """Return the transport of an end that calls: to a host, or over the relay to who waits with the code.
+
+    Raises NetworkError.
+    """
+    if isinstance(target, str):
+        return call_over(route, code)
+    from conf.transport.udp import UdpSocket
+
+    return UdpSocket.open_to(*target)
+
+
+def open_at(listen: tuple[str, int] | None, route: RelayRoute, code: str) -> tuple[Transport, str]:
+    """Return the transport of an end that waits, and its code: at an address, or without one over the relay.
+
+    code : "" for a new one
+    Raises as wait_over.
+    """
+    if listen is None:
+        return wait_over(route, code)
+    from conf.protocol.session.pairing_code import generate_code
+    from conf.transport.udp import UdpSocket
+
+    return UdpSocket.bind(*listen), code or generate_code(os.urandom)
+
+
+def describe_waiting(transport: Transport, route: RelayRoute) -> str:
+    """Return where an end waits to be called, in words."""
+    from conf.protocol.address import format_address
+
+    return f"waiting over {route.name}" if transport.nameplate else f"listening on {format_address(transport.address)}"
 
 
 def call_over(route: RelayRoute, code: str) -> TraversalTransport:

@@ -67,6 +67,11 @@ def nameplate_of(code: str) -> str:
     return first if first.isdigit() else ""
 
 
+def is_nameplate(text: str) -> bool:
+    """Return whether a text is a nameplate in its normal form."""
+    return re.fullmatch(rf"[1-9][0-9]{{{MIN_DIGITS - 1},{MAX_DIGITS - 1}}}", text) is not None
+
+
 def is_relay_code(text: str) -> bool:
     """Return whether a text looks like a code with a nameplate, and not like the name of a host."""
     return re.fullmatch(r"\s*\d+(?:[\s,_-]+[A-Za-z]+){3}\s*", text) is not None

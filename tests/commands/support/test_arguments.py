@@ -60,7 +60,11 @@ def test_defaults_of_the_common_options() -> None:
     for add in (add_json, add_listen, add_seconds):
         add(parser)
     options = parser.parse_args([])
-    assert (options.json, options.listen, options.seconds) == (False, ("127.0.0.1", 5005), None)
+    assert (options.json, options.listen, options.seconds) == (False, None, None)
+    parser = argparse.ArgumentParser()
+    add_listen(parser, default=("127.0.0.1", 5005))
+    assert parser.parse_args([]).listen == ("127.0.0.1", 5005)
+    assert "default 127.0.0.1:5005; a port alone" in parser.format_help()
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,9 @@
 """Which way a call goes, and which code it has, with a transport that is no network."""
 
 import argparse
+import os
+import time
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +18,22 @@ from conf.commands.support.relay_route import (
     add_relay,
     call_over,
     call_target,
+    code_to_call,
+    describe_waiting,
+    open_at,
+    open_to,
     route_of,
     wait_over,
 )
 from conf.errors import ConfError, NetworkError
-from conf.protocol.session.pairing_code import nameplate_of
+from conf.protocol.receiver_endpoint import ReceiverEndpoint
+from conf.protocol.sender_connection import SenderConnection
+from conf.protocol.session.client import SenderSession
+from conf.protocol.session.pairing_code import nameplate_of, normalise_code
+from conf.protocol.session.server import SessionServer
+from conf.transport.exchange import DatagramExchange
+from tests.support.relay import free_port, router, wait_until
+from tests.support.two_way_call import PARAMETERS
 
 CODE = "4711-acorn-tulip-river"
 ROUTE = RelayRoute(("relay.example", 7447))
@@ -125,9 +139,82 @@ def test_a_password_is_read_from_its_file(fake: type[FakeTransport], tmp_path: P
 
 def test_what_is_called_is_a_code_or_an_address() -> None:
     assert call_target("4711 Acorn tulip RIVER") == CODE
+    assert call_target("4711") == "4711"
     assert call_target("relay.example:99") == ("relay.example", 99)
     with pytest.raises(argparse.ArgumentTypeError, match="did you mean 'river'"):
         call_target("4711-acorn-tulip-rivr")
+
+
+class FakeTerminal:
+    """A user who types one text, whatever the question."""
+
+    def __init__(self, typed: str = "") -> None:
+        self.typed = typed
+
+    def ask(self, question: str, /) -> str:
+        return self.typed
+
+
+def test_words_need_not_be_on_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    def code(target: tuple[str, int] | str, given: str | None = None, typed: str = "") -> str:
+        return code_to_call(target, given, FakeTerminal(typed), "the receiver")  # type: ignore[arg-type]
+
+    monkeypatch.delenv("CONF_CODE", raising=False)
+    assert code(CODE) == code("4711", CODE) == code("4711", typed="4711 Acorn tulip river") == CODE
+    assert code(("10.0.0.7", 5005), typed="acorn tulip river 42") == "acorn-tulip-river-42"
+    monkeypatch.setenv("CONF_CODE", CODE)
+    assert code("4711") == CODE
+    with pytest.raises(ConfError, match="the code 4711-acorn-tulip-river does not begin with 4712: give the code"):
+        code("4712")
+    monkeypatch.setenv("CONF_CODE", "4711")
+    with pytest.raises(ConfError, match="such as 4711-acorn-tulip-river: give the one the receiver shows"):
+        code("4711")
+
+
+def test_who_listens_needs_no_relay() -> None:
+    opened, code = open_at(("127.0.0.1", 0), ROUTE, "")
+    with opened:
+        assert normalise_code(code) == code and not nameplate_of(code)
+        assert describe_waiting(opened, ROUTE) == f"listening on 127.0.0.1:{opened.address[1]}"
+        with open_to(("127.0.0.1", int(opened.address[1])), ROUTE, code) as caller:
+            assert caller.remote == opened.address
+    with open_at(("127.0.0.1", 0), ROUTE, CODE)[0] as opened:
+        assert opened.nameplate == ""
+
+
+def test_without_a_host_one_waits_over_the_relay(fake: type[FakeTransport]) -> None:
+    transport, code = open_at(None, ROUTE, "")
+    assert transport is fake.made[-1] and nameplate_of(code) == transport.nameplate
+    assert describe_waiting(transport, ROUTE) == "waiting over the relay relay.example"
+    assert open_to("4711", ROUTE, CODE).nameplate == "4711"
+
+
+@pytest.mark.slow
+def test_two_senders_with_one_code_reach_a_receiver_over_a_relay_and_then_directly() -> None:
+    port = free_port()
+    route = RelayRoute(("127.0.0.1", port))
+    with router(port), open_at(None, route, CODE)[0] as opened:
+        receiver = ReceiverEndpoint(SessionServer(CODE, os.urandom))
+        exchanges = [DatagramExchange(opened, receiver, peers=lambda: receiver.callers)]
+        paths: dict[int, list[str]] = {}
+        with ExitStack() as stack:
+            for _ in range(2):
+                socket = stack.enter_context(open_to("4711", route, CODE))
+                assert socket.remote is not None
+                session = SenderSession(CODE, socket.remote, os.urandom, time.monotonic())
+                exchanges.append(DatagramExchange(socket, SenderConnection(session, PARAMETERS, time.monotonic())))
+
+            def both_are_direct() -> bool:
+                for exchange in exchanges:
+                    exchange.receive(time.monotonic())
+                    exchange.send(time.monotonic())
+                for number, address in receiver.addresses.items():
+                    name, names = opened.path_name(address), paths.setdefault(number, [])
+                    names += [name] if name not in names else []
+                return len(paths) == 2 and all(names[-1] == "direct" for names in paths.values())
+
+            wait_until(both_are_direct)
+    assert sorted(paths.values()) == [["relay", "direct"]] * 2
 
 
 def test_the_options_name_the_relay(monkeypatch: pytest.MonkeyPatch) -> None:

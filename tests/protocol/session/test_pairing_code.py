@@ -11,6 +11,7 @@ from conf.protocol.session.pairing_code import (
     WORDS,
     generate_code,
     generate_nameplate,
+    is_nameplate,
     is_relay_code,
     nameplate_of,
     normalise_code,
@@ -117,6 +118,11 @@ def test_what_looks_like_a_code_for_a_relay(text: str) -> None:
 @pytest.mark.parametrize("text", ["acorn-tulip-river-42", "10.0.0.1", "host-1-a-b", "4711", "4711-acorn-tulip"])
 def test_what_does_not(text: str) -> None:
     assert not is_relay_code(text)
+
+
+def test_a_nameplate_is_a_number_of_three_to_nine_digits() -> None:
+    assert all(map(is_nameplate, ("471", "4711", "999999999")))
+    assert not any(map(is_nameplate, ("47", "0471", "1000000000", "4711-acorn-tulip-river", "10.0.0.1", "", "٤٧١١")))
 
 
 def test_a_code_for_direct_calls_has_no_nameplate() -> None:
