@@ -79,5 +79,5 @@ def _variant(path: Path, arrays: Any, default: Mesh, shapes: Blendshapes) -> Hea
 
 
 def _split_quads(corners: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the (F, 3, 2) corners of triangles for (Q, 4, 2) corners of quads."""
-    return np.concatenate([corners[:, :3], corners[:, [0, 2, 3]]])
+    """Return the (F, 3, 2) corners of triangles for (Q, 4, 2) corners of quads, in the order that hair is drawn in."""
+    return corners[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 2)

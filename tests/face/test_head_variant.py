@@ -12,7 +12,7 @@ from conf.face.control_points import CONTROL_POINT_INDEX, CONTROL_POINTS
 from conf.face.default_head import DEFAULT_HEAD
 from conf.face.deformation.blendshapes import load_blendshapes
 from conf.face.deformation.face_model import FaceModel
-from conf.face.head_catalogue import HEADS
+from conf.face.head_catalogue import HEADS, HEADS_BY_NAME
 from conf.face.head_pose import ES0_CM
 from conf.face.head_variant import read_head_variant
 from conf.face.loading import load_head
@@ -92,6 +92,15 @@ def test_lashes_turn_down_with_shut_lids(face: FaceModel) -> None:
     tips = upper[face.neutral[upper, 2] > np.quantile(face.neutral[upper, 2], 0.7)]
     shut = face.deform(combine_action_units({45: 1.0}))
     assert (face.neutral - shut)[tips, 1].mean() > 0.7 * face.fapu.irisd0
+
+
+def test_hair_is_drawn_from_the_lowest_to_the_highest() -> None:
+    """Both triangles of a quad come one after the other: a half drawn late would be hidden by what lies over it."""
+    default = load_mesh(DEFAULT_HEAD)
+    shapes = load_blendshapes(DEFAULT_HEAD.with_name("shapes.npz"), len(default.vertices))
+    mesh = read_head_variant(HEADS_BY_NAME["maria"].path, default, shapes).mesh
+    quads = mesh.triangles[mesh.groups["hair"]].reshape(-1, 2, 3)
+    assert all(len(np.intersect1d(first, second)) == 2 for first, second in quads)
 
 
 def test_a_file_that_is_no_head_is_explained(tmp_path: Path) -> None:
