@@ -2,18 +2,19 @@
 
 Strategy. A loss of a few per cent takes half a minute to be certain, and a call cannot wait for that. So what reports
 tell is joined with a prior, some datagrams of which hardly any were lost: one lost packet of the first ten begins the
-repetition, later a few in the window. It ends when the window shows clearly less loss than begins it. The next stage
-makes the voice wait for longer, and each change of that stretches speech: it needs more and older evidence.
+repetition, later two or three in the window. To repeat in vain costs little and each change stretches speech, so that
+it ends only when a longer window shows next to no loss. The next stage makes the voice wait for longer: it needs more
+and older evidence.
 """
 
 from collections.abc import Sequence
 
 from conf.protocol.feedback import Report
-from conf.protocol.rate_control.congestion import MIN_EXPECTED, LossEstimator
+from conf.protocol.rate_control.congestion import LossEstimator
 
 PRIOR_LOST, PRIOR_EXPECTED = 0.3, 8.0  # datagrams
-END_FRACTION = 0.6  # of the loss that begins a stage
-LONG_WINDOW_S, MIN_LONG = 20.0, 40  # seconds and datagrams on which all stages but the first are decided
+FIRST_END, END = 0.4, 0.6  # of the loss that begins the first stage and each other
+LONG_WINDOW_S, MIN_LONG = 20.0, 40  # seconds and datagrams on which all is decided but the beginning of the first stage
 
 
 class Repetition:
@@ -38,10 +39,11 @@ class Repetition:
         self.stage = stage
 
     def _is_reached(self, stage: int, threshold: float) -> bool:
-        is_first = stage == 1
-        loss = self._recent if is_first else self._long
-        is_certain = loss.expected >= (MIN_EXPECTED if is_first else MIN_LONG)
-        estimate = (loss.fraction * loss.expected + PRIOR_LOST) / (loss.expected + PRIOR_EXPECTED)
+        is_first, is_certain = stage == 1, self._long.expected >= MIN_LONG
         if self.stage >= stage:
-            return not is_certain or estimate > END_FRACTION * threshold
-        return (is_certain or is_first) and estimate > threshold
+            return not is_certain or _estimate(self._long) > (FIRST_END if is_first else END) * threshold
+        return _estimate(self._recent) > threshold if is_first else is_certain and _estimate(self._long) > threshold
+
+
+def _estimate(loss: LossEstimator) -> float:
+    return (loss.fraction * loss.expected + PRIOR_LOST) / (loss.expected + PRIOR_EXPECTED)

@@ -196,16 +196,14 @@ def losses(budget: SendBudget, fraction: float, begin: float, seconds: float = 3
     return now
 
 
-@pytest.mark.parametrize(
-    ("kbps", "little", "much"), [(16.0, 0.03, 0.1), (9.6, 0.03, 0.12), (6.0, 0.03, 0.12), (4.8, 0.03, 0.12)]
-)
-def test_packets_are_repeated_while_much_is_lost(kbps: float, little: float, much: float) -> None:
+@pytest.mark.parametrize("kbps", [16.0, 9.6, 6.0, 4.8])
+def test_packets_are_repeated_while_much_is_lost(kbps: float) -> None:
     budget = SendBudget(RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC), 0.0)
     first = budget.voice_format
     assert first and not first.repeated
-    now = losses(budget, little, 0.0)
+    now = losses(budget, 0.01, 0.0)
     assert budget.voice_format == first
-    now = losses(budget, much, now + 0.5)
+    now = losses(budget, 0.1, now + 0.5)
     repeated = budget.voice_format
     assert repeated and repeated.repeated and repeated != first
     losses(budget, 0.0, now + 0.5)
