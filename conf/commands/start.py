@@ -7,6 +7,7 @@ import re
 from typing import TYPE_CHECKING
 
 from conf.commands.support.child_process import start_conf
+from conf.commands.support.option_defaults import RELAY_VARIABLE
 from conf.settings import PATH_VARIABLE, settings_path
 
 if TYPE_CHECKING:
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 SIZE = (1000, 700)
 CONNECTED = re.compile(r"connected with (.+)")  # messages of `conf call`, as conf/call/events.py has them
+WAITING = re.compile(r"waiting over .+, code (\S+)")
+UNKNOWN = "the other end"  # who has given no name, over a relay
 LEFT = re.compile(r".+ (has hung up|has not been heard for .+: the call is over)")
 
 
@@ -27,10 +30,11 @@ def open_start_window() -> None:
     from conf.start.gui.layout import MIN_SIZE
     from conf.start.recent_calls import recent_calls_path
 
-    programs = Programs(start_call, start_animator, connected_with, says_end)
+    programs = Programs(start_call, start_animator, connected_with, says_end, code_in)
     files = Files(settings_path(), recent_calls_path())
     with GlfwWindow(*SIZE, "conf", min_size=MIN_SIZE) as window:
-        controller = StartController(programs, files, random=os.urandom)
+        relay = os.environ.get(RELAY_VARIABLE, "")
+        controller = StartController(programs, files, random=os.urandom, relay=relay)
         app = StartApp(window, controller)
         try:
             app.run()
@@ -45,7 +49,7 @@ def start_call(target: CallTarget, settings: Settings, /) -> CallProcess:
 
     # Neither the code is on the command line, which every user of the machine can read, nor is a settings file read,
     # which may be another than what the window shows.
-    environment = {"CONF_CODE": target.code, PATH_VARIABLE: os.devnull}
+    environment = {"CONF_CODE": target.code, RELAY_VARIABLE: "", PATH_VARIABLE: os.devnull}
     return CallProcess(start_conf(call_arguments(target, settings), environment=environment))
 
 
@@ -58,7 +62,9 @@ def start_animator() -> CallProcess:
 
 def call_arguments(target: CallTarget, settings: Settings, /) -> list[str]:
     """Return the arguments of `conf` for a call, but for the code."""
-    where = [f"--listen={target.port}"] if target.host is None else [target.address]
+    where = [f"--listen={target.port}"] if target.is_waiting else [target.address]
+    if target.relay is not None:
+        where = [target.nameplate] if target.nameplate else []
     options = {
         "name": settings.name or "",
         "camera": settings.camera,
@@ -68,14 +74,21 @@ def call_arguments(target: CallTarget, settings: Settings, /) -> list[str]:
         "voice": settings.voice,
         "face": settings.face,
         "head": settings.head,
+        "relay": target.relay or None,
     }
     given = [f"--{name}={value}" for name, value in options.items() if value is not None]
     return ["call", *where, *given, *(["--portrait"] if settings.portrait else []), "--show-when-connected", "--json"]
 
 
 def connected_with(message: str, /) -> str | None:
-    """Return the name or address of who is there now, None for a message about something else."""
+    """Return the name or address of who is there now, "" if unknown, None for a message about something else."""
     match = CONNECTED.fullmatch(message)
+    return match[1].removeprefix(UNKNOWN) if match else None
+
+
+def code_in(message: str, /) -> str | None:
+    """Return the code by which this end is called over a relay, None for a message about something else."""
+    match = WAITING.fullmatch(message)
     return match[1] if match else None
 
 

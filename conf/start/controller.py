@@ -32,12 +32,14 @@ class Programs:
 
     connected_with : name or address of who is there now, from a message of a call; None for another message
     says_end : whether a message of a call says that the other participant has left
+    code_in : the code by which this end is called over a relay, from a message; None for another message
     """
 
     start_call: Callable[[CallTarget, Settings], CallProcess]
     start_animator: Callable[[], CallProcess]
     connected_with: Callable[[str], str | None]
     says_end: Callable[[str], bool]
+    code_in: Callable[[str], str | None]
 
 
 @dataclass(frozen=True)
@@ -56,13 +58,17 @@ class StartController:
     messages : of the call that is running, newest last
     """
 
-    def __init__(self, programs: Programs, files: Files, *, random: Callable[[int], bytes]) -> None:
-        """Read settings and recent calls, open the devices. random : n -> n random bytes"""
+    def __init__(self, programs: Programs, files: Files, *, random: Callable[[int], bytes], relay: str = "") -> None:
+        """Read settings and recent calls, open the devices.
+
+        random : n -> n random bytes; relay : in place of that of the settings, "" for none
+        """
         self._programs = programs
         self._files = files
         self._random = random
         self.settings, notice = _load(files.settings)
-        self.state = StartState(name=self.settings.name or "", notice=notice)
+        relay = relay or self.settings.relay or ""
+        self.state = StartState(name=self.settings.name or "", notice=notice, relay=relay)
         self.recent = load_recent_calls(files.recent_calls)
         self.messages: list[str] = []
         self.devices: DeviceLists | None = None
@@ -74,6 +80,7 @@ class StartController:
         self._searches: list[DeviceThread] = []
         self._call: CallProcess | None = None
         self._end_message = ""
+        self._recent: RecentCall | None = None  # that of the call
         self._animator: CallProcess | None = None
         self.find_devices()
         self.open_devices()
@@ -167,16 +174,28 @@ class StartController:
         if not self.state.name_error:
             self.set_setting("name", self.state.name.strip() or None)
 
+    def enter_relay(self) -> None:
+        """Keep the relay that was typed, unless it has an error."""
+        self.state = self.state.enter_relay()
+        if not self.state.relay_error:
+            self.set_setting("relay", self.state.relay.strip() or None)
+
     # calls
 
     def call(self) -> None:
-        """Call the typed address, unless a field has an error."""
+        """Call with the typed code, unless a field has an error."""
         self.enter_name()
         self.state = self.state.call()
         self._start()
 
     def wait_for_call(self) -> None:
-        """Wait for a call with a new code, unless the port has an error."""
+        """Wait for a call over the relay or in this network, unless the relay has an error."""
+        self.enter_name()
+        self.state = self.state.wait_over_relay()
+        self._start()
+
+    def wait_at_port(self) -> None:
+        """Wait for a call at a port of this machine, with a new code, unless the port has an error."""
         self.enter_name()
         self.state = self.state.wait(generate_code(self._random), is_port_free)
         self._start()
@@ -205,11 +224,15 @@ class StartController:
         released = self.close_devices()
         self.messages = [] if released else [STILL_BUSY]
         self._end_message = ""
+        self._recent = None
         self._call = self._programs.start_call(self.state.target, self.settings)
 
     def _follow_call(self, call: CallProcess) -> None:
         was_running = call.is_running  # before the messages are read: the last ones are then read too
         for message in call.read_messages():
+            if code := self._programs.code_in(message):
+                self.state = self.state.show_code(code)
+                continue
             self.messages.append(message)
             peer = self._programs.connected_with(message)
             if peer is not None:
@@ -232,13 +255,19 @@ class StartController:
         name = peer
         if _is_ip_address(peer):
             address, name = address or peer, ""
-        recent = RecentCall(address, datetime.now(UTC), name)
-        self._keep_recent(add_recent_call(self.recent, recent))
+        self._recent = RecentCall(address, datetime.now(UTC), name)
+        self._remember(self._recent)
 
     def _name_recent(self, name: str) -> None:
         """Complete the last call with a name that was not known when it began."""
-        if name and name.isprintable():
-            self._keep_recent((replace(self.recent[0], name=name), *self.recent[1:]))
+        if self._recent and name and name.isprintable():
+            self.recent = tuple(call for call in self.recent if call is not self._recent)
+            self._remember(replace(self._recent, name=name))
+
+    def _remember(self, call: RecentCall) -> None:
+        """Keep a call, unless nothing is known of it: over a relay nobody has an address."""
+        if call.address or call.name:
+            self._keep_recent(add_recent_call(self.recent, call))
 
     def _keep_recent(self, calls: Sequence[RecentCall]) -> None:
         self.recent = tuple(calls)

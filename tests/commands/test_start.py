@@ -12,7 +12,9 @@ import pytest
 from conf.call.events import describe_event
 from conf.cli import INTERRUPTED, build_parser
 from conf.commands import start
-from conf.commands.start import call_arguments, connected_with, says_end, start_animator, start_call
+from conf.commands.start import call_arguments, code_in, connected_with, says_end, start_animator, start_call
+from conf.commands.support.relay_route import RelayRoute, describe_waiting
+from conf.protocol.address import RelayAddress
 from conf.protocol.session.events import Connected, LossReason, SessionEnded
 from conf.settings import PATH_VARIABLE, Settings
 from conf.start.state import CallTarget
@@ -20,6 +22,7 @@ from conf.start.state import CallTarget
 REPOSITORY = Path(__file__).resolve().parents[2]
 LIMIT_S = 60.0
 CODE = "acorn-tulip-river-42"
+RELAY_CODE = "4711-acorn-tulip-river"
 SETTINGS = Settings("-Anna", "2", "Headset", "HDMI", True, 9.6, "codec2", Path("/tmp/a.obj"), "mei")
 
 
@@ -97,3 +100,33 @@ def test_conf_alone_opens_the_window_and_ends_in_order(display: str, tmp_path: P
     watchdog.cancel()
     assert (process.returncode, errors) == (INTERRUPTED, "")
     assert not (tmp_path / "settings.toml").exists()
+
+
+def test_a_call_over_a_relay_has_only_the_number_on_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CONF_RELAY", "ignored.example")
+    calling = CallTarget(None, 0, RELAY_CODE, relay="relay.example:99", nameplate="4711")
+    options = parse(calling, Settings())
+    assert (options["remote"], options["listen"], options["relay"]) == ("4711", None, ("relay.example", 99))
+    waiting = parse(CallTarget(None, 0, "", relay="relay.example"), Settings())
+    assert (waiting["remote"], waiting["listen"], waiting["relay"]) == (None, None, ("relay.example", 7447))
+    assert not any("relay" in argument for argument in call_arguments(CallTarget(None, 0, "", relay=""), Settings()))
+    environments: list[dict[str, str]] = []
+    monkeypatch.setattr(start, "start_conf", lambda arguments, environment: environments.append(environment))
+    monkeypatch.setattr("conf.start.call_process.CallProcess", lambda process: process)
+    start_call(calling, SETTINGS)
+    assert (environments[0]["CONF_CODE"], environments[0]["CONF_RELAY"]) == (RELAY_CODE, "")
+
+
+def test_the_code_for_a_relay_is_read_from_the_message_of_the_call() -> None:
+    class Waiting:
+        nameplate = "4711"
+
+    for route in (RelayRoute(("relay.example", 7447)), RelayRoute()):
+        text = f"{describe_waiting(Waiting(), route)}, code {RELAY_CODE}"  # type: ignore[arg-type]
+        assert code_in(text) == RELAY_CODE
+    assert code_in(f"listening on 0.0.0.0:5005, code {CODE}") is None
+
+
+def test_who_has_no_name_over_a_relay_is_nobody_known() -> None:
+    event = Connected(1, RelayAddress("4711", ""))
+    assert connected_with(describe_event(event, name="", is_calling=True, nameplate="4711")) == ""

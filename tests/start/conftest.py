@@ -87,7 +87,7 @@ class Stand:
         self.animators: list[FakeCall] = []
         self.controller = self.open()
 
-    def open(self) -> StartController:
+    def open(self, *, relay: str = "") -> StartController:
         """Return a new controller of the same files."""
 
         def start_call(target: CallTarget, settings: Settings) -> Any:
@@ -101,10 +101,14 @@ class Stand:
         def connected_with(message: str) -> str | None:
             return message.removeprefix("connected with ") if message.startswith("connected with ") else None
 
-        programs = Programs(
-            start_call, start_animator, connected_with, lambda message: message.endswith(" has hung up")
-        )
-        controller = StartController(programs, self.files, random=lambda count: bytes(count))
+        def says_end(message: str) -> bool:
+            return message.endswith(" has hung up")
+
+        def code_in(message: str) -> str | None:
+            return message.removeprefix("code ") if message.startswith("code ") else None
+
+        programs = Programs(start_call, start_animator, connected_with, says_end, code_in)
+        controller = StartController(programs, self.files, random=lambda count: bytes(count), relay=relay)
         for search in controller._searches:
             search._thread.join()
         return controller

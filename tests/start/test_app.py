@@ -43,7 +43,7 @@ def app(window: ScriptedWindow, stand: Stand) -> Iterator[StartApp]:
 
 def test_escape_ends_waiting_and_then_closes_the_window(app: StartApp, window: ScriptedWindow, stand: Stand) -> None:
     app.step(0.0)
-    stand.controller.wait_for_call()
+    stand.controller.wait_at_port()
     window.events = [KeyPressed("escape")]
     app.step(0.1)
     assert stand.calls[0].hung_up == 1 and not window.should_close
@@ -67,7 +67,7 @@ def press(app: StartApp, window: ScriptedWindow, key: str) -> None:
 def test_all_pages_are_operated_by_keys_alone(app: StartApp, window: ScriptedWindow, stand: Stand) -> None:
     for _ in range(3):
         app.step(0.0)
-    for text in ("host", "acorn tulip river 42"):
+    for text in ("acorn tulip river 42", "host"):
         press(app, window, "tab")
         window.events = [TextInput(text)]
         app.step(0.0)
@@ -79,7 +79,7 @@ def test_all_pages_are_operated_by_keys_alone(app: StartApp, window: ScriptedWin
     stand.calls[0].is_running = False
     for _ in range(3):
         app.step(0.0)
-    for _ in range(4):  # from the address to Wait for a call
+    for _ in range(4):  # from the code to the port
         press(app, window, "tab")
     press(app, window, "enter")
     assert stand.controller.state.page == "waiting" and stand.controller.state.target is not None
@@ -113,7 +113,7 @@ def test_escape_in_a_field_does_not_close_the_window(app: StartApp, window: Scri
 
 
 def test_the_window_is_hidden_while_a_call_is_connected(app: StartApp, window: ScriptedWindow, stand: Stand) -> None:
-    stand.controller.wait_for_call()
+    stand.controller.wait_at_port()
     app.step(0.0)
     assert window.visible and window.drawn == 1
     stand.calls[0].messages = ["connected with Bea"]
@@ -128,7 +128,7 @@ def test_what_is_copied_is_in_the_clipboard(
     app: StartApp, window: ScriptedWindow, stand: Stand, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(WaitingPanel, "draw", lambda *_: "acorn-tulip-river-42")
-    stand.controller.wait_for_call()
+    stand.controller.wait_at_port()
     app.step(0.0)
     assert window.clipboard == "acorn-tulip-river-42"
 

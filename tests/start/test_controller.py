@@ -13,6 +13,7 @@ from conf.start.state import CallTarget, StartState
 from tests.start.conftest import DEVICES, USED_PORT, Stand
 
 CODE = "acorn-tulip-river-42"
+RELAY_CODE = "4711-acorn-tulip-river"
 Opened = dict[str, list[str | None]]
 
 
@@ -97,7 +98,7 @@ def test_a_field_with_an_error_starts_no_call(stand: Stand) -> None:
     stand.controller.call()
     for port in ("x", str(USED_PORT)):
         stand.controller.state = stand.controller.state.with_field("port", port)
-        stand.controller.wait_for_call()
+        stand.controller.wait_at_port()
         assert stand.controller.state.port_error
     assert not stand.calls and stand.controller.state.page == "home" and stand.controller.camera is not None
 
@@ -112,7 +113,7 @@ def test_the_reason_of_a_failed_call_is_shown(stand: Stand) -> None:
 
 
 def test_waiting_shows_a_new_code_until_it_is_ended(stand: Stand) -> None:
-    stand.controller.wait_for_call()
+    stand.controller.wait_at_port()
     (call,) = stand.calls
     assert call.target == CallTarget(None, 5005, generate_code(lambda count: bytes(count)))
     assert stand.controller.state.page == "waiting" and not stand.controller.is_connected
@@ -139,7 +140,7 @@ def test_a_recent_call_has_a_name_or_an_address(stand: Stand, host: str, who: st
         typed(stand, host)
         stand.controller.call()
     else:
-        stand.controller.wait_for_call()
+        stand.controller.wait_at_port()
     stand.calls[0].messages = [f"connected with {who}"]
     stand.controller.update()
     (recent,) = stand.controller.recent
@@ -151,7 +152,7 @@ def test_a_recent_call_has_a_name_or_an_address(stand: Stand, host: str, who: st
 
 
 def test_the_window_comes_back_when_the_other_one_has_left(stand: Stand) -> None:
-    stand.controller.wait_for_call()
+    stand.controller.wait_at_port()
     (call,) = stand.calls
     call.messages = ["a stranger has hung up", "connected with Bea"]
     stand.controller.update()
@@ -165,7 +166,7 @@ def test_the_window_comes_back_when_the_other_one_has_left(stand: Stand) -> None
 
 
 def test_a_name_that_is_known_later_is_added(stand: Stand) -> None:
-    stand.controller.wait_for_call()
+    stand.controller.wait_at_port()
     stand.calls[0].messages, stand.calls[0].name = ["connected with 10.0.0.9"], "Bea"
     stand.controller.update()
     stand.calls[0].is_running = False
@@ -176,7 +177,7 @@ def test_a_name_that_is_known_later_is_added(stand: Stand) -> None:
 
 def test_a_device_that_is_not_released_is_mentioned(stand: Stand, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stand.controller.camera, "close", lambda: False)
-    stand.controller.wait_for_call()
+    stand.controller.wait_at_port()
     assert stand.controller.messages == [STILL_BUSY]
 
 
@@ -193,6 +194,42 @@ def test_one_animator_is_opened_and_its_failure_shown(stand: Stand) -> None:
 
 
 def test_closing_ends_the_call(stand: Stand) -> None:
-    stand.controller.wait_for_call()
+    stand.controller.wait_at_port()
     stand.controller.close()
     assert stand.calls[0].closed
+
+
+def test_waiting_over_a_relay_shows_the_code_that_the_call_has_got(stand: Stand) -> None:
+    stand.controller.state = stand.controller.state.with_field("relay", "relay.example")
+    stand.controller.wait_for_call()
+    (call,) = stand.calls
+    assert call.target == CallTarget(None, 0, "", relay="relay.example")
+    call.messages = [f"code {RELAY_CODE}"]
+    stand.controller.update()
+    assert stand.controller.state.target and stand.controller.state.target.code == RELAY_CODE
+    assert stand.controller.messages == []
+
+
+@pytest.mark.parametrize(("name", "kept"), [("Bea", ["Bea"]), ("", [])])
+def test_a_recent_call_over_a_relay_is_a_name_and_never_a_code(stand: Stand, name: str, kept: list[str]) -> None:
+    stand.controller.state = stand.controller.state.with_field("code", RELAY_CODE)
+    stand.controller.call()
+    (call,) = stand.calls
+    call.messages, call.name = ["connected with "], name
+    stand.controller.update()
+    assert stand.controller.is_connected and not stand.controller.recent
+    call.is_running = False
+    stand.controller.update()
+    recent = stand.controller.recent
+    assert [item.name for item in recent] == kept and {item.address for item in recent} <= {""}
+    files = [path.read_text() for path in (stand.files.recent_calls, stand.files.settings) if path.exists()]
+    assert not any("4711" in text or "tulip" in text for text in files)
+
+
+def test_the_relay_is_kept_if_it_is_one(stand: Stand) -> None:
+    for typed_relay, kept in (("relay.example:99", "relay.example:99"), ("a b:c", "relay.example:99"), ("", None)):
+        stand.controller.state = stand.controller.state.with_field("relay", typed_relay)
+        stand.controller.enter_relay()
+        assert load_settings(stand.files.settings).relay == kept
+    assert stand.open(relay="other.example").state.relay == "other.example"
+    assert load_settings(stand.files.settings).relay is None

@@ -15,6 +15,7 @@ def is_free(port: int) -> bool:
     return port != 5999
 
 
+RELAY_CODE = "4711-acorn-tulip-river"
 TYPED = StartState(address=" 10.0.0.7 ", code="Acorn Tulip, river 42", notice="nobody answered")
 
 
@@ -95,3 +96,38 @@ def test_errors_and_notice_can_be_cleared() -> None:
         TYPED,
     ):
         assert state.complains and not state.without_complaints().complains
+
+
+def test_a_code_with_its_number_in_front_is_called_over_the_relay() -> None:
+    typed = StartState(address="ignored", code=" 4711 Acorn tulip river", relay=" relay.example ")
+    state = typed.call()
+    assert (state.page, state.needs_address) == ("calling", False)
+    assert state.target == CallTarget(None, 0, RELAY_CODE, relay="relay.example", nameplate="4711")
+    assert (state.target.is_waiting, state.target.address) == (False, "4711")
+    assert replace(typed, relay="").call().target == CallTarget(None, 0, RELAY_CODE, relay="", nameplate="4711")
+
+
+@pytest.mark.parametrize(
+    ("code", "relay", "code_error", "relay_error"),
+    [
+        ("4711 acorn tulip rivr", "", "'rivr' is not a word of any code: did you mean 'river'?", ""),
+        ("4711", "", "a code for a relay is a number and three words, such as 4711-acorn-tulip-river", ""),
+        (RELAY_CODE, "a b:c", "", "a b:c is not HOST:PORT; an IPv6 address is written [HOST]:PORT"),
+    ],
+)
+def test_what_is_wrong_with_a_call_over_a_relay_is_said(
+    code: str, relay: str, code_error: str, relay_error: str
+) -> None:
+    state = StartState(code=code, relay=relay).call()
+    assert (state.page, state.code_error, state.relay_error) == ("home", code_error, relay_error)
+    assert state.complains and not state.without_complaints().complains
+
+
+def test_over_a_relay_the_code_is_known_later() -> None:
+    state = replace(TYPED, relay="relay.example:99").wait_over_relay()
+    assert (state.page, state.notice) == ("waiting", "")
+    assert state.target == CallTarget(None, 0, "", relay="relay.example:99") and state.target.is_waiting
+    shown = state.show_code(RELAY_CODE)
+    assert shown.target and shown.target.code == RELAY_CODE and shown.page == "waiting"
+    assert StartState().show_code(RELAY_CODE) == StartState()
+    assert StartState(relay=":").wait_over_relay().page == "home"

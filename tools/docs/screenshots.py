@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from conf.audio.devices import SoundDevice
 from conf.commands.measure import measure, plot
-from conf.commands.start import connected_with, says_end, start_animator, start_call
+from conf.commands.start import code_in, connected_with, says_end, start_animator, start_call
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.loading import load_face
 from conf.protocol.address import Address
@@ -156,7 +156,7 @@ def start_image(clip: Path) -> Pixels:
         change_settings(files.settings, {"name": "Anna", "camera": str(clip), "kbps": 16.0})
         calls = (RecentCall("192.0.2.17", now, "Bea"), RecentCall("office.example.org", now - timedelta(1), "Chris"))
         save_recent_calls(files.recent_calls, calls)
-        programs = Programs(start_call, start_animator, connected_with, says_end)
+        programs = Programs(start_call, start_animator, connected_with, says_end, code_in)
         controller = StartController(programs, files, random=os.urandom)
         app = StartApp(window, controller)
         images: list[Pixels] = []

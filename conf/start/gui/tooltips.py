@@ -2,12 +2,16 @@
 
 TOOLTIPS: dict[str, str] = {
     # call
-    "address": "Name or address of the other machine, as its window shows it: HOST or HOST:PORT.",
-    "code": "Three words and a number that the other one's window shows. They are the key of the encryption: let "
-    "nobody else read them. Enter calls.",
-    "Call": "Call the address with the code.",
-    "port": "UDP port at which this machine is called. 5005 unless another program uses it.",
-    "Wait for a call": "Show a code and the addresses of this machine, for the one who calls you.",
+    "code": "What the other one's window shows: a number and three words, or three words and a number. The words are "
+    "the key of the encryption: let nobody else read them. Enter calls.",
+    "address": "Name or address of the other machine, as its window shows it: HOST or HOST:PORT. A code with its "
+    "number in front needs none.",
+    "Call": "Call with the code: over the relay or in this network if its number is in front, else at the address.",
+    "Wait for a call": "Show a code for the one who calls you. The call comes over the relay, or within this network.",
+    "relay": "A machine with `conf relay`, by which two homes reach each other: HOST or HOST:PORT, the same at both "
+    "ends. In one network none is needed.",
+    "port": "UDP port at which this machine is called without a relay. 5005 unless another program uses it.",
+    "Wait at this port": "Wait without a relay: show a code and the addresses of this machine.",
     "recent call": "Fill in the address. The code is a new one in each call.",
     "received call": "You were called from there; there is no address to call back.",
     "Clear": "Forget all recent calls.",

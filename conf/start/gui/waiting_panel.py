@@ -20,6 +20,9 @@ OUTSIDE = (
     "From outside of your network the other one needs the address of your router, which must forward UDP port {port} "
     "to this machine."
 )
+OVER_RELAY = "The other one needs the same relay in its window: {relay}"
+IN_NETWORK = "The other one must be in the same network, or both name a relay."
+OPENING = "looking for a free number ..."
 OWN_WINDOW = "The call has its own window."
 
 
@@ -39,13 +42,18 @@ class WaitingPanel:
         width = min(imgui.get_content_region_avail().x, WIDTH_EMS * imgui.get_font_size())
         imgui.set_cursor_pos_x((imgui.get_window_width() - width) / 2)
         imgui.begin_child("waiting", imgui.ImVec2(width, 0), imgui.ChildFlags_.nav_flattened)
-        if target.host is None and not state.connected:
-            copied = self._draw_code(target, overlay, now) or self._draw_addresses(controller, target, now)
+        if target.is_waiting and target.code and not state.connected:
+            copied = self._draw_code(target, overlay, now)
+            if target.relay is None:
+                copied = copied or self._draw_addresses(controller, target, now)
+            else:
+                imgui.dummy(imgui.ImVec2(0, imgui.get_font_size()))
+                hint(OVER_RELAY.format(relay=target.relay) if target.relay else IN_NETWORK)
         else:
             imgui.dummy(imgui.ImVec2(0, 3 * imgui.get_font_size()))
         _draw_progress(controller, state, target)
         imgui.dummy(imgui.ImVec2(0, imgui.get_font_size()))
-        text = "Hang up" if state.connected else "Stop waiting" if target.host is None else "Cancel"
+        text = "Hang up" if state.connected else "Stop waiting" if target.is_waiting else "Cancel"
         if button(text, -1):
             controller.hang_up()
         imgui.end_child()
@@ -101,8 +109,8 @@ def _draw_progress(controller: StartController, state: StartState, target: CallT
     imgui.dummy(imgui.ImVec2(0, imgui.get_font_size()))
     if state.connected:
         centred_text(OWN_WINDOW, TEXT)
-    elif target.host is None:
-        centred_text("waiting for a call ...", TEXT)
+    elif target.is_waiting:
+        centred_text("waiting for a call ..." if target.code else OPENING, TEXT)
     else:
         centred_text(f"calling {target.address} ...", TEXT)
     if controller.messages:

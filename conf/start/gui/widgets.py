@@ -71,9 +71,10 @@ def next_column() -> None:
     imgui.set_next_item_width(-1)
 
 
-def text_field(text: str, value: str, *, hint: str = "", error: str = "") -> FieldInput:
-    """Draw a row with a text field, and its error below it."""
+def text_field(text: str, value: str, *, hint: str = "", error: str = "", width: float = -1) -> FieldInput:
+    """Draw a row with a text field, and its error below it. width : pixels, -1 for the rest of the row"""
     label(text)
+    imgui.set_next_item_width(width)
     entered, new = imgui.input_text_with_hint(f"##{text}", hint, value, imgui.InputTextFlags_.enter_returns_true)
     left = imgui.is_item_deactivated_after_edit()
     if error:

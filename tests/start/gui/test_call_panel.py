@@ -5,8 +5,9 @@ from datetime import UTC, datetime
 import pytest
 
 from conf.render.window.input_events import KeyStateChanged, TextInput
-from conf.start.gui.call_panel import draw_call_panel
+from conf.start.gui.call_panel import WAIT_AT_PORT, draw_call_panel
 from conf.start.recent_calls import RecentCall
+from conf.start.state import CallTarget
 from tests.start.conftest import Stand
 from tests.support.imgui_stage import Stage
 
@@ -55,3 +56,39 @@ def test_a_recent_call_fills_in_its_address(stage: Stage, stand: Stand, monkeypa
         assert stand.controller.state.address == address
     stage.click(*stage.find("Clear", draw, monkeypatch), draw)
     assert stand.controller.recent == ()
+
+
+def test_a_code_with_its_number_in_front_needs_no_address(
+    stage: Stage, stand: Stand, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def draw() -> None:
+        draw_call_panel(stand.controller, NOW)
+
+    stand.controller.state = stand.controller.state.with_field("address", "10.0.0.7")
+    stage.frame(draw)
+    for label, text in ("##relay", "relay.example"), ("##code", "4711 acorn tulip river"):
+        stage.click(*stage.find(label, draw, monkeypatch), draw)
+        stage.feed(TextInput(text), draw)
+        stage.frame(draw)
+    assert stand.controller.settings.relay == "relay.example"
+    stage.feed(KeyStateChanged("enter", True), draw)
+    stage.frame(draw)
+    (call,) = stand.calls
+    assert call.target == CallTarget(None, 0, "4711-acorn-tulip-river", relay="relay.example", nameplate="4711")
+    assert stand.controller.state.address == "10.0.0.7"
+
+
+def test_one_waits_at_a_port_with_a_button_or_enter(
+    stage: Stage, stand: Stand, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def draw() -> None:
+        draw_call_panel(stand.controller, NOW)
+
+    stage.frame(draw)
+    stage.click(*stage.find(WAIT_AT_PORT, draw, monkeypatch), draw)
+    assert stand.calls[0].target and stand.calls[0].target.port == 5005
+    stand.controller.state = stand.controller.state.end_call("").with_field("port", "x")
+    stage.frame(draw)
+    stage.click(*stage.find(WAIT_AT_PORT, draw, monkeypatch), draw)
+    assert len(stand.calls) == 1 and stand.controller.state.port_error
+    stage.frame(draw)

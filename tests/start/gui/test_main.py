@@ -68,7 +68,7 @@ def test_every_control_of_the_first_page_fits(
 def test_every_control_of_the_waiting_page_fits(
     window: OffscreenWindow, stand: Stand, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    stand.controller.wait_for_call()
+    stand.controller.wait_at_port()
     stand.controller.addresses = tuple(f"2001:db8:85a3:8d3:1319:8a2e:370:{number}" for number in range(3))
     count, outside = labels_outside(window, stand, monkeypatch)
     assert count == 5 and outside == []

@@ -6,6 +6,8 @@ from conf.start.gui.waiting_panel import COPIED, COPIED_S, WaitingPanel, typed_a
 from tests.start.conftest import Stand
 from tests.support.imgui_stage import Stage
 
+RELAY_CODE = "4711-acorn-tulip-river"
+
 
 def test_the_code_and_the_addresses_can_be_copied(stage: Stage, stand: Stand, monkeypatch: pytest.MonkeyPatch) -> None:
     panel, copied = WaitingPanel(), list[str]()
@@ -16,7 +18,7 @@ def test_the_code_and_the_addresses_can_be_copied(stage: Stage, stand: Stand, mo
         if text is not None:
             copied.append(text)
 
-    stand.controller.wait_for_call()
+    stand.controller.wait_at_port()
     target = stand.controller.state.target
     assert target is not None
     stage.frame(draw)
@@ -32,7 +34,7 @@ def test_the_code_and_the_addresses_can_be_copied(stage: Stage, stand: Stand, mo
 
 @pytest.mark.parametrize("addresses", [None, ()])
 def test_the_page_is_drawn_without_addresses(stage: Stage, stand: Stand, addresses: tuple[str, ...] | None) -> None:
-    stand.controller.wait_for_call()
+    stand.controller.wait_at_port()
     stand.controller.addresses = addresses
     stage.frame(lambda: WaitingPanel().draw(stand.controller, stage.overlay, 0.0))
 
@@ -63,3 +65,24 @@ def test_a_call_is_cancelled_before_and_hung_up_after_it_is_connected(
 )  # fmt: skip
 def test_addresses_are_shown_as_they_are_typed(address: str, port: int, text: str) -> None:
     assert typed_address(address, port) == text
+
+
+@pytest.mark.parametrize("relay", ["", "relay.example"])
+def test_over_a_relay_the_code_appears_when_it_is_known(
+    stage: Stage, stand: Stand, monkeypatch: pytest.MonkeyPatch, relay: str
+) -> None:
+    copied = list[str]()
+    panel = WaitingPanel()
+
+    def draw() -> None:
+        if text := panel.draw(stand.controller, stage.overlay, 1.0):
+            copied.append(text)
+
+    stand.controller.state = stand.controller.state.with_field("relay", relay)
+    stand.controller.wait_for_call()
+    stage.frame(draw)
+    assert not any("Copy" in widget for widget in stage.widgets(draw, monkeypatch))
+    stand.controller.state = stand.controller.state.show_code(RELAY_CODE)
+    assert [w for w in stage.widgets(draw, monkeypatch) if "Copy" in w] == [f"Copy the code###{RELAY_CODE}"]
+    stage.click(*stage.find(f"Copy the code###{RELAY_CODE}", draw, monkeypatch), draw)
+    assert copied == [RELAY_CODE]
