@@ -110,7 +110,7 @@ class CallComposer(GpuObject):
         self._draw_other(stream, now)
         self._draw_screen(self._screen(stream, now), now)
         if self._draw_clock:
-            self._window.ctx.finish()
+            self._window.finish()
             self._grid.detail = self._resolution.on_frame(self._draw_clock() - began, cells=1)
 
     def present(self, now: float) -> None:

@@ -76,7 +76,7 @@ class FrameComposer(GpuObject):
             return
         began = self._draw_clock()
         self._draw(now)
-        self._window.ctx.finish()
+        self._window.finish()
         self._grid.detail = self._resolution.on_frame(self._draw_clock() - began, cells=len(self._frames))
 
     def present(self, now: float) -> None:

@@ -87,7 +87,7 @@ class Bench:
         for i in range(number):
             start = time.perf_counter()
             self.animator.draw_frame()
-            self._window.ctx.finish()
+            self._window.finish()
             wall[i] = time.perf_counter() - start
             between()
         cpu = time.process_time() - cpu

@@ -75,7 +75,7 @@ class WatchedWindow(OffscreenWindow):
 
     def end(self) -> None:
         """Finish the image and log it."""
-        self.ctx.finish()
+        self.finish()
         now = time.monotonic()
         self.pictures += [
             (now, float(leg.motion.buffer.playhead), max(0.0, float(leg.motion.buffer.playhead) - newest))

@@ -87,12 +87,12 @@ def measure(options: argparse.Namespace, size: tuple[int, int]) -> Measured:
             window.begin()
             grid.draw(motions, view, i / 30)
             window.end()
-            window.ctx.finish()
+            window.finish()
             times_of_frame.append(clock())
             if options.meter:
                 with overlay.frame(window):
                     draw_stats(overlay, STATS)
-                window.ctx.finish()
+                window.finish()
             times_of_frame.append(clock())
             window.read()
             times_of_frame.append(clock())

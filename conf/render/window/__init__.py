@@ -1,5 +1,8 @@
 """Windows: one on a display and one in memory, with the same interface."""
 
+import ctypes
+from collections.abc import Callable
+
 import cv2
 import moderngl
 import numpy as np
@@ -17,6 +20,13 @@ def read_pixels(framebuffer: moderngl.Framebuffer, size: tuple[int, int]) -> NDA
     width, height = size
     rgba = np.frombuffer(framebuffer.read((0, 0, width, height), components=4), np.uint8).reshape(height, width, 4)
     return np.asarray(cv2.cvtColor(rgba[::-1], cv2.COLOR_RGBA2BGR), dtype=np.uint8)
+
+
+def _load_finish(ctx: moderngl.Context) -> Callable[[], object]:
+    """Return OpenGL's glFinish, during which other threads run; moderngl's holds Python's lock until all is drawn."""
+    loader = getattr(ctx.mglo, "_context", None)
+    address = loader.load_opengl_function("glFinish") if loader else 0
+    return ctypes.CFUNCTYPE(None)(address) if address else ctx.finish
 
 
 class Window(GpuObject):
@@ -40,6 +50,7 @@ class Window(GpuObject):
         if width < 1 or height < 1:
             raise ValueError(f"width and height must be positive, got {width} x {height}")
         self.size = (width, height)
+        self._finish: Callable[[], object] | None = None  # loaded when it is first needed
 
     @property
     def pixel_ratio(self) -> float:
@@ -58,8 +69,14 @@ class Window(GpuObject):
     def end(self) -> None:
         """Present the frame. On a display, wait for the next refresh."""
 
+    def finish(self) -> None:
+        """Wait until all is drawn. Other threads run meanwhile: where the CPU draws, sound would be interrupted."""
+        self._finish = self._finish or _load_finish(self.ctx)
+        self._finish()
+
     def read(self) -> NDArray[np.uint8]:
         """Return the frame as (H, W, 3) uint8 BGR. Call it before `end`."""
+        self.finish()
         return read_pixels(self.framebuffer, self.size)
 
     def toggle_full_screen(self) -> None:

@@ -17,6 +17,27 @@ def test_read_returns_bgr_with_the_first_row_on_top(window: OffscreenWindow) -> 
     assert not pixels[10:].any()
 
 
+def test_waiting_for_what_is_drawn_does_not_hold_pythons_lock_as_moderngl_does(
+    window: OffscreenWindow, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(moderngl.Context, "finish", lambda _: pytest.fail("moderngl's finish"))
+    window.begin()
+    window.framebuffer.clear(0.0, 0.0, 1.0)
+    window.finish()
+    assert window.read()[0, 0].tolist() == [255, 0, 0]
+
+
+def test_without_a_loader_of_opengl_functions_it_waits_as_moderngl_does(
+    window: OffscreenWindow, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    waits: list[object] = []
+    monkeypatch.setattr(window, "_finish", None)
+    monkeypatch.setattr(window.ctx, "finish", lambda: waits.append(window))
+    monkeypatch.setattr(window.ctx, "mglo", object())
+    window.finish()
+    assert waits == [window]
+
+
 def test_begin_clears(window: OffscreenWindow) -> None:
     window.framebuffer.clear(1.0, 1.0, 1.0)
     window.begin()
