@@ -64,7 +64,7 @@ class Fapu:
 
     def lengths(self) -> NDArray[np.float64]:
         """Return the (n, 3) length of one unit for each axis of each control point, in the face's length unit."""
-        return np.asarray(np.array(self.distances)[_GOVERNING] / UNITS_PER_DISTANCE)
+        return governing(self.distances) / UNITS_PER_DISTANCE
 
 
 _MEASURED_NAMES = ("pupil", "nose_bottom_edge", "outer_lip_corner", "eyelid_upper", "eyelid_lower")
@@ -92,18 +92,28 @@ _GOVERNING = np.array([_governing_distances(point) for point in CONTROL_POINTS])
 
 # Distance of the outer corners of the eyes over that of the pupils, mean of 25 people.
 _EYE_WIDTH_RATIO = 1.39
-_MAX_LIP_SCALE = 1.6  # either way; people need 0.9 to 1.5 on the default head
-_VERTICAL_LIPS = (_GOVERNING == _FIELDS.index("mns0")).astype(np.float64)
+_MAX_SCALE = 1.6  # either way; people need 0.9 to 1.5 on the default head
+_MIN_LID_SCALE, _MAX_LID_SCALE = 0.75, 1.15  # of the head's own opening: 25 people need 0.69 to 1.06
 
 
-def lip_motion_lengths(sender: Fapu, face: Fapu, eye_width: float, /) -> NDArray[np.float64]:
-    """Return (n, 3) factors for the lengths of a face's units, so that its lips open as far as the sender's.
+def motion_scales(sender: Fapu, face: Fapu, eye_width: float, /) -> tuple[float, float, float, float, float]:
+    """Return the factors for the lengths of a face's units, so that each part moves as far as the sender's.
 
     The distance from nose to mouth differs more between faces than mouths do: on a face whose nose is near its mouth,
-    every opening would be too small. With these factors an opening keeps its ratio to the width of the eyes.
+    every opening would be too small. With these factors, one for each distance, a motion keeps its ratio to the width
+    of the eyes.
 
     sender : FAPU of the person who moved; face : of the face that is drawn
     eye_width : of this face, between the outer corners of its eyes, in its length unit
     """
-    scale = sender.mns0 / (_EYE_WIDTH_RATIO * sender.es0) * eye_width / face.mns0
-    return np.asarray(1 + _VERTICAL_LIPS * (min(max(scale, 1 / _MAX_LIP_SCALE), _MAX_LIP_SCALE) - 1))
+    unit = eye_width / (_EYE_WIDTH_RATIO * sender.es0)
+    es0, ens0, mns0, mw0, irisd0 = (
+        unit * theirs / own for theirs, own in zip(sender.distances, face.distances, strict=True)
+    )
+    es0, ens0, mns0, mw0 = (min(max(scale, 1 / _MAX_SCALE), _MAX_SCALE) for scale in (es0, ens0, mns0, mw0))
+    return es0, ens0, mns0, mw0, min(max(irisd0, _MIN_LID_SCALE), _MAX_LID_SCALE)
+
+
+def governing(distances: tuple[float, float, float, float, float], /) -> NDArray[np.float64]:
+    """Return (n, 3): for each axis of each control point, the one of five values that governs it."""
+    return np.asarray(np.array(distances)[_GOVERNING])

@@ -10,11 +10,12 @@ from conf.face.control_points import control_point_indices
 from conf.face.deformation.constraints.lip_contact import keep_lips_shut
 from conf.face.deformation.eyelids import stop_at_contact
 from conf.face.deformation.rig import Rig, jaw_offsets
-from conf.face.fapu import Fapu, lip_motion_lengths
+from conf.face.fapu import Fapu, governing, motion_scales
 from conf.face.mesh.mesh import Mesh
 from conf.face.similarity import IDENTITY, SimilarityTransform
 
 _OUTER_CORNERS = control_point_indices("eye_outer_corner")
+_UPPER_LIDS, _LOWER_LIDS = control_point_indices("eyelid_upper"), control_point_indices("eyelid_lower")
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ class FaceModel:
         """Return the deformed vertices, (V, 3) float32, model centimetres.
 
         displacements : (n, 3) FAPU units, head pose removed
-        sender : FAPU of the person who moved, so that lips open as far as theirs; None for motion made for this face
+        sender : FAPU of the person who moved, so that all parts move as far as theirs; None for motion of this face
         out : (V, 3) float32 array for the result
         """
         offsets = self._offsets(displacements, sender)
@@ -102,13 +103,15 @@ class FaceModel:
 
     def _offsets(self, displacements: NDArray[np.floating], sender: Fapu | None) -> NDArray[np.float32]:
         """Return the (n, 3) offsets of the control points, cm; lids and lips stop where they touch."""
-        lengths = self._fapu_lengths
+        offsets, points = np.asarray(displacements, dtype=np.float32) * self._fapu_lengths, self.control_points
         if sender is not None:
-            lengths = lengths * lip_motion_lengths(sender, self.fapu, self._eye_width).astype(np.float32)
-        offsets = np.asarray(displacements, dtype=np.float32) * lengths
+            scales = motion_scales(sender, self.fapu, self._eye_width)
+            offsets *= governing(scales).astype(np.float32)
+            # Eyes at rest are as narrow as the sender's: lids that close then move as far as theirs.
+            gaps = points[_UPPER_LIDS, 1] - points[_LOWER_LIDS, 1]
+            offsets[_UPPER_LIDS, 1] += ((scales[4] - 1) * gaps).astype(np.float32)
         if self.rig is None:
             return offsets
-        points = self.control_points
         return keep_lips_shut(points, stop_at_contact(points, offsets))
 
     @cached_property

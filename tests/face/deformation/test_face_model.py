@@ -8,6 +8,7 @@ from conf.face.default_head import DEFAULT_HEAD
 from conf.face.deformation.blendshapes import load_blendshapes
 from conf.face.deformation.face_model import DeformerOptions, FaceModel
 from conf.face.deformation.lip_opening import LipOpening
+from conf.face.fapu import Fapu
 from conf.face.loading import build_face, load_face
 from conf.face.mesh.surface_graph import SurfaceGraph
 from conf.face.similarity import SimilarityTransform
@@ -31,6 +32,24 @@ def blendshape_motion(head: FaceModel, *names: str) -> tuple[np.ndarray, np.ndar
 
 def rms_mm(errors: np.ndarray) -> float:
     return float(10 * np.sqrt((errors**2).sum(axis=1).mean()))
+
+
+def test_eyes_are_as_open_as_the_senders_and_shut_when_theirs_are(head: FaceModel) -> None:
+    upper, lower = control_point_indices("eyelid_upper"), control_point_indices("eyelid_lower")
+    vertices = [int(np.abs(head.neutral - head.control_points[point]).sum(axis=1).argmin()) for point in upper + lower]
+    narrow = replace(head.fapu, irisd0=0.85 * head.fapu.irisd0)
+    shut, half = np.zeros((50, 3)), np.zeros((50, 3))
+    shut[upper, 1], half[upper, 1] = -1024, -512
+
+    def gap(displacements: np.ndarray, sender: Fapu) -> float:
+        heights = head.deform(displacements, sender=sender)[vertices, 1]
+        return float((heights[:2] - heights[2:]).mean())
+
+    at_rest = gap(np.zeros((50, 3)), narrow) / gap(np.zeros((50, 3)), head.fapu)
+    assert at_rest == pytest.approx(0.85, abs=0.03)
+    assert gap(half, narrow) == pytest.approx(0.5 * gap(np.zeros((50, 3)), narrow), abs=0.06)
+    for sender in (narrow, head.fapu):
+        assert gap(shut, sender) < 0.08
 
 
 @pytest.mark.slow
