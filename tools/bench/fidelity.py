@@ -55,6 +55,8 @@ MIN_SPREAD = {  # standard deviation of a curve on the person, below which it is
 class Pair:
     """One frame of the person and its drawing, each with its curves.
 
+    timestamp : of the frame, s
+    landmarks : (478, 3) of the person, px
     aligned, drawn : (478, 3) landmarks of the person, and of the drawing if a face was found, head pose removed
     ceiling, vertices : (n, 3) positions of the head's vertices, of the motion before the codec and of what is drawn
     """
@@ -67,6 +69,8 @@ class Pair:
     drawn: NDArray[np.float64] | None
     ceiling: NDArray[np.float64]
     vertices: NDArray[np.float64]
+    timestamp: float
+    landmarks: NDArray[np.float32]
 
 
 def main() -> None:
@@ -84,14 +88,14 @@ def main() -> None:
     print(json.dumps(result) if options.json else table(result, pairs))
 
 
-def run(clip: Path, face_path: Path | None = None) -> Iterator[Pair]:
-    """Yield every frame with a face, with its drawing."""
+def run(clip: Path, face_path: Path | None = None, *, size: tuple[int, int] = SIZE) -> Iterator[Pair]:
+    """Yield every frame with a face, with its drawing of a width and height, px."""
     models = fetch_models()
     canonical = load_canonical_face()
     face = load_face(face_path)
     head = DrawnHead(face)
     source_tracker, drawing_tracker = FaceTracker(models), FaceTracker(models)
-    with open_clip(clip) as source, OffscreenWindow(*SIZE) as window:
+    with open_clip(clip) as source, OffscreenWindow(*size) as window:
         renderer = FaceRenderer(window.ctx, face)
         extractor = MotionExtractor(canonical, source.size)
         parameters = StreamParameters(*source.size, source.fps, 50, astuple(extractor.fapu))
@@ -118,13 +122,14 @@ def run(clip: Path, face_path: Path | None = None) -> Iterator[Pair]:
             aligned, source_pose = remove_head_pose(tracking.landmarks, canonical, source.size)
             shown, drawn = None, None
             if found is not None:
-                drawn, drawn_pose = remove_head_pose(found.landmarks, canonical, SIZE)
+                drawn, drawn_pose = remove_head_pose(found.landmarks, canonical, size)
                 shown = face_curves(drawn, drawn_pose)
             ceiling, vertices = (
                 head.draw(motion, extractor.fapu)[0] for motion in (sent.displacements, playout.frame.displacements)
             )
             source_curves = face_curves(aligned, source_pose)
-            yield Pair(frame.pixels, drawing, source_curves, shown, aligned, drawn, ceiling, vertices)
+            curves = (source_curves, shown)
+            yield Pair(frame.pixels, drawing, *curves, aligned, drawn, ceiling, vertices, now, tracking.landmarks)
         renderer.release()
 
 
