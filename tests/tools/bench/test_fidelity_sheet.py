@@ -11,7 +11,7 @@ from tools.bench.fidelity_sheet import expression_errors, worst_moments
 
 def test_the_worst_moments_are_apart_and_in_order() -> None:
     errors = np.array([0.1, 0.9, 0.8, 0.2, 0.7, 0.3])
-    times = np.arange(6) * 0.25
+    times = np.array([0.0, 0.25, 0.5, 0.75, 1.0, 1.25])
     assert worst_moments(errors, times, 2, spacing=0.4) == [1, 4]
     assert worst_moments(errors, times, 9, spacing=0.4) == [1, 4]
     assert worst_moments(errors, times, 3, spacing=0.0) == [1, 2, 4]
