@@ -12,7 +12,8 @@ from conf.sender.tracking.blendshape_network import INDEX as SHAPE
 
 CLOSED_GAP_RATIO = 0.16  # of the neutral gap, assumed until a blink; the mean over the clips
 MAX_CLOSED_GAP_RATIO = 0.3
-MIN_BLINK = 0.65  # blink blendshape from which an eye is shut
+MIN_BLINK = 0.65  # blink blendshape from which an eye whose gap may be that of a shut one is shut
+CERTAIN_BLINK = 0.8  # from which it is shut whatever its gap: one that looks down has up to 0.77
 LEARNING_RATE = 0.1  # per frame
 MAX_OPENNESS = 2.0
 
@@ -38,8 +39,9 @@ class EyeOpennessEstimator:
         points, neutral : (n, 3) cm in face axes, control points now and in the neutral pose
         blendshapes : (52,) 0 to 1, of the same frame
         """
-        ratio = np.clip(lid_gaps(points) / lid_gaps(neutral), 0, MAX_CLOSED_GAP_RATIO)
-        shut = blendshapes[_BLINKS] >= MIN_BLINK
+        measured, blink = lid_gaps(points) / lid_gaps(neutral), blendshapes[_BLINKS]
+        ratio = np.clip(measured, 0, MAX_CLOSED_GAP_RATIO)
+        shut = (blink >= np.where(measured <= MAX_CLOSED_GAP_RATIO, MIN_BLINK, CERTAIN_BLINK)).astype(np.float64)
         self.closed_gap_ratio = self.closed_gap_ratio + LEARNING_RATE * shut * (ratio - self.closed_gap_ratio)
 
     def openness(self, points: NDArray[np.float64], neutral: NDArray[np.float64], /) -> NDArray[np.float64]:

@@ -58,6 +58,15 @@ def test_one_frame_of_a_blink_teaches_the_gap_of_the_shut_eye(gap: float, shape:
         assert estimator.closed_gap_ratio == pytest.approx(expected)
 
 
+@pytest.mark.parametrize(("shape", "openness"), [(0.79, 0.19), (0.8, 0.0)])
+def test_an_eye_that_looks_down_stays_half_shut(shape: float, openness: float) -> None:
+    """Its blink shape has up to 0.77; a shut eye's gap is at most 0.3 of the neutral one."""
+    estimator = EyeOpennessEstimator()
+    for _ in range(200):
+        estimator.update(with_gaps(0.31, 0.32), MEAN_FACE, blink(shape, shape))
+    assert estimator.openness(with_gaps(0.32, 0.32), MEAN_FACE) == pytest.approx([openness] * 2, abs=0.03)
+
+
 def test_each_eye_learns_its_own_gap_from_blinks_alone() -> None:
     estimator = EyeOpennessEstimator()
     for _ in range(60):
