@@ -78,6 +78,51 @@ def test_one_late_block_changes_nothing() -> None:
     assert max(abs(phase_error(block)) for block in after) < 1e-4
 
 
+@pytest.mark.parametrize("dropout_s", [DROPOUT_S, PLAYED_DROPOUT_S])
+@pytest.mark.parametrize("sooner_s", [0.001, 0.009, 0.02])
+def test_sound_that_is_handed_on_sooner_keeps_its_rate(sooner_s: float, dropout_s: float) -> None:
+    """A loudspeaker's echo would be one whose delay changes for seconds, which no filter follows."""
+    card, aligner = Card(0), ClockAligner(dropout_s=dropout_s)
+    before = [aligner.align(card.block(late_s=sooner_s)) for _ in range(150)]
+    after = run(card, aligner, 3.0)
+    assert {len(block.samples) for block in after} == {BLOCK}
+    assert phase_error(after[-1]) == pytest.approx(phase_error(before[-1]), abs=1e-5)
+    for a, b in pairwise([before[-1], *after]):
+        assert b.timestamp == pytest.approx(a.end, abs=1e-6)
+
+
+def test_a_microphone_whose_sound_is_handed_on_later_keeps_its_rate() -> None:
+    card, aligner = Card(0), ClockAligner()
+    before = run(card, aligner, 3.0)
+    after = [aligner.align(card.block(late_s=0.009)) for _ in range(150)]
+    assert {len(block.samples) for block in after} == {BLOCK}
+    assert phase_error(after[-1]) == pytest.approx(phase_error(before[-1]), abs=1e-5)
+
+
+def test_time_stamps_are_never_far_too_late() -> None:
+    """Steps that are left out of account would add up."""
+    card, aligner = Card(0), ClockAligner()
+    for late_s in (0.06, 0.048, 0.036, 0.024, 0.012, 0.0):
+        last = [aligner.align(card.block(late_s=late_s)) for _ in range(150)][-1]
+    assert abs(last.end - 100 - card.position / SAMPLE_RATE) < 0.031
+
+
+def test_a_loudspeaker_silent_for_a_millisecond_leaves_a_gap_soon() -> None:
+    card, aligner = Card(0), ClockAligner(dropout_s=PLAYED_DROPOUT_S)
+    before = run(card, aligner, 3.0)
+    after = [aligner.align(card.block(late_s=0.001)) for _ in range(25)]
+    gaps = [b.timestamp - a.end for a, b in pairwise([before[-1], *after])]
+    assert sum(gaps) == pytest.approx(0.001, abs=1e-4) and max(gaps[:13]) == pytest.approx(sum(gaps), abs=1e-6)
+
+
+def test_a_gap_that_was_none_is_taken_back() -> None:
+    card, aligner = Card(0), ClockAligner(dropout_s=PLAYED_DROPOUT_S)
+    run(card, aligner, 3.0)
+    late = [aligner.align(card.block(late_s=0.02)) for _ in range(15)]
+    assert max(b.timestamp - a.end for a, b in pairwise(late)) == pytest.approx(0.02, abs=1e-4)
+    assert abs(phase_error(run(card, aligner, 1.0)[-1])) < 1e-4
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("lost_s", "dropout_s"), [(0.2, DROPOUT_S), (0.2, PLAYED_DROPOUT_S), (0.01, PLAYED_DROPOUT_S)])
 def test_a_dropout_leaves_a_gap_in_time_and_then_all_is_true_again(lost_s: float, dropout_s: float) -> None:

@@ -8,7 +8,8 @@ room's noise, into the pipe: it keeps the loudspeaker's clock, as no resampler o
 Devices and echo canceller are those of a call. The speech is that of echo.py.
 
 erle_db : echo return loss enhancement in each second in which there was an echo, from the first one on; erle_3s : the
-median from 3 s on; missing_s : for how long the sound server got nothing to play, as the machine was busy: figures with
+median from 3 s on; quiet : in how many of those seconds the echo was 30 dB quieter, and how many there were;
+missing_s : for how long the sound server got nothing to play after the first 3 s, as the machine was busy: figures with
 more than a few hundredths tell of the machine
 """
 
@@ -36,6 +37,8 @@ from tools.bench.voice_devices import LOUDSPEAKER, RECORD_FORMAT, SINK_STARTS_S,
 ECHO_GAIN = 0.5
 QUEUED_S = 0.06  # written ahead to the loudspeaker
 MIN_ECHO = 30.0  # RMS of a second with an echo
+MIN_ERLE = 30.0  # dB
+SETTLED_S = 3.0
 POLL_S = 0.005
 PIPE_SOURCE = "bench_room"
 
@@ -90,7 +93,8 @@ def _listen(microphone: Any, speaker: Speaker, speech: Samples, seconds: float) 
             written += BLOCK
         played = speaker.read_played()
         if played is not None:
-            missing += max(played.timestamp - end, 0.0) if end is not None else 0.0
+            if end is not None and time.monotonic() > began + SETTLED_S:
+                missing += max(played.timestamp - end, 0.0)
             end = played.end
         recorded = microphone.read()
         if recorded is not None:
@@ -106,6 +110,7 @@ def _listen(microphone: Any, speaker: Speaker, speech: Samples, seconds: float) 
     return {
         "erle_3s": round(float(np.median(steady)), 1) if steady else None,
         "erle_db": figures,
+        "quiet": [sum(value >= MIN_ERLE for value in steady), len(steady)],
         "delay_ms": None if canceller.delay_s is None else round(1000 * canceller.delay_s, 1),
         "missing_s": round(missing, 3),
     }
