@@ -76,7 +76,8 @@ def test_the_queue_is_filled_to_its_target_and_times_follow_each_other() -> None
     assert len(mixer.asked) == 3
 
 
-def test_after_the_device_ran_out_of_sound_more_is_kept_ready_for_a_while() -> None:
+def test_after_the_device_ran_out_of_sound_more_is_kept_ready_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("conf.receiver.voice.call_sound.TARGET_DECAY", 0.999)
     mixer, output = CountingMixer(), FakeOutput()
     sound = LoudspeakerSound(mixer, output, clock=lambda: 0.0)
     sound.fill()
