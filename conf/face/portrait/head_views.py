@@ -10,11 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.head_pose import HeadPose
 from conf.face.interpolation import smoothstep
 from conf.face.portrait.contours import OVAL_ROWS
+from conf.face.portrait.image_blending import weights_of_distances
 from conf.face.portrait.warp import PortraitWarp
 
+VIEW_POWER = 4.0  # of inverse distance weighting: two views blended equally blur
+VIEW_STEP_CM = 0.06  # RMS distance of the control points that counts as 1 when photo and views are blended
 EDGE = (0.9, 1.12)  # of the radius of the face's oval: a view is opaque within, transparent beyond
 
 
@@ -41,6 +45,15 @@ def describe_shape(points: NDArray[np.floating], pose: HeadPose, /) -> NDArray[n
     """
     flat = points @ pose.matrix()[:2].T
     return np.asarray((flat - flat.mean(axis=0)).ravel(), np.float64)
+
+
+def view_weights(current: NDArray[np.float64], shapes: NDArray[np.float64], /) -> NDArray[np.float64]:
+    """Return the weights (..., M) of photo and views with descriptors (M, 2n) in a face with the current one (..., 2n).
+
+    Only the nearest ones have a weight above 0.
+    """
+    distances = np.linalg.norm(current[..., None, :] - shapes, axis=-1) / np.sqrt(CONTROL_POINT_COUNT)
+    return weights_of_distances(distances / VIEW_STEP_CM, power=VIEW_POWER)
 
 
 def view_alpha(warp: PortraitWarp, /) -> NDArray[np.float64]:

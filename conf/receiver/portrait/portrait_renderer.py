@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX
 from conf.face.head_pose import HeadPose
-from conf.face.portrait.head_views import describe_shape, view_alpha
+from conf.face.portrait.head_views import describe_shape, view_alpha, view_weights
+from conf.face.portrait.image_blending import blend_weights, compositing_order
 from conf.face.portrait.motion_deadband import dampen_descriptor
 from conf.face.portrait.patch_features import DESCRIPTOR_STEP, FEATURES, MOUTH
 from conf.face.portrait.patch_mapping import PatchMapping
 from conf.face.rotations import rotation_vector
 from conf.receiver.portrait.inpainting import extend_border
-from conf.receiver.portrait.patch_blending import blend_weights, compositing_order
 from conf.receiver.portrait.portrait_store import PortraitStore, ReceivedPatch, ReceivedPhoto, ReceivedView
 from conf.render.camera import ViewState, view_rotation
 from conf.render.gpu_object import GpuObject
@@ -31,8 +31,6 @@ DARK_MOUTH = (0.16, 0.07, 0.07)  # RGB
 MAX_MOUTH_OPACITY = 0.75  # of the darkening
 OPEN_CM = (0.25, 0.8)  # mouth opening beyond that of the images shown, over which the darkening sets in
 PATCH_FADE = 0.06  # of the patch's width and height, over which its border fades
-VIEW_POWER = 4.0  # of inverse distance weighting: two views blended equally blur
-VIEW_STEP_CM = 0.06  # RMS distance of the control points that counts as 1 when photo and views are blended
 MAX_ORBIT = np.radians(20)  # limit of the viewer's yaw and pitch: a photo shows one side of the face only
 _LIP = CONTROL_POINT_INDEX["inner_lip_upper_mid"]
 
@@ -202,9 +200,8 @@ class _PhotoScene(GpuObject):
             return
         current = describe_shape(self.photo.warp.control_points(displacements), pose)
         views = list(self._views.values())
-        step = VIEW_STEP_CM * np.sqrt(CONTROL_POINT_COUNT)
-        shapes = [shape / step for shape in (self._photo_shape, *(view.head.descriptor for view, _ in views))]
-        weights = blend_weights(current / step, shapes, power=VIEW_POWER)
+        shapes = np.array([self._photo_shape, *(view.head.descriptor for view, _ in views)])
+        weights = view_weights(current, shapes)
         # A closing lid covers the eyeball: of triangles of one view, at one depth, only the first drawn may be seen.
         self._ctx.enable(moderngl.DEPTH_TEST)
         order = compositing_order({i - 1: float(weight) for i, weight in enumerate(weights)})

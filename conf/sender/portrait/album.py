@@ -1,8 +1,9 @@
-"""Choose and build views of the head: the poses and expressions that are often far from all images the receiver has.
+"""Choose and build views of the head: images that show the recent frames better than what the receiver has.
 
-Strategy: the frames of the last ten seconds are clustered by their shape. The next view is the medoid that brings them
-nearest to an image: greedy k-medoids, photo and views being fixed. It is averaged over its cluster, cropped to the face
-and encoded. When all slots are used, a view replaces the one that the frames need least.
+Strategy: the receiver blends photo and views by shape (`head_views`), so the sender predicts for each frame of the last
+ten seconds how similar the blend is to it (`face_texture`), with each of the frames as a further view. The one that
+gains most is averaged over the frames it resembles, cropped to the face and encoded. It is sent if, as decoded, it
+still gains. When all slots are used, a view replaces the one whose loss costs least.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,16 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_COUNT
-from conf.face.portrait.head_views import HeadView, describe_shape, view_alpha
+from conf.face.head_pose import HeadPose
+from conf.face.portrait.head_views import HeadView, describe_shape, view_alpha, view_weights
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.portrait.view import BOX_STEPS, MAX_VIEWS, View
+from conf.sender.portrait.face_texture import FaceTexture, Textures, similarities
 from conf.sender.portrait.photo_averaging import average_steps
-from conf.sender.portrait.photo_builder import encode_vp8
+from conf.sender.portrait.photo_builder import decode_vp8, encode_vp8
 from conf.sender.portrait.recent_frames import RecentFrame, nearest
 
-MIN_GAIN_CM = 0.025  # by which a view must bring the frames nearer to an image, in the mean
-MIN_DISTANCE_CM = 0.12  # of a view from each image
+MIN_GAIN = 0.004  # of predicted similarity in the mean, by which a view must improve the recent frames
+MIN_SENT_GAIN = 0.002  # the same for the view as the receiver decodes it
 MIN_FRAMES = 14  # of which views are chosen: 2 s
+DESCRIBED_PER_CALL = 2  # frames, 2 ms each
 VIEW_BYTES = 1600  # of the VP8 frame
 MARGIN = 0.01  # frame heights around the face
 SOFT_SIGMA = 5 / 240  # frame heights: the blur of what a view does not show
@@ -30,21 +34,17 @@ SOFT_SIGMA = 5 / 240  # frame heights: the blur of what a view does not show
 Shapes = NDArray[np.float64]
 
 
-def frame_shapes(warp: PortraitWarp, frames: Sequence[RecentFrame], /) -> Shapes:
-    """Return (N, 2n) the descriptors of frames, cm RMS."""
-    shapes = [describe_shape(warp.control_points(frame.motion.displacements), frame.pose) for frame in frames]
-    return np.asarray(np.array(shapes).reshape(len(frames), -1) / np.sqrt(CONTROL_POINT_COUNT), np.float64)
+@dataclass(frozen=True)
+class Shown:
+    """What a frame or an image shows. shape : (2n,), from describe_shape; texture : (k,)"""
 
-
-def distances(a: Shapes, b: Shapes, /) -> NDArray[np.float64]:
-    """Return (N, M) the distances of shapes (N, k) and (M, k)."""
-    squares = np.sum(a * a, axis=1)[:, None] + np.sum(b * b, axis=1) - 2 * a @ b.T
-    return np.asarray(np.sqrt(np.maximum(squares, 0)))
+    shape: Shapes
+    texture: Textures
 
 
 @dataclass(frozen=True)
 class ViewChoice:
-    """The frame that a view shows, and those that are averaged with it. slot : of the view"""
+    """The frame that a view shows, and those that are averaged with it, the most similar first. slot : of the view"""
 
     slot: int
     medoid: RecentFrame
@@ -52,52 +52,90 @@ class ViewChoice:
 
 
 class Album:
-    """The views that the receiver has or will have, for one photo."""
+    """The images that the receiver has or will have: one photo and its views."""
 
-    def __init__(self, warp: PortraitWarp, photo_shape: Shapes, /) -> None:
-        """photo_shape : (1, 2n) of the photo, from frame_shapes"""
+    def __init__(self, warp: PortraitWarp, pixels: NDArray[np.uint8], /) -> None:
+        """pixels : (h, w, 3) uint8 BGR of the photo, as decoded"""
         self._warp = warp
-        self._photo_shape = photo_shape
-        self._shapes: dict[int, Shapes] = {}  # (1, 2n), by slot
+        self._texture = FaceTexture(warp)
+        shape = describe_shape(warp.shape.points[:CONTROL_POINT_COUNT], warp.shape.pose)
+        self._photo = Shown(shape, self._texture.describe(pixels, warp.mesh.positions))
+        self._views: dict[int, Shown] = {}  # by slot
+        self._described: dict[int, tuple[RecentFrame, Shown]] = {}  # by the frame's identity
 
     @property
     def slots(self) -> list[int]:
         """Slots of the views that the receiver has or will have."""
-        return list(self._shapes)
+        return list(self._views)
 
-    def choose(self, frames: Sequence[RecentFrame], /) -> ViewChoice | None:
-        """Choose the next view among frames of the last seconds, None if none is worth its bytes."""
-        if len(frames) < MIN_FRAMES:
+    def describe(self, frames: Sequence[RecentFrame], /, *, limit: int = DESCRIBED_PER_CALL) -> None:
+        """Describe at most `limit` of the frames of the last seconds, and drop those that are no longer among them."""
+        known = {id(frame): self._described.get(id(frame)) for frame in frames}
+        self._described = {key: entry for key, entry in known.items() if entry is not None}
+        for frame in [frame for frame in frames if known[id(frame)] is None][:limit]:
+            points = self._warp.control_points(frame.motion.displacements)
+            positions = self._warp.deform(frame.motion.displacements, frame.pose)
+            shown = Shown(describe_shape(points, frame.pose), self._texture.describe(frame.pixels, positions))
+            self._described[id(frame)] = frame, shown
+
+    def choose(self) -> ViewChoice | None:
+        """Choose the next view among the frames described, None if none is worth its bytes."""
+        if len(self._described) < MIN_FRAMES:
             return None
-        shapes = frame_shapes(self._warp, frames)
-        slot = self._free_slot(shapes)
-        known = np.concatenate([self._photo_shape, *(shape for s, shape in self._shapes.items() if s != slot)])
-        current = np.concatenate([known, self._shapes[slot]]) if slot in self._shapes else known
-        to_current = distances(shapes, current).min(axis=1)
-        to_known, between = distances(shapes, known).min(axis=1), distances(shapes, shapes)
-        gains = to_current.mean() - np.minimum(to_known[:, None], between).mean(axis=0)
-        gains[to_current < MIN_DISTANCE_CM] = 0.0
+        frames, shown = zip(*self._described.values(), strict=True)
+        slot, kept = self._slot(shown)
+        before = _similarities(shown, [self._photo, *self._views.values()])
+        textures = np.array([each.texture for each in (*shown, *kept)])
+        products = (textures @ textures.T).astype(np.float64)
+        count = len(shown)
+        shapes = np.array([each.shape for each in (*shown, *kept)])
+        gains = np.empty(count)
+        for index in range(count):
+            rows = [*range(count), *range(count, count + len(kept)), index]
+            weights = view_weights(shapes[:count], shapes[rows[count:]])
+            others = np.arange(count) != index
+            gains[index] = (similarities(products[np.ix_(rows, rows)], weights) - before)[others].mean()
         best = int(np.argmax(gains))
-        if gains[best] < MIN_GAIN_CM:
+        if gains[best] < MIN_GAIN:
             return None
-        members = [i for i in np.argsort(between[best]) if i != best and between[best, i] < to_known[i]]
+        alone = np.ones((count, 1))
+        rows = [*range(count), best]
+        similarity = similarities(products[np.ix_(rows, rows)], alone)
+        members = [i for i in np.argsort(-similarity) if i != best and similarity[i] > before[i]]
         return ViewChoice(slot, frames[best], [frames[i] for i in members])
 
-    def add(self, choice: ViewChoice) -> None:
-        """Note that a view is being sent."""
-        self._shapes[choice.slot] = frame_shapes(self._warp, [choice.medoid])
+    def add(self, view: View) -> bool:
+        """Note that a view is being sent; return False if, as decoded, it gains too little to be sent."""
+        box = np.array(view.box).reshape(2, 2)
+        pixels = decode_vp8(view.frame)
+        pose = HeadPose.from_vector(view.pose)
+        head = HeadView.of_points(self._warp, view.points, pose)
+        in_box = (head.positions / (self._warp.shape.aspect, -1.0) + 0.5 - box[0]) / (box[1] - box[0])
+        texture = self._texture.describe_at(pixels, in_box * pixels.shape[1::-1] - 0.5)
+        added = {**self._views, view.slot: Shown(head.descriptor, texture)}
+        if self._described:
+            shown = [entry for _, entry in self._described.values()]
+            before = _similarities(shown, [self._photo, *self._views.values()])
+            if float((_similarities(shown, [self._photo, *added.values()]) - before).mean()) < MIN_SENT_GAIN:
+                return False
+        self._views = added
+        return True
 
-    def _free_slot(self, shapes: Shapes) -> int:
-        """Return the first free slot, or the one whose view the frames need least."""
-        free = [slot for slot in range(MAX_VIEWS) if slot not in self._shapes]
-        if free:
-            return free[0]
+    def _slot(self, shown: Sequence[Shown]) -> tuple[int, list[Shown]]:
+        """Return the first free slot, or that of the view whose loss costs least; and the images kept beside it."""
+        for slot in range(MAX_VIEWS):
+            if slot not in self._views:
+                return slot, [self._photo, *self._views.values()]
+        kept = {slot: [self._photo, *(v for s, v in self._views.items() if s != slot)] for slot in self._views}
+        slot = max(kept, key=lambda slot: float(_similarities(shown, kept[slot]).mean()))
+        return slot, kept[slot]
 
-        def mean_without(slot: int) -> float:
-            others = np.concatenate([self._photo_shape, *(s for o, s in self._shapes.items() if o != slot)])
-            return float(distances(shapes, others).min(axis=1).mean())
 
-        return min(self._shapes, key=mean_without)
+def _similarities(shown: Sequence[Shown], images: Sequence[Shown]) -> NDArray[np.float64]:
+    """Return (N,): how similar blends of the images are to N frames."""
+    textures = np.array([each.texture for each in (*shown, *images)])
+    weights = view_weights(np.array([each.shape for each in shown]), np.array([each.shape for each in images]))
+    return similarities((textures @ textures.T).astype(np.float64), weights)
 
 
 def view_steps(choice: ViewChoice, warp: PortraitWarp, photo_number: int, /) -> Iterator[View | None]:

@@ -17,14 +17,14 @@ from conf.protocol.portrait.objects import encode_object
 from conf.protocol.portrait.patch import MAX_SLOTS
 from conf.protocol.portrait.photo import MIN_LOG_SCALE, NeutralPoseUpdate, Photo
 from conf.protocol.portrait.view import MAX_VIEWS, View
-from conf.sender.portrait.album import Album, frame_shapes, view_steps
+from conf.sender.portrait.album import Album, view_steps
 from conf.sender.portrait.captured_face import CapturedFace
 from conf.sender.portrait.patch_extraction import make_patch
 from conf.sender.portrait.patch_scheduler import PATCH_BYTES, PatchScheduler
 from conf.sender.portrait.photo_builder import DRAFT, FULL, PhotoBuilder
 from conf.sender.portrait.photo_quality import image_penalty
 from conf.sender.portrait.photo_selection import Candidate, PhotoSelector
-from conf.sender.portrait.recent_frames import RecentFrame, RecentFrames, evenly_spaced, reduce_height
+from conf.sender.portrait.recent_frames import RecentFrames, evenly_spaced
 from conf.sender.portrait.reference_photo import ReferencePhoto, patch_residual
 from conf.sender.tracking.canonical_face import CanonicalFace
 
@@ -35,9 +35,10 @@ MIN_SMOOTHED_LOG_SCALE = MIN_LOG_SCALE + 0.1  # of the motion's pose; a photo's 
 
 PHOTO_SLOT, NEUTRAL_SLOT, PATCH_SLOTS = 0, 1, 2  # of the object sender
 VIEW_SLOTS = PATCH_SLOTS + len(FEATURES) * MAX_SLOTS
-PHOTO_PRIORITY, NEUTRAL_PRIORITY, EARLY_VIEW_PRIORITY, PATCH_PRIORITY, VIEW_PRIORITY = range(5)
-EARLY_VIEW_S = 8.0  # from the first frame: a view chosen until then arrives while the link is free for the portrait
+# A view has the bytes of ten patches: it waits for them, or eyes and mouth would stay wrong meanwhile.
+PHOTO_PRIORITY, NEUTRAL_PRIORITY, PATCH_PRIORITY, VIEW_PRIORITY = range(4)
 VIEW_INTERVAL_S = 1.0  # between choices of a view
+REJECTED_INTERVAL_S = 3.0  # after a view that gained too little
 
 
 class PortraitScheduler:
@@ -51,7 +52,6 @@ class PortraitScheduler:
         self._album: Album | None = None  # of the photo in use, unless that is a draft
         self._view: Iterator[View | None] | None = None  # being built
         self._view_due = 0.0
-        self._start: float | None = None
         self._patches = PatchScheduler()
         self._building: tuple[Candidate, PhotoBuilder] | None = None
         self._photo_number = 0
@@ -63,7 +63,6 @@ class PortraitScheduler:
 
         presence : 0 to 1, confidence of the tracker; now : seconds
         """
-        self._start = now if self._start is None else self._start
         if self._building is not None:
             candidate, builder = self._building
             if (built := builder.advance()) is not None:
@@ -103,8 +102,7 @@ class PortraitScheduler:
         self._patches.set_photo(candidate.motion.displacements)
         self._last_neutral = (candidate.face.neutral, now)
         if not is_draft:
-            frame = RecentFrame(reduce_height(candidate.face.pixels, FULL.max_height), candidate.motion, 0.0)
-            self._album = Album(self._reference.warp, frame_shapes(self._reference.warp, [frame]))
+            self._album = Album(self._reference.warp, self._reference.pixels)
         for slot in range(NEUTRAL_SLOT, VIEW_SLOTS + MAX_VIEWS):
             self._objects.cancel(slot)
         self._objects.send_object(PHOTO_SLOT, data, priority=PHOTO_PRIORITY)
@@ -140,18 +138,21 @@ class PortraitScheduler:
             view = next(self._view)
             if view is not None:
                 self._view = None
-                is_early = self._start is not None and now < self._start + EARLY_VIEW_S
-                priority = EARLY_VIEW_PRIORITY if is_early else VIEW_PRIORITY
-                self._objects.send_object(VIEW_SLOTS + view.slot, encode_object(view), priority=priority)
+                if self._album is None or not self._album.add(view):
+                    self._view_due = now + REJECTED_INTERVAL_S
+                    return
+                self._objects.send_object(VIEW_SLOTS + view.slot, encode_object(view), priority=VIEW_PRIORITY)
             return
-        if self._album is None or self._building is not None or now < self._view_due:
+        if self._album is None:
+            return
+        self._album.describe(self._recent.clear_ones())
+        if self._building is not None or now < self._view_due:
             return
         if not self._objects.delivered(PHOTO_SLOT) or self._is_sending_view():
             return
         self._view_due = now + VIEW_INTERVAL_S
-        choice = self._album.choose(self._recent.clear_ones())
+        choice = self._album.choose()
         if choice is not None:
-            self._album.add(choice)
             self._view = view_steps(choice, reference.warp, reference.photo.number)
 
     def _is_sending_view(self) -> bool:

@@ -4,7 +4,7 @@ import pytest
 from conf.face.control_points import CONTROL_POINT_COUNT, control_point_indices
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.contours import OVAL_ROWS
-from conf.face.portrait.head_views import HeadView, describe_shape, view_alpha
+from conf.face.portrait.head_views import HeadView, describe_shape, view_alpha, view_weights
 from conf.face.portrait.warp import PortraitWarp
 from tests.support.synthetic_portrait import POSE, face_points, face_shape
 
@@ -20,6 +20,15 @@ def test_a_descriptor_ignores_position_and_size_and_measures_turns_and_expressio
     opened[control_point_indices("inner_lip_lower"), 1] -= 1.0
     for other in (describe_shape(POINTS, TURNED), describe_shape(opened, POSE)):
         assert np.linalg.norm(other - still) / np.sqrt(CONTROL_POINT_COUNT) > 0.1
+
+
+def test_photo_and_views_are_weighted_by_their_distance() -> None:
+    shapes = np.array([describe_shape(POINTS, pose) for pose in (POSE, TURNED)])
+    weights = view_weights(np.array([*shapes, shapes.mean(axis=0)]), shapes)
+    np.testing.assert_allclose(weights.sum(axis=1), 1)
+    assert weights[0, 0] > 0.95 and weights[1, 1] > 0.95
+    np.testing.assert_allclose(weights[2], 0.5)
+    np.testing.assert_allclose(view_weights(shapes[0], shapes), weights[0])
 
 
 @pytest.mark.slow

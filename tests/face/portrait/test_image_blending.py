@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.receiver.portrait.patch_blending import MAX_VISIBLE, blend_weights, compositing_order
+from conf.face.portrait.image_blending import MAX_VISIBLE, blend_weights, compositing_order
 
 DESCRIPTORS = st.lists(st.lists(st.floats(-100, 100), min_size=3, max_size=3), min_size=1, max_size=8)
 

@@ -1,4 +1,4 @@
-"""Blend weights of patches: those whose descriptors are nearest to the face's current one are shown."""
+"""Blend weights of patches and views: those whose descriptors are nearest to the face's current one are shown."""
 
 from collections.abc import Mapping, Sequence
 
@@ -16,12 +16,17 @@ def blend_weights(
 
     The weights are continuous in the descriptor (k,): a candidate enters and leaves the visible ones with weight 0.
     """
-    distance = np.array([float(np.linalg.norm(descriptor - candidate)) for candidate in candidates]) + 1.0
-    closeness = distance**-power
-    if len(candidates) > MAX_VISIBLE:
-        closeness = np.maximum(0.0, closeness - np.sort(closeness)[-MAX_VISIBLE - 1])
-    total = float(closeness.sum())
-    return closeness / total if total > 1e-12 else np.eye(len(candidates))[int(np.argmin(distance))]
+    return weights_of_distances(np.linalg.norm(np.array(candidates) - descriptor, axis=1), power=power)
+
+
+def weights_of_distances(distances: NDArray[np.float64], /, *, power: float = DISTANCE_POWER) -> NDArray[np.float64]:
+    """Return the weights (..., M), as blend_weights does, of candidates at distances (..., M)."""
+    closeness = (distances + 1.0) ** -power
+    if distances.shape[-1] > MAX_VISIBLE:
+        closeness = np.maximum(0.0, closeness - np.sort(closeness, axis=-1)[..., -MAX_VISIBLE - 1, None])
+    total = closeness.sum(axis=-1, keepdims=True)
+    nearest = np.eye(distances.shape[-1])[np.argmin(distances, axis=-1)]
+    return np.asarray(np.where(total > 1e-12, closeness / np.maximum(total, 1e-12), nearest))
 
 
 def compositing_order(weights: Mapping[int, float], /) -> list[tuple[int, float]]:
