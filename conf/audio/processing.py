@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.audio.echo_canceller import EchoCanceller
-from conf.audio.samples import FULL_SCALE, SAMPLE_RATE, SILENCE_DBFS, AudioBlock, Samples, level_dbfs, to_int16
+from conf.audio.samples import FULL_SCALE, SAMPLE_RATE, AudioBlock, Samples, level_dbfs, power_dbfs, to_int16
 from conf.audio.voice_activity import VoiceActivity
 
 BLOCK_SAMPLES = SAMPLE_RATE // 100  # 10 ms, WebRTC's frame
@@ -84,7 +84,7 @@ class VoiceProcessor:
     @property
     def noise_dbfs(self) -> float:
         """Return the level of the background after processing, dBFS."""
-        return max(SILENCE_DBFS, 10 * float(np.log10(max(self._noise_power, 1e-12))))
+        return power_dbfs(self._noise_power)
 
     def process(self, block: AudioBlock) -> list[VoiceBlock]:
         """Return the blocks that this sound completes, in order of time.

@@ -40,7 +40,11 @@ def level_dbfs(samples: Samples, /) -> float:
     if not len(samples):
         return SILENCE_DBFS
     values = samples.astype(np.float64)
-    power = float(values @ values) / len(values) / FULL_SCALE**2
+    return power_dbfs(float(values @ values) / len(values) / FULL_SCALE**2)
+
+
+def power_dbfs(power: float, /) -> float:
+    """Return a mean square, that of full scale being 1, in dB below full scale, SILENCE_DBFS at least."""
     return max(SILENCE_DBFS, 10 * math.log10(max(power, 1e-12)))
 
 

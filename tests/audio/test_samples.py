@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from conf.audio.samples import SILENCE_DBFS, AudioBlock, amplitude, level_dbfs, to_int16
+from conf.audio.samples import SILENCE_DBFS, AudioBlock, amplitude, level_dbfs, power_dbfs, to_int16
 from tests.support.synthetic_voice import noise, tone
 
 
@@ -22,6 +22,7 @@ def test_level_of_a_sine_is_3_db_below_its_peak() -> None:
 
 
 def test_level_of_silence_is_the_floor() -> None:
+    assert power_dbfs(0.0) == SILENCE_DBFS and power_dbfs(1.0) == 0.0
     assert level_dbfs(np.zeros(100, np.int16)) == level_dbfs(np.zeros(0, np.int16)) == SILENCE_DBFS
 
 

@@ -3,7 +3,9 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+from conf.audio.codecs.codec2 import Codec2Decoder, Codec2Encoder
 from conf.audio.codecs.interface import VoiceDecoder, VoiceEncoder
+from conf.audio.codecs.opus import OpusDecoder, OpusEncoder
 from conf.errors import AudioError
 
 
@@ -15,33 +17,9 @@ class _Codec(NamedTuple):
     probe: tuple[int, int]  # a bit rate and a duration that it has
 
 
-def _opus_encoder(bit_rate: int, frame_ms: int) -> VoiceEncoder:
-    from conf.audio.codecs.opus import OpusEncoder
-
-    return OpusEncoder(bit_rate, frame_ms)
-
-
-def _opus_decoder(bit_rate: int, frame_ms: int) -> VoiceDecoder:
-    from conf.audio.codecs.opus import OpusDecoder
-
-    return OpusDecoder(frame_ms)
-
-
-def _codec2_encoder(bit_rate: int, frame_ms: int) -> VoiceEncoder:
-    from conf.audio.codecs.codec2 import Codec2Encoder
-
-    return Codec2Encoder(bit_rate, frame_ms)
-
-
-def _codec2_decoder(bit_rate: int, frame_ms: int) -> VoiceDecoder:
-    from conf.audio.codecs.codec2 import Codec2Decoder
-
-    return Codec2Decoder(bit_rate, frame_ms)
-
-
 _CODECS = {
-    "opus": _Codec(_opus_encoder, _opus_decoder, (6000, 60)),
-    "codec2": _Codec(_codec2_encoder, _codec2_decoder, (1200, 40)),
+    "opus": _Codec(OpusEncoder, lambda _, frame_ms: OpusDecoder(frame_ms), (6000, 60)),
+    "codec2": _Codec(Codec2Encoder, Codec2Decoder, (1200, 40)),
 }
 VOICE_CODECS = tuple(_CODECS)  # best first
 

@@ -1,16 +1,16 @@
 import numpy as np
 import pytest
 
-from conf.start.devices.level_meter import FALL_DB_PER_S, FLOOR_DBFS, LevelMeter, level_dbfs
+from conf.start.devices.level_meter import FALL_DB_PER_S, FLOOR_DBFS, LevelMeter
 
 NONE = np.zeros(0, np.int16)
 
 
 @pytest.mark.parametrize(("amplitude", "dbfs"), [(32768 / 2, -6.02), (3277, -20.0), (0, FLOOR_DBFS), (1, FLOOR_DBFS)])
 def test_the_level_is_that_of_a_square_wave(amplitude: float, dbfs: float) -> None:
-    wave = (amplitude * np.tile([1, -1], 80)).astype(np.int16)
-    assert level_dbfs(wave) == pytest.approx(dbfs, abs=0.01)
-    assert level_dbfs(NONE) == FLOOR_DBFS
+    meter = LevelMeter()
+    meter.update((amplitude * np.tile([1, -1], 80)).astype(np.int16), 10.0)
+    assert meter.level == pytest.approx(1 - dbfs / FLOOR_DBFS, abs=0.001)
 
 
 def test_a_meter_rises_at_once_and_falls_slowly_to_nothing() -> None:
