@@ -3,7 +3,8 @@
 Strategy. A session that was made over a relay begins there. Both ends announce their addresses under the seal, and
 probe those of the other. An address that answers directly becomes the path in use; the relay is remembered. While the
 direct path is in use, every datagram that arrives directly shows that it works. After SUSPECT_S without one it is
-probed, and after FALLBACK_S the end goes back to the relay. A direct path may fail in one direction only, which just
+probed, and after FALLBACK_S, if PROBED_S have passed since the first probe, the end goes back to the relay: an end
+that has been busy for long must ask before it judges. A direct path may fail in one direction only, which just
 one end notices: so an end that receives content over the relay, after the other has sent content directly, follows it
 back. It is sent an announcement at once. From then on the addresses are probed again, slowly.
 
@@ -33,6 +34,7 @@ from conf.protocol.session.paths.validation import PATH_ANSWER, PATH_PROBE, Path
 
 SUSPECT_S = 1.2  # without a datagram: something is sent each second
 FALLBACK_S = 1.7
+PROBED_S = 0.4
 FAST_S = 3.0  # for which new addresses are probed often
 FAST_INTERVAL_S = 0.06  # between probes to any of them
 SLOW_INTERVAL_S = 4.0  # seven addresses are each probed again within the 30 s after which some NATs forget a mapping
@@ -59,6 +61,7 @@ class PathSelection:
         self._validation = PathValidation(random)
         self._pending: list[tuple[bytes, Address]] = []
         self._heard_directly = now
+        self._suspected_at: float | None = None  # the direct path in use, with the first probe
         self._is_peer_direct = False  # the newest content came directly
         self._announcement = Announcement()
         self._remote: list[SocketAddress] = []
@@ -83,7 +86,7 @@ class PathSelection:
         """
         is_relayed = isinstance(address, RelayAddress)
         if not is_relayed:
-            self._heard_directly = now
+            self._heard_directly, self._suspected_at = now, None
         if answer := self._validation.answer_to(body, now):
             self._pending.append((answer, address))
         if body[:1] == bytes((PATH_CANDIDATES,)):
@@ -140,7 +143,9 @@ class PathSelection:
     def _watch(self, now: float) -> None:
         """Probe the direct path when it is silent, and go back to the relay when it stays so."""
         silence_s = now - self._heard_directly
-        if silence_s >= FALLBACK_S:
+        if silence_s >= SUSPECT_S and self._suspected_at is None:
+            self._suspected_at = now
+        if silence_s >= FALLBACK_S and self._suspected_at is not None and now >= self._suspected_at + PROBED_S:
             self._is_peer_direct = False
             self._leave_direct_path()
             self._probe_at = now + SLOW_INTERVAL_S / 2
@@ -149,6 +154,7 @@ class PathSelection:
 
     def _leave_direct_path(self) -> None:
         """Use the relay, and keep the direct path as the first that is tried again."""
+        self._suspected_at = None
         if self.relay and not isinstance(self.address, RelayAddress):
             self._remote = [self.address, *(a for a in self._remote if a != self.address)][:MAX_CANDIDATES]
             self.address = self.relay

@@ -13,6 +13,7 @@ from conf.protocol.session.paths.selection import (
     FAST_S,
     MAX_ADDRESSES,
     NEW_ADDRESS_S,
+    PROBED_S,
     SLOW_INTERVAL_S,
     SUSPECT_S,
     Announcement,
@@ -148,6 +149,20 @@ def test_a_silent_path_is_probed_before_it_is_left() -> None:
     assert side.is_direct
     side.bodies_to_send(FALLBACK_S)
     assert not side.is_direct and side.address == WAITING
+
+
+def test_an_end_that_was_busy_asks_before_it_leaves_a_path() -> None:
+    side = PathSelection(WAITING, 0.0, random=seeded(1), is_caller=True)
+    side.address = PUBLIC[0]
+    assert PUBLIC[0] in [target for body, target in side.bodies_to_send(5.0) if body[0] == PATH_PROBE]
+    side.bodies_to_send(5.0 + PROBED_S - 0.01)
+    assert side.is_direct
+    side.receive(b"\x04content", PUBLIC[0], 5.4, is_newest=True)
+    for busy in (6.3, 9.0):
+        side.bodies_to_send(busy)
+        assert side.is_direct
+    side.bodies_to_send(9.0 + PROBED_S)
+    assert not side.is_direct
 
 
 def test_a_copy_on_the_relay_of_what_came_directly_moves_nothing() -> None:
