@@ -46,6 +46,8 @@ def describe_event(event: Event, *, name: str, is_calling: bool, nameplate: str 
     match event:
         case WrongCode() if is_calling:
             raise NetworkError(WRONG_WORDS.format(nameplate=nameplate) if nameplate else WRONG_CODE)
+        case WrongCode(tries_left=left, address=RelayAddress()):
+            return f"a wrong code: {left} more tries for now"
         case WrongCode(tries_left=left, address=address):
             return f"a wrong code from {host_of(address)}: {left} more tries for now"
         case Refused(refusal=refusal, wait_s=None):
@@ -57,7 +59,7 @@ def describe_event(event: Event, *, name: str, is_calling: bool, nameplate: str 
         case AddressChanged(address=RelayAddress()):
             return "the direct path has failed: the call goes over the relay"
         case AddressChanged() if nameplate:
-            return "the call goes directly now, without the relay"
+            return "the call goes directly now"
         case AddressChanged(address=address):
             return f"{name or OTHER} has moved to {host_of(address)}"
         case NoAnswer() if not is_awaited:

@@ -1,7 +1,9 @@
 """The figures of a call at its end, of both directions."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
+from conf.protocol.address import Address
 from conf.protocol.call_endpoint import CallEndpoint
 from conf.protocol.call_report import CallReport
 from conf.sender.face_capture import FaceCapture
@@ -40,7 +42,8 @@ class CallFigures:
     connecting_s, picture_s : from the start of the command until there was a connection, and until the other
         participant was drawn; None if that did not happen
     name : of the other participant, "" if it gave none
-    path : over which datagrams went last: "direct", "relay", "relay over TCP"; "" without a call
+    path : over which datagrams went last: "direct", "relay", "relay over TCP", or "local network" before "direct"
+        where there is no relay; "" without a call
     """
 
     connected_s: float
@@ -53,10 +56,20 @@ class CallFigures:
 
 
 def call_figures(
-    endpoint: CallEndpoint, capture: FaceCapture, times: CallTimes, now: float, *, name: str = "", path: str = ""
+    endpoint: CallEndpoint,
+    capture: FaceCapture,
+    times: CallTimes,
+    now: float,
+    *,
+    name: str = "",
+    path: str = "",
+    path_name: Callable[[Address], str] | None = None,
 ) -> CallFigures:
-    """Return the figures of a call. name : of the other participant; path : over which datagrams went last"""
-    received, link = endpoint.report(now), endpoint.status(now)
+    """Return the figures of a call.
+
+    name : of the other participant; path : over which datagrams went last; path_name : how an address is reached
+    """
+    received, link = endpoint.report(now, path_name=path_name), endpoint.status(now)
     seconds = received.connected_s
     sent = SentFigures(
         frames_captured=capture.frames,

@@ -338,7 +338,15 @@ def _figures(end: _End, loop: CallLoop, began: float, early_at: float | None) ->
     from conf.call.figures import CallTimes, call_figures
 
     times = CallTimes(began, loop.connected_at if early_at is None else early_at, loop.drawn_at)
-    return call_figures(end.endpoint, end.capture, times, time.monotonic(), name=loop.peer_name, path=loop.path)
+    return call_figures(
+        end.endpoint,
+        end.capture,
+        times,
+        time.monotonic(),
+        name=loop.peer_name,
+        path=loop.path,
+        path_name=end.socket.path_name,
+    )
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """One end of a call of two: it calls or is called, sends and receives. No I/O, no clock."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from conf.protocol.address import Address
@@ -73,10 +74,10 @@ class CallEndpoint(SenderConnection):
             figures = [replace(f, raw_kbps=0.0, jitter_ms=0.0, playout_delay_ms=0.0) for f in figures]
         return replace(merge_snapshots(figures), rejected=self.rejected)
 
-    def report(self, now: float) -> CallReport:
-        """Return the figures of all calls so far, ended ones included."""
+    def report(self, now: float, *, path_name: Callable[[Address], str] | None = None) -> CallReport:
+        """Return the figures of all calls so far, ended ones included. path_name : how an address is reached"""
         running = {session: leg.snapshot(now) for session, leg in self.streams.items()}
-        return replace(self._log.report(running, now), rejected=self.rejected)
+        return replace(self._log.report(running, now, path_name=path_name), rejected=self.rejected)
 
     def close(self, now: float) -> list[tuple[bytes, Address]]:
         """Return the datagrams that end the call, which is over then.

@@ -112,16 +112,20 @@ def participant_label(address: Address, path: str, /) -> str:
 def describe_event(event: Event, *, over_relay: bool = False) -> str:
     """Return what a session event means for the viewer, "" for nothing. over_relay : calls begin there"""
     match event:
+        case Connected(address=RelayAddress()):
+            return "somebody calls"
         case Connected(address=address):
             return f"a call from {host_of(address)}"
         case AddressChanged(address=RelayAddress()):
             return "the direct path of a call has failed: it goes over the relay"
         case AddressChanged() if over_relay:
-            return "a call goes directly now, without the relay"
+            return "a call goes directly now"
         case AddressChanged(address=address):
             return f"a caller has moved to {host_of(address)}"
         case SessionEnded():
             return "a call has ended"
+        case WrongCode(tries_left=left, address=RelayAddress()):
+            return f"a wrong code: {left} more tries for now"
         case WrongCode(tries_left=left, address=address):
             return f"a wrong code from {host_of(address)}: {left} more tries for now"
         case _:

@@ -68,6 +68,7 @@ class RelayTransport:
         self.unsent = self.dropped = 0
         self._nameplate = nameplate
         self._name = name
+        self._is_local = relay is None
         self._clock = clock
         self._received: deque[tuple[bytes, Address, float]] = deque()
         self._wake_up = WakeUp()
@@ -149,7 +150,9 @@ class RelayTransport:
         return self._nameplate
 
     def path_name(self, address: Address, /) -> str:
-        """Return how datagrams reach an address."""
+        """Return how datagrams reach an address: "relay", "relay over TCP", or without a relay "local network"."""
+        if self._is_local:
+            return "local network"
         return "relay over TCP" if self.carrier == "tcp" else "relay"
 
     @property

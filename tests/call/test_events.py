@@ -70,7 +70,7 @@ def over_relay(event: Event, *, is_awaited: bool = True) -> str:
 def test_a_call_over_a_relay_names_its_path_and_its_number() -> None:
     relay = RelayAddress("4711", "")
     assert over_relay(Connected(1, relay)) == "connected with the other end"
-    assert over_relay(AddressChanged(1, ("192.0.2.1", 5005))) == "the call goes directly now, without the relay"
+    assert over_relay(AddressChanged(1, ("192.0.2.1", 5005))) == "the call goes directly now"
     assert over_relay(AddressChanged(1, relay)) == "the direct path has failed: the call goes over the relay"
     assert over_relay(NoAnswer(5.0), is_awaited=False).startswith("nobody waits with the number 4711: ")
     assert over_relay(NoAnswer(5.0)).startswith("nobody has answered for 5 s")

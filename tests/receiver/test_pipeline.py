@@ -14,7 +14,7 @@ from conf.protocol.session.events import AddressChanged, Event, NoAnswer, WrongC
 from conf.protocol.voice.inbound import InboundVoice
 from conf.receiver.call_display import LoopOptions
 from conf.receiver.call_stats import CallStats
-from conf.receiver.pipeline import ReceiverLoop, describe_event, participant_label
+from conf.receiver.pipeline import ReceiverLoop, describe_event
 from conf.receiver.voice.call_sound import ClipSound
 from conf.receiver.voice.participant_voice import ParticipantVoice
 from conf.receiver.voice.voice_mixer import VoiceMixer
@@ -172,9 +172,8 @@ def test_over_a_relay_the_label_is_the_path_and_moves_are_told_once(runner: Loop
     for caller in callers:
         caller.motion = talk
     shown = runner.run(RelaySocket(*callers), 4.0, {})
-    assert shown.labels == {"relay over TCP"}  # until a message takes their room
-    assert participant_label(("10.0.0.7", 40000), "direct") == "10.0.0.7:40000"
-    assert shown.events == ["a call from the relay"] * 2 + ["a call goes directly now, without the relay"]
+    assert shown.labels == {"relay over TCP", "10.0.0.7:40000", "10.0.0.7:40001"}
+    assert shown.events == ["somebody calls"] * 2 + ["a call goes directly now"]
     assert shown.traffic
     assert sorted((row.caller, row.path) for row in shown.traffic.callers) == [
         ("10.0.0.7:40001", "direct"),
@@ -187,7 +186,8 @@ def test_over_a_relay_the_label_is_the_path_and_moves_are_told_once(runner: Loop
     [
         (AddressChanged(1, ADDRESS), False, "a caller has moved to 10.0.0.7"),
         (AddressChanged(1, RelayAddress("4711", "aaaa")), True, "the direct path of a call has failed: it goes over"),
-        (WrongCode(4, RelayAddress("4711", "aaaa")), True, "a wrong code from the relay: 4 more tries for now"),
+        (WrongCode(4, ADDRESS), False, "a wrong code from 10.0.0.7: 4 more tries for now"),
+        (WrongCode(4, RelayAddress("4711", "aaaa")), True, "a wrong code: 4 more tries for now"),
         (NoAnswer(5.0), True, ""),
     ],
 )

@@ -78,6 +78,12 @@ def test_a_nameplate_is_part_of_a_key() -> None:
 
 
 @pytest.mark.slow
+def test_without_a_relay_the_path_is_the_local_network() -> None:
+    with RelayTransport.wait_at(None, PLATE) as waiter:
+        assert waiter.path_name(RelayAddress(PLATE, "aaaa")) == "local network"
+
+
+@pytest.mark.slow
 def test_addresses_of_other_calls_are_not_sent_to() -> None:
     port = free_port()
     with router(port), RelayTransport.wait_at((LOOPBACK, port), PLATE) as waiter:
