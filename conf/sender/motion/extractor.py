@@ -1,8 +1,8 @@
 """From tracked landmarks to motion for sending: head pose removed, smoothed, relative to the neutral pose, in FAPU.
 
-Strategy: the fifty control points become displacements that mean the same on any face. Two need care. Lids: the
-tracker's lid landmarks never meet, so the gap of the shut eye is subtracted, and a shut eye is exactly shut. Pupils:
-they are measured relative to the corners of their eye, so they show the rotation of the eyeball only.
+Strategy: the fifty control points become displacements that mean the same on any face. Three need care. Lids: the
+tracker's lid landmarks never meet, so the gap of the shut eye is subtracted, and a shut eye is exactly shut. Lips
+likewise. Pupils: they are measured relative to the corners of their eye, so they show the rotation of the eyeball only.
 """
 
 import numpy as np
@@ -15,6 +15,7 @@ from conf.face.control_points import (
     PUPILS,
     control_point_indices,
 )
+from conf.face.deformation.constraints.lip_contact import send_lips_shut
 from conf.face.fapu import UNITS_PER_DISTANCE, Fapu
 from conf.face.head_pose import HeadPose
 from conf.protocol.messages import MotionFrame
@@ -104,7 +105,7 @@ def to_displacements(
     points, neutral : (n, 3) cm in face axes, of the same face
     openness : (2,) of the left and right eye: at 0 the upper lid touches the lower one on any face
     """
-    moved = points - neutral
+    moved = send_lips_shut(points - neutral)
     for pupil, corners in zip(PUPILS, EYE_CORNERS, strict=True):
         moved[pupil] -= moved[corners].mean(axis=0)
         moved[pupil, 2] = 0.0

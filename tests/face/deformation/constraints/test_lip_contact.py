@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from conf.face.control_points import CONTROL_POINT_INDEX, LOWER_LIP, UPPER_LIP
 from conf.face.default_head import default_points
-from conf.face.deformation.constraints.lip_contact import CLOSED_CM, drawn_opening, keep_lips_shut
+from conf.face.deformation.constraints.lip_contact import CLOSED_CM, drawn_opening, keep_lips_shut, send_lips_shut
 
 UPPER, LOWER = CONTROL_POINT_INDEX["inner_lip_upper_mid"], CONTROL_POINT_INDEX["inner_lip_lower_mid"]
 
@@ -50,3 +50,14 @@ def test_a_mouth_that_is_open_in_the_neutral_pose_is_left_alone() -> None:
     points = default_points().copy()
     points[UPPER, 1] = points[LOWER, 1] + 0.5
     np.testing.assert_array_equal(keep_lips_shut(points, opened(0.05)), opened(0.05))
+
+
+@pytest.mark.parametrize(
+    ("tracked", "sent"), [(-0.1, -0.1), (0.0, 0.0), (0.12, 0.0), (0.17, 0.085), (0.22, 0.22), (1.5, 1.5)]
+)
+def test_lips_that_are_tracked_slightly_apart_are_sent_shut(tracked: float, sent: float) -> None:
+    offsets = opened(tracked).astype(np.float64)
+    moved = send_lips_shut(offsets)
+    assert moved[UPPER, 1] - moved[LOWER, 1] == pytest.approx(sent, abs=1e-6)
+    for lip in (UPPER_LIP, LOWER_LIP):
+        assert (moved - offsets)[lip] == pytest.approx(np.tile((moved - offsets)[lip[0]], (len(lip), 1)), abs=1e-6)
