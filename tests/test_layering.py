@@ -100,7 +100,10 @@ PURE_EXCEPTIONS = {
     ("face/formats/trimesh_reader.py", "trimesh"),
 }
 
-SOCKETS = {*("transport/udp.py", "transport/local_addresses.py", "transport/wake_up.py", "transport/traversal.py")}
+SOCKETS = {
+    *("transport/udp.py", "transport/local_addresses.py", "transport/wake_up.py", "transport/traversal.py"),
+    *("relay/front.py", "relay/udp_front.py", "relay/tcp_front.py", "relay/stun_responder.py"),
+}
 MAX_MODULES = 17  # per folder, without __init__.py
 WITHOUT_TEST = {"sender/capture/frame.py", "sender/portrait/captured_face.py"}
 # Tests of several modules together, of documents and of the whole program.

@@ -40,22 +40,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace, terminal: Terminal) -> None:
+    from conf.relay.front import Front, FrontOptions
     from conf.relay.loop import RelayLoop
     from conf.relay.router import Router, RouterOptions
-    from conf.relay.stun_responder import STUN_PORTS, StunResponder
+    from conf.relay.stun_responder import STUN_PORTS
 
     host, port = options.listen
     if not 0 < port <= 65535 - max(STUN_PORTS):
         raise ConfError(f"the relay needs its port and the next two: choose one from 1 to {65535 - max(STUN_PORTS)}")
-    router_options = RouterOptions((host, port), tuple(options.peer), options.password, options.max_members)
     with (
         until_interrupted() as should_continue,
-        StunResponder.bind(host, port) as stun,
-        Router(router_options) as router,
+        Front.bind(FrontOptions((host, port), options.max_members, options.peer)) as front,
+        Router(
+            RouterOptions((host, port), options.peer, options.password, options.max_members, front.router_ports)
+        ) as router,
     ):
-        names = " and ".join(map(str, stun.ports))
+        names = " and ".join(map(str, front.stun_ports))
         terminal.write(f"relay on {format_address((host, port))}, TCP and UDP; STUN on UDP ports {names}")
-        figures = RelayLoop(router, stun, terminal.write).run(seconds=options.seconds, should_continue=should_continue)
+        figures = RelayLoop(router, front, terminal.write).run(seconds=options.seconds, should_continue=should_continue)
     terminal.print_figures("the relay", figures)
 
 

@@ -1,13 +1,13 @@
-"""The loop of a relay: answer STUN requests and count; zenoh forwards in threads of its own."""
+"""The loop of a relay: let its front work, and count; zenoh forwards in threads of its own."""
 
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Protocol
 
+from conf.relay.front import FrontCounts
 from conf.relay.router import RouterState
-from conf.relay.stun_responder import StunResponder
 
 COUNT_S = 5.0
 LOG_S = 60.0
@@ -21,13 +21,21 @@ class CountingRouter(Protocol):
     def state(self) -> RouterState: ...
 
 
+class CountingFront(Protocol):
+    """What the loop needs of a front."""
+
+    def step(self, seconds: float, /) -> None: ...
+    def counts(self) -> FrontCounts: ...
+
+
 @dataclass(frozen=True)
 class RelayFigures:
     """The figures of a relay.
 
     members, max_members : sessions, now and at most; udp_links, tcp_links : of the members
     peers : other relays
-    stun_answered, stun_ignored : datagrams; cpu_s : of the process, all threads; memory_mb : peak, None if unknown
+    forwarded, strangers, excess, overflows, refused, tcp_pauses, stun_answered, stun_ignored : see FrontCounts
+    cpu_s : of the process, all threads; memory_mb : peak, None if unknown
     """
 
     seconds: float
@@ -36,6 +44,12 @@ class RelayFigures:
     udp_links: int
     tcp_links: int
     peers: int
+    forwarded: int
+    strangers: int
+    excess: int
+    overflows: int
+    refused: int
+    tcp_pauses: int
     stun_answered: int
     stun_ignored: int
     cpu_s: float
@@ -45,10 +59,10 @@ class RelayFigures:
 class RelayLoop:
     """Counts what a relay does. A program calls `run`, or `step` from a loop of its own."""
 
-    def __init__(self, router: CountingRouter, stun: StunResponder, on_log: Callable[[str], None]) -> None:
+    def __init__(self, router: CountingRouter, front: CountingFront, on_log: Callable[[str], None]) -> None:
         """on_log : called with a line about the present load, at most once a minute, if it has changed"""
         self._router = router
-        self._stun = stun
+        self._front = front
         self._on_log = on_log
         self._state = RouterState()
         self._max_members = 0
@@ -67,15 +81,14 @@ class RelayLoop:
         end = float("inf") if seconds is None else clock() + seconds
         while should_continue() and (now := clock()) < end:
             self.step(now)
-            self._stun.wait(min(POLL_S, end - clock()))
+            self._front.step(min(POLL_S, end - clock()))
         self._count()
         return self.figures(clock())
 
     def step(self, now: float) -> None:
-        """Answer requests, and count if that is due."""
+        """Count if that is due."""
         if self._began is None:
             self._began = now
-        self._stun.step(now)
         if now >= self._count_due:
             self._count_due = now + COUNT_S
             self._count()
@@ -93,8 +106,7 @@ class RelayLoop:
             udp_links=state.udp,
             tcp_links=state.tcp,
             peers=state.peers,
-            stun_answered=self._stun.answered,
-            stun_ignored=self._stun.ignored,
+            **asdict(self._front.counts()),
             cpu_s=time.process_time(),
             memory_mb=peak_memory_mb(),
         )

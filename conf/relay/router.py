@@ -3,9 +3,9 @@
 Strategy. It forwards a message only to those who have subscribed to its key, and nothing outside `conf/**`. It stores
 nothing, needs no clock and knows no secret: what it carries is sealed end to end.
 Limits: sessions in all (`max_sessions`), size of a message (`low_pass_filter`; longer ones are dropped where they come
-in) and what a session may do (`access_control`: publish and subscribe, no queries, no administration). zenoh's
-`downsampling` limits no rate here: it enforces a minimum interval, and so drops all but the first datagram of a burst,
-such as face and voice of one time (10 messages at once, 500 a second allowed: 1 arrived).
+in) and what a session may do (`access_control`: publish and subscribe, no queries, no administration). Rates
+are limited in front of it: zenoh's `downsampling` enforces a minimum interval, and so drops all but the first datagram
+of a burst, such as face and voice of one time (10 messages at once, 500 a second allowed: 1 arrived).
 What is counted are sessions and links. Nameplates are not: asking zenoh's admin space for them while members arrive can
 stop the router for good, all its threads waiting for locks (3 of 4 trials with 400 members; without it 0 of 8).
 """
@@ -16,7 +16,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 from conf.errors import NetworkError
 from conf.protocol.address import format_address
@@ -32,19 +32,19 @@ from conf.transport.relay_settings import (
 )
 from conf.transport.udp import MAX_DATAGRAM, UdpSocket
 
-if TYPE_CHECKING:
-    pass
-
+ROUTER_HOST = "127.0.0.1"
 MAX_MEMBERS = 2000
 MAX_KEY = "conf/**"
-MAX_PENDING = 100  # sessions that are being opened
+MAX_PENDING = 200  # sessions that are being opened
 
 
 @dataclass(frozen=True)
 class RouterOptions:
     """What a relay is started with.
 
-    listen : host and port, host "" for all addresses; peers : relays to be joined with
+    listen : host and port, host "" for all addresses; over TCP and UDP
+    ports : in place of that two ports over TCP on this machine, for what arrives over TCP and over UDP
+    peers : relays to be joined with
     password : file of lines user:password, None to admit everybody; max_members : sessions at a time
     """
 
@@ -52,6 +52,7 @@ class RouterOptions:
     peers: Sequence[tuple[str, int]] = ()
     password: Path | None = None
     max_members: int = MAX_MEMBERS
+    ports: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,7 @@ class Router:
         """Start. Raises NetworkError."""
         import zenoh
 
+        self._ports = options.ports
         credentials = read_credentials(options.password) if options.password else None
         try:
             self._session = zenoh.open(make_config(router_settings(options, credentials)))
@@ -99,17 +101,17 @@ class Router:
 
         transports = self._session.info.transports()
         peers = {str(item.zid) for item in transports if item.whatami == zenoh.WhatAmI.ROUTER}
-        kinds = [link.dst.partition("/")[0] for link in self._session.info.links() if str(link.zid) not in peers]
-        return RouterState(
-            members=len(transports) - len(peers), udp=kinds.count("udp"), tcp=kinds.count("tcp"), peers=len(peers)
-        )
+        links = [link for link in self._session.info.links() if str(link.zid) not in peers]
+        over_udp = f":{self._ports[1]}" if self._ports else "udp/"
+        udp = sum(over_udp in link.src for link in links)
+        return RouterState(members=len(transports) - len(peers), udp=udp, tcp=len(links) - udp, peers=len(peers))
 
 
 def router_settings(options: RouterOptions, credentials: Credentials | None, /) -> Settings:
     """Return the settings of zenoh. credentials : with which to join peers"""
     settings: dict[str, object] = {
         "mode": "router",
-        "listen/endpoints": _endpoints(options.listen),
+        "listen/endpoints": _endpoints(options),
         "connect/endpoints": [_peer_endpoints(peer) for peer in options.peers],
         "connect/exit_on_failure": False,
         "connect/timeout_ms": -1,  # go on trying, without waiting for it
@@ -121,7 +123,7 @@ def router_settings(options: RouterOptions, credentials: Credentials | None, /) 
         "transport/unicast/accept_pending": MAX_PENDING,
         "transport/unicast/accept_timeout": 4 * OPEN_TIMEOUT_MS,
         "transport/unicast/max_links": 2,
-        "transport/unicast/qos/enabled": False,
+        "transport/unicast/qos/enabled": True,
         "transport/link/tx/sequence_number_resolution": "8bit",
         "transport/link/tx/lease": LEASE_MS,
         "transport/link/rx/max_message_size": MAX_MESSAGE,
@@ -157,8 +159,12 @@ _ACCESS = {
 }
 
 
-def _endpoints(listen: tuple[str, int]) -> list[str]:
-    host, port = listen
+def _endpoints(options: RouterOptions) -> list[str]:
+    if options.ports:
+        return [
+            f"tcp/{ROUTER_HOST}:{port}?rel={reliable}" for port, reliable in zip(options.ports, (1, 0), strict=True)
+        ]
+    host, port = options.listen
     return [f"{kind}/{url_host(name)}:{port}" for name in ([host] if host else _all_hosts()) for kind in ("tcp", "udp")]
 
 

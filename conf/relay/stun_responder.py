@@ -4,6 +4,7 @@ Two ports, as a NAT may map each destination to a port of its own: that shows on
 """
 
 import select
+import socket
 from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from typing import Self
@@ -42,7 +43,16 @@ class StunResponder:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close its sockets."""
         self._stack.close()
+
+    @property
+    def handles(self) -> list[socket.socket]:
+        """What becomes readable when a request has arrived."""
+        return [handle for link in self._sockets for handle in link.handles]
 
     @property
     def ports(self) -> list[int]:
@@ -63,5 +73,4 @@ class StunResponder:
 
     def wait(self, seconds: float) -> None:
         """Sleep until a datagram arrives, at most `seconds`."""
-        handles = [handle for link in self._sockets for handle in link.handles]
-        select.select(handles, [], [], max(seconds, 0.0))
+        select.select(self.handles, [], [], max(seconds, 0.0))

@@ -2,9 +2,9 @@ import sys
 
 import pytest
 
+from conf.relay.front import FrontCounts
 from conf.relay.loop import LOG_S, RelayLoop, describe_state, peak_memory_mb
 from conf.relay.router import RouterState
-from conf.relay.stun_responder import StunResponder
 
 IDLE, BUSY = RouterState(), RouterState(members=4, udp=3, tcp=4)
 
@@ -19,12 +19,25 @@ class FakeRouter:
         return self.counts
 
 
-class Stage:
-    """A loop with a router that a test sets, and without sockets."""
+class FakeFront:
+    """A front without sockets."""
 
     def __init__(self) -> None:
-        self.router, self.stun, self.lines = FakeRouter(), StunResponder([]), list[str]()
-        self.loop = RelayLoop(self.router, self.stun, self.lines.append)
+        self.now_counts = FrontCounts()
+
+    def step(self, seconds: float, /) -> None:
+        assert seconds >= 0
+
+    def counts(self) -> FrontCounts:
+        return self.now_counts
+
+
+class Stage:
+    """A loop with a router and a front that a test sets."""
+
+    def __init__(self) -> None:
+        self.router, self.front, self.lines = FakeRouter(), FakeFront(), list[str]()
+        self.loop = RelayLoop(self.router, self.front, self.lines.append)
 
 
 def test_members_are_counted_now_and_at_most() -> None:
@@ -35,11 +48,11 @@ def test_members_are_counted_now_and_at_most() -> None:
     assert stage.loop.figures(101.0).members == 0
     stage.loop.step(106.0)
     stage.router.counts = IDLE
-    stage.stun.answered = 3
+    stage.front.now_counts = FrontCounts(stun_answered=3, excess=7)
     stage.loop.step(120.0)
     figures = stage.loop.figures(130.0)
     assert (figures.seconds, figures.members, figures.max_members) == (30, 0, 4)
-    assert figures.stun_answered == 3 and figures.cpu_s > 0
+    assert (figures.stun_answered, figures.excess) == (3, 7) and figures.cpu_s > 0
 
 
 def test_the_log_has_a_line_a_minute_and_only_if_something_has_changed() -> None:

@@ -34,7 +34,7 @@ def router(port: int, kinds: str = "tcp udp") -> Iterator[zenoh.Session]:
         "scouting/multicast/enabled": False,
         "timestamping/enabled": False,
         "transport/unicast/max_links": 2,
-        "transport/unicast/qos/enabled": False,
+        "transport/unicast/qos/enabled": True,
         "transport/shared_memory/enabled": False,
     }
     session = zenoh.open(make_config(settings))
