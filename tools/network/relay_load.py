@@ -7,9 +7,10 @@ load: calls of two over one `conf relay`, each end sending datagrams of 50 B at 
 the processor time of the relay beside that of one message as measured for the design (47,000 a second a core).
 Both ends of all calls run in processes of their own on the same machine: measure on a quiet one.
 
-hostile: while one call goes on, messages of strangers. A third are junk at the relay's UDP port, a third STUN requests
-and junk at the STUN ports, a third datagrams through the relay to the waiting end, from ever new names. Reported are
-the loss of the call, what was counted as hostile, and the memory of the relay and of the waiting end.
+hostile: while two calls go on, messages of strangers. A third are junk at the relay's UDP port, a third STUN requests
+and junk at the STUN ports, a third datagrams through the relay to the waiting end of one call, half of them over TCP
+from ever new names. Reported are the loss of that call and of the other, what was counted, and the memory of the relay
+and of the waiting end.
 """
 
 import argparse
@@ -28,7 +29,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from multiprocessing.queues import Queue
-from multiprocessing.synchronize import Barrier
+from multiprocessing.synchronize import Barrier, Event
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
@@ -51,7 +52,9 @@ MESSAGES_PER_CORE = 47_000  # a second, forwarded by zenoh's router, as measured
 DRIVERS = 2
 FILES = 16_384
 BURST = 100
+SLOW_BURST = 4  # each millisecond; faster, zenoh would drop most of them at the sender
 NAMES = "abcdefghijklmnopqrstuvwxyz"
+COUNTED = ("forwarded", "strangers", "excess", "overflows", "stun_answered", "stun_ignored")
 MAX_GROWTH_MB = 64.0
 
 
@@ -79,21 +82,26 @@ class Load:
 
 @dataclass(frozen=True)
 class Attack:
-    """sent : hostile messages by way; loss : of the call meanwhile; dropped : counted at the waiting end
+    """sent : hostile messages by way; loss : of the call that is attacked; other_loss : of the other
 
-    read : hostile datagrams that the waiting end had to look at
-    uncounted : sent through the relay, neither read nor counted as dropped; zenoh drops without telling
+    read : hostile datagrams that the waiting end had to look at; dropped : those it has dropped unread
+    counts : what the relay has counted; kernel : datagrams dropped by the system from full buffers of any socket
+    uncounted : hostile messages over UDP, less what the relay has counted; below 0 by what the calls have sent
+    sessions : that the waiting end has opened; 1 if it has never lost the relay
     relay_mb, waiter_mb : memory before and after
     """
 
     sent: dict[str, int]
     seconds: float
     loss: float
+    other_loss: float
     dropped: int
     read: int
+    counts: dict[str, int]
+    kernel: int
     uncounted: int
-    stun_answered: int
-    stun_ignored: int
+    sessions: int
+    relay_cpu: float
     relay_mb: tuple[float, float]
     waiter_mb: tuple[float, float]
 
@@ -233,20 +241,65 @@ def flood_udp(count: int, ports: list[int], seed: int) -> int:
     return count
 
 
-def flood_relay(count: int, plate: str, seed: int) -> int:
-    """Send junk through the relay to the waiting end, from ever new names. Returns how many were sent."""
+def flood_relay(count: int, plate: str, seed: int, kind: str) -> int:
+    """Send junk through the relay to the waiting end. Returns how many were sent.
+
+    kind : "tcp", from ever new names, or "udp", from one, each in a datagram of its own: only a declared key goes there
+    """
     generator = random.Random(seed)
     junk = [generator.randbytes(generator.choice((0, 1, 50, 1400, 3000))) for _ in range(500)]
     session = open_zenoh(client_settings(RELAY))
+    key, drop = f"{KEY_PREFIX}/{plate}/to", zenoh.CongestionControl.DROP
+    publisher = session.declare_publisher(
+        f"{key}/junk", reliability=zenoh.Reliability.BEST_EFFORT, congestion_control=drop, express=True
+    )
     for number in range(count):
-        name = "".join(generator.choices(NAMES, k=8))
-        session.put(
-            f"{KEY_PREFIX}/{plate}/to/{name}", junk[number % len(junk)], congestion_control=zenoh.CongestionControl.DROP
-        )
-        if number % BURST == 0:
-            time.sleep(0.002)
-    session.close()
+        data = junk[number % len(junk)]
+        if kind == "udp":
+            publisher.put(data)
+        else:
+            session.put(f"{key}/{''.join(generator.choices(NAMES, k=8))}", data, congestion_control=drop)
+        if number % (SLOW_BURST if kind == "udp" else BURST) == 0:
+            time.sleep(0.001)
+    with suppress(zenoh.ZError):  # the relay lets it wait
+        session.close()
     return count
+
+
+def count_sessions(transport: RelayTransport) -> list[zenoh.Session]:
+    """Return a list to which each session is added that a transport opens from now on."""
+    sessions: list[zenoh.Session] = []
+    on_open = transport._link._on_open
+
+    def count(session: zenoh.Session) -> None:
+        sessions.append(session)
+        on_open(session)
+
+    transport._link._on_open = count
+    return sessions
+
+
+def hold_other_call(ready: "Barrier", is_over: "Event", results: "Queue[Result]") -> None:
+    """Hold the call that nobody attacks. Puts how many datagrams were sent, and the delays of those received, s."""
+    with RelayTransport.wait_at(RELAY, "4712") as waiter, RelayTransport.call(RELAY, "4712", os.urandom) as caller:
+        delays: list[float] = []
+        for _ in range(20):
+            caller.send([(b"%17.6f" % 0, waiter.address)])
+            waiter.wait(0.1)
+            waiter.receive(MAX_QUEUED)
+        ready.wait(READY_S)
+        sent, due = 0, 0.0
+        while not is_over.is_set():
+            now = time.monotonic()
+            if now >= due:
+                due = now + 1 / 15
+                caller.send([((b"%17.6f" % now).ljust(SIZE), waiter.address)])
+                sent += 1
+            waiter.wait(0.02)
+            delays += [time.monotonic() - float(data[:17]) for data, _, _ in waiter.receive(MAX_QUEUED)]
+        time.sleep(1)
+        delays += [time.monotonic() - float(data[:17]) for data, _, _ in waiter.receive(MAX_QUEUED)]
+        results.put((sent, delays))
 
 
 def measure_attack(options: argparse.Namespace) -> Attack:
@@ -257,12 +310,19 @@ def measure_attack(options: argparse.Namespace) -> Attack:
         waiter, caller = RelayTransport.wait_at(RELAY, "4711"), RelayTransport.call(RELAY, "4711", os.urandom)
         while not (waiter.is_open and caller.is_open):
             time.sleep(0.05)
+        sessions = count_sessions(waiter)
+        results: Queue[Result] = context.Queue()
+        ready, is_over = context.Barrier(2), context.Event()
+        other = context.Process(target=hold_other_call, args=(ready, is_over, results), daemon=True)
+        other.start()
+        ready.wait(READY_S)
         relay_before, waiter_before = memory_mb(relay.pid), memory_mb(os.getpid())
-        with context.Pool(3) as pool:
+        with context.Pool(4) as pool:
             tasks = {
                 "relay": pool.apply_async(flood_udp, (third, [PORT], 1)),
                 "stun": pool.apply_async(flood_udp, (third, [PORT + 1, PORT + 2], 2)),
-                "through": pool.apply_async(flood_relay, (third, "4711", 3)),
+                "through_udp": pool.apply_async(flood_relay, (third // 2, "4711", 3, "udp")),
+                "through_tcp": pool.apply_async(flood_relay, (third - third // 2, "4711", 4, "tcp")),
             }
             began, sent, received, read, due = time.monotonic(), 0, 0, 0, 0.0
             while not all(task.ready() for task in tasks.values()) or due < 1:
@@ -280,12 +340,16 @@ def measure_attack(options: argparse.Namespace) -> Attack:
                 waiter.wait(0.005)
             numbers = {name: task.get() for name, task in tasks.items()}
         seconds = time.monotonic() - began
+        is_over.set()
+        other_sent, other_delays = results.get(timeout=60)
+        relay_cpu = cpu_s(relay.pid) / seconds
         time.sleep(1)
         received += sum(data.startswith(b"call") for data, _, _ in waiter.receive(MAX_QUEUED * 10))
         after = memory_mb(relay.pid), memory_mb(os.getpid())
         relay.send_signal(signal.SIGINT)
         assert relay.stdout
         figures = json.loads(relay.stdout.read())
+        counts = {name: figures[name] for name in (*COUNTED, "refused", "tcp_pauses")}
         dropped = waiter.dropped
         caller.close()
         waiter.close()
@@ -293,11 +357,14 @@ def measure_attack(options: argparse.Namespace) -> Attack:
         sent=numbers,
         seconds=seconds,
         loss=1 - received / sent,
+        other_loss=1 - len(other_delays) / other_sent,
         dropped=dropped,
         read=read,
-        uncounted=numbers["through"] - read - dropped,
-        stun_answered=figures["stun_answered"],
-        stun_ignored=figures["stun_ignored"],
+        counts=counts,
+        kernel=udp_overflows(),
+        uncounted=sum(numbers.values()) - numbers["through_tcp"] - sum(counts[name] for name in COUNTED),
+        sessions=len(sessions) + 1,
+        relay_cpu=relay_cpu,
         relay_mb=(relay_before, after[0]),
         waiter_mb=(waiter_before, after[1]),
     )
