@@ -50,9 +50,9 @@ def test_a_call_passes_over_udp_and_strangers_do_not_disturb_it() -> None:
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger,
     ):
         exchange(waiter, caller)
-        assert waiter.carrier == caller.carrier == "udp"
+        wait_until(lambda: waiter.carrier == caller.carrier == "udp")
         expected = RouterState(members=2, udp=2, tcp=2)
-        wait_until(lambda: router.state() == expected)
+        wait_until(lambda: router.state() == expected, 20)
         for number in range(300):
             stranger.sendto(os.urandom(1) * (number + 1), (LOOPBACK, port))
         stranger.sendto(encode_request(bytes(12)), (LOOPBACK, port + 1))

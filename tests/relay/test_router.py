@@ -51,7 +51,7 @@ def test_two_relays_join_their_members(tmp_path: Path) -> None:
         ):
             wait_until(lambda: router.state().peers == 1)
             exchange(waiter, caller)
-            assert router.state().members == 1
+            wait_until(lambda: router.state().members == 1)
 
 
 def test_only_who_has_the_password_is_admitted(tmp_path: Path) -> None:
