@@ -25,12 +25,13 @@ from conf.commands import call
 from conf.commands.support.capture import CaptureOptions
 from conf.commands.support.display import HEADLESS_SIZE, DisplayOptions
 from conf.errors import NetworkError
+from conf.protocol import send_leg
 from conf.protocol.receive_leg import ReceiveLeg
 from conf.receiver.call_display import LoopOptions
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender import face_capture
 from conf.sender.face_capture import CapturedMotion
-from tools.bench.call_probe import LOG_INTERVAL_S, log, memory_kb, split_address
+from tools.bench.call_probe import LOG_INTERVAL_S, WatchedMotion, log, memory_kb, sent_since_log, split_address
 from tools.bench.sound_probe import WatchedSound
 
 LISTENING = "listening on "
@@ -83,6 +84,7 @@ class WatchedComposer(composer.CallComposer):
             calls=endpoint._calls,
             frames_sent=endpoint.outbound.frames_sent,
             frames=frames,
+            sent=sent_since_log(),
             pictures=self._pictures,
             **sounds,
             **asdict(endpoint.snapshot(at)),
@@ -109,6 +111,7 @@ def hold(
             yield window, LoopOptions(fps, sound=output)
 
     face_capture.FaceCapture = WatchedCapture  # type: ignore[misc]
+    send_leg.OutboundMotion = WatchedMotion  # type: ignore[attr-defined]
     composer.CallComposer = WatchedComposer  # type: ignore[misc]
     call.open_display = open_display  # type: ignore[attr-defined, assignment]
     call.call(options, began=time.monotonic() if began is None else began)

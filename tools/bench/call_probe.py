@@ -5,8 +5,9 @@
 
 Prints JSON, one object a line. The receiver prints the address it listens on, then each second its figures, the images
 it has drawn and when each caller's portrait was first drawn. The sender prints each second its memory, when the call
-started, the frames it has captured and the datagrams it has sent. All times are of the machine's monotonic clock, which
-both processes share. The face is drawn but not recorded. With --speaker the voice is played (sound_probe.py).
+started, the frames it has captured, those it has sent and the datagrams. All times are of the machine's monotonic
+clock, which both processes share. The face is drawn but not recorded. With --speaker the voice is played
+(sound_probe.py).
 Used by tools/network/soak.py and by latency.py, flood.py and portrait_start.py in tools/bench.
 """
 
@@ -30,8 +31,11 @@ from conf.commands.support.display import HEADLESS_SIZE, WINDOW_FPS
 from conf.commands.support.garbage import frozen_memory
 from conf.errors import NetworkError
 from conf.face.loading import load_face
+from conf.protocol import send_leg
 from conf.protocol.address import Address
 from conf.protocol.messages import MotionFrame
+from conf.protocol.motion.outbound import OutboundMotion
+from conf.protocol.outgoing import OutgoingBody
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.session.server import SessionServer
 from conf.protocol.statistics import HEADER_BYTES
@@ -56,6 +60,26 @@ def memory_kb() -> int:
 def log(**values: Any) -> None:
     """Print one JSON object."""
     print(json.dumps(values), flush=True)
+
+
+SENT: list[float] = []  # stream time of the newest frame of each datagram sent, since the last log
+
+
+class WatchedMotion(OutboundMotion):
+    """An outgoing motion stream that logs which frames were sent: a face that holds still is not sent."""
+
+    def on_sent(self, counter: int, outgoing: OutgoingBody) -> None:
+        """Record what was sent."""
+        super().on_sent(counter, outgoing)
+        if outgoing.frame_numbers:
+            SENT.append(outgoing.frame_numbers[-1] / self.profile.fps)
+
+
+def sent_since_log() -> list[float]:
+    """Return the stream times of what was sent since the last call."""
+    times = SENT[:]
+    del SENT[: len(times)]
+    return times
 
 
 class WatchedWindow(OffscreenWindow):
@@ -154,8 +178,8 @@ class WatchedSendingLoop(SenderLoop):
         super()._send(captured, now)
         if self.captured_at >= self.due:
             self.due = self.captured_at + LOG_INTERVAL_S
-            logged = {"frames": self.frames, "datagrams": self.datagrams, **asdict(self.status(now))}
-            log(at=self.captured_at, began=self.began, memory_kb=memory_kb(), **logged)
+            logged = {"frames": self.frames, "datagrams": self.datagrams, "sent": sent_since_log()}
+            log(at=self.captured_at, began=self.began, memory_kb=memory_kb(), **logged, **asdict(self.status(now)))
             self.frames, self.datagrams = [], []
 
 
@@ -176,6 +200,7 @@ def receive(
 
 def send(receiver: tuple[str, int], code: str, send_options: SendOptions) -> None:
     """Send a looped clip as `conf send` does."""
+    send_leg.OutboundMotion = WatchedMotion  # type: ignore[attr-defined]
     pipeline.SenderLoop = WatchedSendingLoop  # type: ignore[misc]
     send_face(receiver, code, send_options)
 

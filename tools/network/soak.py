@@ -4,9 +4,9 @@
 
 Sender and receiver are two processes (tools/bench/call_probe.py). Each row is a tenth of the call: memory of both ends,
 frames received, lost and late, playout delay, the median time from a frame's capture to the image that shows it, the
-longest time between two captures, and the longest stall, which is the time of the playhead past the newest frame. No
-column may grow with the length of the call. A stall next to a capture gap of the same length was caused by other load
-on the machine, which stopped both processes.
+longest time between two captures, and the longest stall, which is the time of the playhead past a frame that was sent
+and has not arrived; a face that holds still is not sent and does not stall. No column may grow with the length of the
+call. A stall next to a capture gap of the same length was caused by other load on the machine, which stopped both.
 
 machine_gap_s is the longest time by which a thread that sleeps for SLEEP_S woke up too late: a machine that stops
 everybody, which no program can mend.
@@ -52,6 +52,7 @@ ROWS = 10
 STARTING_S = 60.0  # maximum time for the processes to start on a busy machine
 SLEEP_S = 0.01
 SOUND_FPS = 15
+HALF_FRAME_S = 1 / 60  # stream times of frames are rounded to their numbers
 START_S = 3.0  # excluded from growth: handshake, calibration, memory that is allocated once
 Lines = list[dict[str, Any]]
 
@@ -177,6 +178,7 @@ def _row(sent: Lines, received: Lines, captures: list[list[float]], begin: float
     receiver = [line for line in received if begin <= line["at"] <= begin + length]
     sender = [line for line in sent if begin <= line["at"] <= begin + length]
     images = [image for line in received for image in line["pictures"] if begin <= image[0] <= begin + length]
+    frames_sent = sorted(time for line in sent for time in line["sent"])
     times = [at for at, _ in captures if begin <= at <= begin + length]
     counted = ("frames_received", "frames_lost", "frames_late")
     counts = {name: receiver[-1][name] - receiver[0][name] if receiver else 0 for name in counted}
@@ -188,12 +190,25 @@ def _row(sent: Lines, received: Lines, captures: list[list[float]], begin: float
         "playout_delay_ms": round(median([line["playout_delay_ms"] for line in receiver] or [0]), 1),
         "latency_ms": round(latency(captures, images) * 1000, 1),
         "longest_capture_gap_s": round(max((b - a for a, b in pairwise(times)), default=0.0), 3),
-        "longest_stall_s": round(max((image[2] for image in images), default=0.0), 3),
+        "longest_stall_s": round(longest_stall(frames_sent, images), 3),
         "machine_gap_s": round(
             max((gap[1] for line in receiver for gap in line.get("machine_gaps", [])), default=0), 3
         ),
         **sound_row(received, begin, begin + length),
     }
+
+
+def longest_stall(frames_sent: list[float], images: list[list[float]]) -> float:
+    """Return the longest time of the playhead past a frame that was sent and has not arrived, s.
+
+    frames_sent : stream times, in order; images : (finished at, playhead, s the playhead is past the newest frame)
+    """
+    longest = 0.0
+    for _, playhead, past in images:
+        missing = bisect_right(frames_sent, playhead - past + HALF_FRAME_S)
+        if past > 0 and missing < len(frames_sent):
+            longest = max(longest, playhead - frames_sent[missing])
+    return longest
 
 
 def latency(captures: list[list[float]], images: list[list[float]]) -> float:

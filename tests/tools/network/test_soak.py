@@ -8,7 +8,7 @@ import pytest
 from conf.commands.extract import extract
 from conf.output.wav_writer import write_wav
 from tools.network.impair import Faults
-from tools.network.soak import ROWS, call, call_of_two, figures, latency
+from tools.network.soak import ROWS, call, call_of_two, figures, latency, longest_stall
 
 
 @pytest.mark.slow
@@ -39,3 +39,9 @@ def test_latency_is_the_time_from_a_capture_to_its_image() -> None:
     captures = [[10.0 + i / 10, 3.0 + i / 10] for i in range(50)]
     images = [[10.25 + i / 30, i / 30, 0.0] for i in range(100)]
     assert latency(captures, images) == pytest.approx(0.25)
+
+
+def test_a_stall_begins_with_the_first_frame_that_is_missing() -> None:
+    images = [[20.0 + i / 10, i / 10, max(0.0, i / 10 - 1.0)] for i in range(30)]  # nothing arrives after 1.0
+    assert longest_stall([0.5, 1.0, 1.7, 2.0], images) == pytest.approx(2.9 - 1.7)
+    assert longest_stall([0.5, 1.0], images) == 0.0, "a face that holds still does not stall"
