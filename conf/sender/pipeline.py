@@ -22,6 +22,7 @@ STATUS_INTERVAL_S = 0.25
 POLL_S = 0.1
 WRONG_WORDS = "the words are wrong: type the code as the receiver shows it (conf send {nameplate}-WORD-WORD-WORD)"
 NOBODY_WAITS = "nobody waits with the number {nameplate}: is the number right, and the relay the same?"
+NO_REPLY = "who waits with the number {nameplate} has not answered: try again"
 WRONG_CODE = "the code is wrong: type it as the receiver shows it (conf send ... --code CODE)"
 NO_ANSWER = "nobody answered: start `conf receive` there, with --listen PORT to be reached from other machines"
 REFUSALS = {
@@ -68,6 +69,7 @@ class SenderLoop:
         self._exchange = DatagramExchange(socket, connection)
         self._has_begun = False
         self._receiver: Address | None = None
+        self._refusal = ""  # the last event
         self._note = "calling"
         self._on_status: Callable[[SenderStatus], None] | None = None
         self._status_due = 0.0
@@ -117,20 +119,29 @@ class SenderLoop:
             is_awaited = self._socket.others_wait
             text = describe_event(event, nameplate=self._socket.nameplate, is_awaited=is_awaited)
             self._note = text or self._note
+            self._refusal = text if isinstance(event, Refused) else ""
         if self._on_status and now >= self._status_due:
             self._status_due = now + STATUS_INTERVAL_S
             self._on_status(self.status(now))
         self._has_begun |= self._connection.status(now).connected
         if now >= self._end:
             if not self._has_begun:
-                nameplate = self._socket.nameplate
-                raise NetworkError(NOBODY_WAITS.format(nameplate=nameplate) if nameplate else NO_ANSWER)
+                raise NetworkError(self._unanswered())
             return None
         if not self._has_begun:
             return POLL_S
         self._capture.set_fps(self._connection.outbound.profile.fps)
         wait = self._capture.step(now)
         return None if wait is None else min(wait, POLL_S, self._voice.wait_s(now))
+
+    def _unanswered(self) -> str:
+        """Return why there was no call."""
+        if self._refusal:
+            return self._refusal
+        nameplate = self._socket.nameplate
+        if not nameplate:
+            return NO_ANSWER
+        return (NO_REPLY if self._socket.others_wait else NOBODY_WAITS).format(nameplate=nameplate)
 
     def close(self, now: float) -> None:
         """End the call and notify the receiver, if that is possible."""

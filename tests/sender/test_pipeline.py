@@ -280,6 +280,18 @@ def test_whom_nobody_answers_over_a_relay_learns_the_number() -> None:
     with pytest.raises(NetworkError, match="nobody waits with the number 4711: is the number right"):
         sender.loop.run(seconds=0.5, clock=sender.socket.clock)
     assert sender.loop.status(1.0).path == ""
+    sender.socket.others_wait = True
+    with pytest.raises(NetworkError, match="who waits with the number 4711 has not answered: try again"):
+        sender.loop.run(seconds=0.5, clock=sender.socket.clock)
+
+
+def test_who_was_refused_to_the_end_learns_why() -> None:
+    sender = Sender(frames=30)
+    events = iter([Refused(Refusal.LOCKED, 50.0)])
+    sender.loop._connection.next_event = lambda: next(events, None)  # type: ignore[method-assign]
+    sender.socket.reachable = False
+    with pytest.raises(NetworkError, match="too many wrong codes: the receiver listens again in 50 s"):
+        sender.loop.run(seconds=0.5, clock=sender.socket.clock)
 
 
 def test_a_full_receiver_ends_the_call_with_a_message() -> None:
