@@ -20,11 +20,12 @@ class StoppableThread:
         """Start the thread."""
         self._thread.start()
 
-    def stop(self) -> None:
-        """Stop the thread and wait until it has ended."""
+    def stop(self, max_s: float | None = None) -> None:
+        """Stop the thread, if it was started, and wait until it has ended, at most `max_s`."""
         self.is_stopped = True
         self._stopped.set()
-        self._thread.join()
+        if self._thread.ident is not None:
+            self._thread.join(max_s)
 
     def wait(self, seconds: float) -> bool:
         """Wait, at most until the thread is stopped. Returns whether it is. Called by the thread itself."""

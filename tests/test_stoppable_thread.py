@@ -32,3 +32,18 @@ def test_a_thread_that_is_over_can_be_stopped_and_waits_no_more() -> None:
     thread.start()
     thread.stop()
     assert ran == [1] and thread.wait(LONG_S) and thread.wait(0.01)
+
+
+def test_a_thread_that_was_never_started_or_hangs_can_be_stopped() -> None:
+    StoppableThread(lambda: None, name="idle").stop()
+    release = threading.Event()
+    thread = StoppableThread(lambda: _wait(release), name="hangs")
+    thread.start()
+    thread.stop(0.01)
+    assert thread.is_stopped
+    release.set()
+    thread.stop()
+
+
+def _wait(event: threading.Event) -> None:
+    assert event.wait(10.0)

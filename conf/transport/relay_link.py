@@ -1,12 +1,12 @@
 """Keep a session with a relay open, in a thread: opening may take seconds and must delay no frame."""
 
 import queue
-import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from conf.stoppable_thread import StoppableThread
 from conf.transport.link_policy import LinkPolicy, SilenceDetector
 
 if TYPE_CHECKING:
@@ -47,8 +47,7 @@ class RelayLink:
         self._session: zenoh.Session | None = None
         self._policy = LinkPolicy()
         self._tasks: queue.Queue[Callable[[zenoh.Session], None] | None] = queue.Queue(MAX_TASKS)
-        self._stopped = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="relay", daemon=True)
+        self._thread = StoppableThread(self._run, name="relay")
 
     def start(self) -> None:
         """Begin to open."""
@@ -64,16 +63,14 @@ class RelayLink:
 
     def close(self) -> None:
         """Close the session."""
-        self._stopped.set()
         with suppress(queue.Full):
             self._tasks.put_nowait(None)
-        if self._thread.is_alive():
-            self._thread.join(JOIN_S)
+        self._thread.stop(JOIN_S)
 
     def _run(self) -> None:
         from zenoh import ZError
 
-        while not self._stopped.is_set():
+        while not self._thread.is_stopped:
             self._check()
             with suppress(queue.Empty, ZError):
                 task = self._tasks.get(timeout=CHECK_S)
@@ -91,7 +88,7 @@ class RelayLink:
         session = None
         try:
             session = self._open_session()
-            if not self._stopped.is_set():
+            if not self._thread.is_stopped:
                 self._on_open(session)
         except ZError:  # not opened, or closed again at once
             _close(session)

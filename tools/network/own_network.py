@@ -5,11 +5,15 @@ import socket
 import struct
 import subprocess
 import sys
-import threading
 from collections import Counter
 from dataclasses import dataclass
+from pathlib import Path
 from types import TracebackType
 from typing import Self
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from conf.stoppable_thread import StoppableThread
 
 INSIDE = "CONF_OWN_NETWORK"
 OUTGOING = 4  # packet type; on a loopback each packet is seen twice, outgoing and incoming
@@ -45,8 +49,7 @@ class Capture:
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 16 << 20)
         self._socket.bind(("lo", 0))
         self._socket.settimeout(0.1)
-        self._stopped = threading.Event()
-        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread = StoppableThread(self._run, name="capture")
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -55,8 +58,7 @@ class Capture:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._stopped.set()
-        self._thread.join()
+        self._thread.stop()
         self._socket.close()
 
     def sizes(self, *, kind: str, source: int | None = None, destination: int | None = None) -> Counter[int]:
@@ -68,7 +70,7 @@ class Capture:
         )
 
     def _run(self) -> None:
-        while not self._stopped.is_set():
+        while not self._thread.is_stopped:
             try:
                 data, (_, _, packet_type, *_) = self._socket.recvfrom(1 << 16)
             except TimeoutError:
