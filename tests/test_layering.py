@@ -101,7 +101,7 @@ PURE_EXCEPTIONS = {
 }
 
 SOCKETS = {
-    *("transport/udp.py", "transport/local_addresses.py", "transport/wake_up.py", "transport/traversal.py"),
+    *("transport/udp.py", "transport/local_addresses.py", "transport/wake_up.py"),
     *("relay/front.py", "relay/udp_front.py", "relay/tcp_front.py", "relay/stun_responder.py"),
 }
 MAX_MODULES = 17  # per folder, without __init__.py

@@ -7,7 +7,6 @@ machine's own addresses change, the responder is asked again.
 
 import ipaddress
 import os
-import socket
 import time
 from collections.abc import Callable, Sequence
 from typing import Self
@@ -19,7 +18,7 @@ from conf.transport.interface import ReceivedDatagram
 from conf.transport.local_addresses import find_route_addresses
 from conf.transport.relay_settings import Credentials
 from conf.transport.stun import StunClient
-from conf.transport.udp import DIRECT, UdpSocket
+from conf.transport.udp import DIRECT, UdpSocket, resolve
 from conf.transport.zenoh_transport import RelayTransport
 
 STUN_PORT_STEP = 1  # from the relay's port to that of its STUN responder
@@ -100,13 +99,12 @@ def find_stun_servers(relay: tuple[str, int] | None, /) -> list[SocketAddress]:
         return []
     host, port = relay
     try:
-        found = socket.getaddrinfo(host, port + STUN_PORT_STEP, type=socket.SOCK_DGRAM)
-    except (OSError, UnicodeError, OverflowError) as error:
+        found = resolve(host, port + STUN_PORT_STEP)
+    except NetworkError as error:
         raise NetworkError(f"no address for the relay {host!r}: check its name, and this network") from error
     first: dict[int, SocketAddress] = {}
-    for family, *_, address in found:
-        if family in (socket.AF_INET, socket.AF_INET6):
-            first.setdefault(family, address)  # type: ignore[arg-type]
+    for address in found:
+        first.setdefault(len(address), address)
     return list(first.values())
 
 

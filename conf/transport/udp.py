@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from typing import Any, Self
 
 from conf.errors import NetworkError
-from conf.protocol.address import Address, RelayAddress, format_address
+from conf.protocol.address import Address, RelayAddress, SocketAddress, format_address
 from conf.transport.interface import ReceivedDatagram
 
 MAX_DATAGRAM = 2048
@@ -208,11 +208,11 @@ class UdpSocket:
         return handle
 
 
-def resolve(host: str, port: int, /) -> list[Address]:
+def resolve(host: str, port: int, /) -> list[SocketAddress]:
     """Return the addresses of a name, as sockets report them. Raises NetworkError."""
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
-    except (OSError, UnicodeError) as error:
+    except (OSError, UnicodeError, OverflowError) as error:
         raise NetworkError(f"no address for {host!r}: check the name and this machine's network") from error
     addresses: list[Any] = list(dict.fromkeys(address for *_, address in found))[:MAX_CANDIDATES]
     return addresses

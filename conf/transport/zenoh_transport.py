@@ -13,7 +13,7 @@ import threading
 import time
 from collections import OrderedDict, deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from conf.errors import NetworkError
 from conf.protocol.address import Address, RelayAddress
@@ -161,7 +161,7 @@ class RelayTransport:
         from zenoh import ZError
 
         try:
-            return self._watcher is not None and self._watcher.matching_status.matching  # type: ignore[attr-defined]
+            return self._watcher is not None and _matches(self._watcher)
         except ZError:  # the session is being replaced
             return False
 
@@ -318,6 +318,12 @@ def _declare_watcher(session: "zenoh.Session", key: str) -> "zenoh.Publisher":
     import zenoh
 
     return session.declare_publisher(key, allowed_destination=zenoh.Locality.REMOTE)
+
+
+def _matches(publisher: "zenoh.Publisher") -> bool:
+    """Return whether another session has subscribed. zenoh's annotation says bool; it returns an object."""
+    status: Any = publisher.matching_status
+    return bool(status.matching)
 
 
 def _put(publisher: "zenoh.Publisher", data: bytes) -> bool:
