@@ -5,6 +5,7 @@ from math import ceil, floor, log2
 from pathlib import Path
 from typing import Any
 
+import msgpack
 import numpy as np
 from numpy.typing import NDArray
 
@@ -86,14 +87,15 @@ def live_tables() -> list[list[int]]:
     return tables
 
 
-def read_tree(string: Range, name: str) -> list[list[int]]:
-    """Return the points of a tree, steps."""
+def read_tree(string: Range, name: str, count: int | None = None) -> list[list[int]]:
+    """Return the points of a tree, steps; with a count only those that come first in its order."""
     tables, arrays = live_tables(), np.load(ASSETS / "portrait.npz")
     mean, order, parents, scales = (
         arrays[f"{name}_{part}"].tolist() for part in ("mean", "order", "parents", "spread")
     )
     deviations: list[list[int]] = []
-    points = [[0]] * len(mean)
+    order, parents, scales = order[:count], parents[:count], scales[:count]
+    points = [[0]] * len(order)
     for point, parent, row in zip(order, parents, scales, strict=True):
         base = deviations[parent] if parent >= 0 else [0] * len(row)
         deviations.append([base[axis] + read_number(string, tables, scale) for axis, scale in enumerate(row)])
@@ -115,6 +117,15 @@ def read_shape(data: bytes, outline_points: int) -> tuple[list[list[int]], list[
         outline.append([before[axis] + read_number(string, tables, 28) for axis in range(2)])
     assert string.end() == data
     return points, neutral, outline
+
+
+def read_view(data: bytes) -> tuple[list[int], list[list[int]], bytes]:
+    """Return a view's integers, its control points in steps, and its VP8 frame. data : without the byte of the kind"""
+    numbers, shape, frame = msgpack.unpackb(data)
+    string = Range(shape)
+    points = read_tree(string, "face", len(np.load(ASSETS / "portrait.npz")["stir_spread"]))
+    assert string.end() == shape
+    return numbers, points, frame
 
 
 def split_composite(body: bytes) -> list[bytes]:

@@ -13,15 +13,17 @@ from conf.protocol import playout_clock, wire
 from conf.protocol.codec.payload_header import code_header
 from conf.protocol.codec.profiles import PROFILES
 from conf.protocol.codec.symbol_coder import SymbolReader
+from conf.protocol.portrait.objects import decode_object, encode_object
 from conf.protocol.portrait.patch import encode_patch
 from conf.protocol.portrait.photo import decode_photo, encode_photo
 from conf.protocol.portrait.probability_model import REGIONS
+from conf.protocol.portrait.view import View
 from conf.protocol.rate_control.rate_levels import VOICE_LEVELS
 from conf.protocol.session.drop_reasons import DropReason
 from conf.protocol.session.packet import parse_datagram
 from conf.protocol.voice.formats import VoiceFormat
 from conf.protocol.wire import decode_body
-from tests.protocol.independent_decoder import PayloadReader, read_candidates, read_patch, read_shape
+from tests.protocol.independent_decoder import PayloadReader, read_candidates, read_patch, read_shape, read_view
 from tests.support.portrait_objects import example_patch, example_photo
 from tools.golden.wire import BODIES, FOLDER, HEADERS
 
@@ -86,6 +88,17 @@ def test_the_independent_decoder_reads_the_shape_of_a_photo() -> None:
     np.testing.assert_allclose(np.array(points) * 0.02, photo.points, atol=1e-9)
     np.testing.assert_allclose(np.array(neutral) * 0.02, photo.neutral, atol=1e-9)
     np.testing.assert_allclose(np.array(outline) / 255, photo.outline, atol=1e-9)
+
+
+def test_the_independent_decoder_reads_the_golden_view() -> None:
+    golden = (FOLDER / "portrait_view.bin").read_bytes()
+    view = decode_object(golden)
+    assert isinstance(view, View) and encode_object(view) == golden
+    read, points, frame = read_view(golden[1:])
+    assert golden[0] == 3 and read[:2] == [view.photo_number, view.slot] and frame == view.frame
+    np.testing.assert_allclose(np.array(read[2:6]) / 255, view.box)
+    np.testing.assert_allclose(np.array(read[6:]) * 0.0005, view.pose)
+    np.testing.assert_allclose(np.array(points) * 0.02, view.points)
 
 
 @pytest.mark.parametrize("region", range(len(REGIONS)))
