@@ -2,9 +2,8 @@
 
 from collections.abc import Callable
 
-from conf.call.controls import CALL_KEYS, CallControls
+from conf.call.controls import CALL_KEYS, CallControls, LocalState
 from conf.call.link_state import LinkMonitor
-from conf.call.local_state import LocalState
 from conf.call.screen import CallScreen
 from conf.call.self_picture import SelfPicture
 from conf.call.self_view import SelfView

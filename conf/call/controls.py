@@ -1,9 +1,8 @@
-"""The keys and buttons of a call: what they change of one's own end."""
+"""The switches of one's own end of a call, and the keys and buttons that change them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from conf.call.local_state import LocalState
 from conf.receiver.panel_layout import Rect
 from conf.receiver.viewer_controls import KeyTable, action_of
 from conf.render.window.input_events import Dragged, Event, KeyPressed, MouseButton, MouseMoved
@@ -34,6 +33,29 @@ BUTTONS = ("microphone", "camera", "own portrait", "record video", "quit")  # fr
 NO_MICROPHONE = "there is no microphone: start with --microphone, `conf devices` lists them"
 PORTRAIT_ON = "pictures of you are sent from now on; P stops that"
 PORTRAIT_OFF = "no more pictures of you are sent: the other sees the head again"
+
+
+@dataclass
+class LocalState:
+    """What the person at this end has switched on; the loop carries it out.
+
+    camera : whether the face is to be captured and sent
+    camera_fault : why there is no image though the camera is on, "" while there is nothing wrong
+    microphone : whether the voice is sent
+    portrait : whether images of the person may be sent
+    has_microphone : whether there is one
+    """
+
+    camera: bool = True
+    microphone: bool = True
+    portrait: bool = False
+    has_microphone: bool = True
+    camera_fault: str = ""
+
+    @property
+    def shows_face(self) -> bool:
+        """Whether the camera is on and works."""
+        return self.camera and not self.camera_fault
 
 
 @dataclass(frozen=True)

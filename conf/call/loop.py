@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from conf.call.capture_thread import CaptureThread
+from conf.call.controls import LocalState
 from conf.call.events import describe_event
-from conf.call.local_state import LocalState
 from conf.call.self_view import SelfView
 from conf.call.shared_objects import SharedObjectSender
 from conf.errors import NetworkError

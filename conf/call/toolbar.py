@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 from imgui_bundle import imgui
 
-from conf.call.controls import BUTTONS, CALL_KEYS
-from conf.call.local_state import LocalState
+from conf.call.controls import BUTTONS, CALL_KEYS, LocalState
 from conf.receiver.panel_layout import Rect
 from conf.receiver.viewer_controls import key_label
 from conf.render.ui.hud import RECORDING, Size

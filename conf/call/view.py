@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
+from conf.call.controls import LocalState
 from conf.call.link_state import LinkState, Quality
-from conf.call.local_state import LocalState
 from conf.protocol.participant.state import CameraState, RemoteState
 from conf.protocol.voice.formats import VoiceState
 from conf.receiver.call_stats import CallStats

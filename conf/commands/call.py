@@ -275,7 +275,7 @@ def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, dra
     """Run the loop of a call, to its end, in a window."""
     from conf.call.capture_thread import CaptureThread
     from conf.call.composer import CallComposer
-    from conf.call.local_state import LocalState
+    from conf.call.controls import LocalState
     from conf.call.loop import CallLoop, LocalEnd
     from conf.call.view import Waiting
     from conf.protocol.address import format_address

@@ -6,11 +6,10 @@ from conf.protocol import messages
 from conf.protocol.codec.reference_frames import MissingReferenceError
 from conf.protocol.motion.inbound import InboundMotion
 from conf.protocol.participant.state import CameraState
-from conf.protocol.playout_clock import PlayoutClock
 from conf.protocol.portrait.object_receiver import ObjectReceiver
 from conf.protocol.reception_statistics import ReceptionStatistics
 from conf.protocol.statistics import MediaTraffic, RateWindow, TrafficSnapshot, count_media, raw_frame_bytes
-from conf.protocol.stream_clock import PeerStreamClock
+from conf.protocol.stream_clocks import PeerStreamClock, PlayoutClock
 from conf.protocol.voice.inbound import InboundVoice
 
 SILENCE_S = 3.0

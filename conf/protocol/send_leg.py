@@ -19,7 +19,7 @@ from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.rate_control.send_budget import DATAGRAM_OVERHEAD, SEAL_BYTES, RateOptions, SendBudget
 from conf.protocol.reception_statistics import REPORT_INTERVAL_S
 from conf.protocol.statistics import HEADER_BYTES
-from conf.protocol.stream_clock import StreamClock
+from conf.protocol.stream_clocks import StreamClock
 from conf.protocol.voice.formats import VoiceFormat, VoicePacket, VoiceState
 from conf.protocol.voice.outbound import OutboundVoice
 from conf.protocol.wire import MAX_INNER_BODY, MOTION_BIT, VOICE_BIT, encode_body

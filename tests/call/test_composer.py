@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from conf.call.composer import CallComposer
-from conf.call.local_state import LocalState
+from conf.call.controls import LocalState
 from conf.call.screen import CallScreen
 from conf.call.self_view import SelfView
 from conf.call.view import Waiting

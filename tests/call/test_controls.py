@@ -1,9 +1,26 @@
 import pytest
 
-from conf.call.controls import BUTTONS, CALL_KEYS, NO_MICROPHONE, PORTRAIT_OFF, PORTRAIT_ON, ButtonPlace, CallControls
-from conf.call.local_state import LocalState
+from conf.call.controls import (
+    BUTTONS,
+    CALL_KEYS,
+    NO_MICROPHONE,
+    PORTRAIT_OFF,
+    PORTRAIT_ON,
+    ButtonPlace,
+    CallControls,
+    LocalState,
+)
 from conf.receiver.panel_layout import Rect
 from conf.render.window.input_events import Dragged, KeyPressed, MouseButton, MouseMoved, Scrolled
+
+
+def test_a_call_begins_with_camera_and_microphone_and_without_images_of_the_person() -> None:
+    assert LocalState() == LocalState(camera=True, microphone=True, portrait=False, has_microphone=True)
+
+
+def test_a_face_is_shown_while_the_camera_is_on_and_works() -> None:
+    assert LocalState().shows_face
+    assert not LocalState(camera=False).shows_face and not LocalState(camera_fault="gone").shows_face
 
 
 class Stage:

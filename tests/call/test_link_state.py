@@ -3,9 +3,9 @@ from dataclasses import replace
 import pytest
 
 from conf.call.link_state import HOLD_S, LinkMonitor, LinkState, Quality
-from conf.protocol.playout_clock import Medium
 from conf.protocol.receive_leg import ReceiveLeg
 from conf.protocol.send_leg import LinkStatus
+from conf.protocol.stream_clocks import Medium
 
 WELL = LinkStatus(True, False, "voice", 1, 40.0, 0.5, 3.0)
 

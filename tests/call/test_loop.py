@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from conf.call.local_state import LocalState
+from conf.call.controls import LocalState
 from conf.call.loop import CAMERA_RETRY_S, CallLoop, LocalEnd
 from conf.call.self_view import SelfView
 from conf.call.shared_objects import SharedObjectSender

@@ -4,9 +4,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from conf.call.controls import CALL_KEYS
+from conf.call.controls import CALL_KEYS, LocalState
 from conf.call.link_state import LinkState, Quality
-from conf.call.local_state import LocalState
 from conf.call.screen import CallScreen
 from conf.call.self_picture import SelfPicture
 from conf.call.self_view import SelfView

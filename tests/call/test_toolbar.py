@@ -1,7 +1,6 @@
 import pytest
 
-from conf.call.controls import BUTTONS
-from conf.call.local_state import LocalState
+from conf.call.controls import BUTTONS, LocalState
 from conf.call.toolbar import buttons_of, draw_toolbar, lay_out_buttons, toolbar_sizes
 from conf.receiver.panel_layout import Rect
 from conf.render.ui.imgui_overlay import ImGuiOverlay

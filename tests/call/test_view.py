@@ -1,7 +1,7 @@
 import pytest
 
+from conf.call.controls import LocalState
 from conf.call.link_state import LinkState, Quality
-from conf.call.local_state import LocalState
 from conf.call.view import UNKNOWN, Waiting, own_notes, remote_notes, status_parts
 from conf.protocol.participant.state import CameraState, RemoteState
 from conf.protocol.statistics import merge_snapshots

@@ -9,7 +9,7 @@ import msgpack
 import numpy as np
 import pytest
 
-from conf.protocol import playout_clock, wire
+from conf.protocol import stream_clocks, wire
 from conf.protocol.codec.payload_header import code_header
 from conf.protocol.codec.profiles import PROFILES
 from conf.protocol.codec.symbol_coder import SymbolReader
@@ -138,7 +138,7 @@ def test_tables_and_limits_equal_those_of_the_code() -> None:
         for lossy in level.lossy:
             assert f"| {level.kbps:g} | {lossy.loss * 100:.0f} % | {_frames(lossy.voice)} | " in TEXT
     assert f"1 to {wire.MAX_BODY:,} B" in TEXT
-    assert f"at most {playout_clock.MAX_DELAY_S * 1000:.0f} ms" in TEXT
+    assert f"at most {stream_clocks.MAX_DELAY_S * 1000:.0f} ms" in TEXT
     for reason in DropReason:
         assert f"`{reason}`" in TEXT
 

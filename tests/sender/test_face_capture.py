@@ -6,7 +6,7 @@ import pytest
 from conf.errors import CameraError
 from conf.protocol.messages import MotionFrame, StreamParameters
 from conf.protocol.motion.outbound import OutboundMotion
-from conf.protocol.stream_clock import StreamClock
+from conf.protocol.stream_clocks import StreamClock
 from conf.sender.face_capture import CapturedMotion, CaptureMode, FaceCapture, send_motion
 
 FPS = 30.0

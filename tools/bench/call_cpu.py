@@ -31,7 +31,7 @@ import numpy as np
 
 from conf.audio.devices import NULL_DEVICE, open_speaker
 from conf.call.capture_thread import CaptureThread
-from conf.call.local_state import LocalState
+from conf.call.controls import LocalState
 from conf.call.loop import CallLoop, LocalEnd
 from conf.call.self_view import SelfView
 from conf.call.shared_objects import SharedObjectSender

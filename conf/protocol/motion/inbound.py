@@ -7,10 +7,9 @@ from conf.protocol.codec.decoder import Decoder
 from conf.protocol.codec.payload_header import profile_of
 from conf.protocol.messages import KeepAlive, MotionFrame, MotionPayload, Presence, StreamParameters
 from conf.protocol.motion.jitter_buffer import JitterBuffer, PlayoutFrame
-from conf.protocol.playout_clock import PlayoutClock
 from conf.protocol.session.sequence import unwrap
 from conf.protocol.statistics import RateWindow
-from conf.protocol.stream_clock import PeerStreamClock
+from conf.protocol.stream_clocks import PeerStreamClock, PlayoutClock
 from conf.protocol.wire import NUMBER_BITS
 
 MAX_RECEIVED = 256  # frames kept for a user that records them

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from conf.protocol.messages import MotionFrame
-from conf.protocol.playout_clock import PlayoutClock
+from conf.protocol.stream_clocks import PlayoutClock
 
 HOLD_S = 1.5
 FADE_S = 1.0

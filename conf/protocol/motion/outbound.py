@@ -14,7 +14,7 @@ from conf.protocol.codec.payload_header import MAX_FRAMES, MAX_STRIDE
 from conf.protocol.codec.profiles import LIVE, Profile
 from conf.protocol.messages import KeepAlive, MotionFrame, MotionPayload, Presence, StreamParameters
 from conf.protocol.outgoing import OutgoingBody
-from conf.protocol.stream_clock import StreamClock
+from conf.protocol.stream_clocks import StreamClock
 from conf.protocol.wire import encode_body
 
 REPEAT_S = 1.0  # interval of keep-alives and of parameters that are not acknowledged

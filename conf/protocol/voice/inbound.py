@@ -8,9 +8,8 @@ before it, which fill a gap if they come in time.
 
 from conf.errors import ProtocolError
 from conf.protocol.messages import VoiceFormatMessage, VoicePayload, VoiceStateMessage
-from conf.protocol.playout_clock import Medium, PlayoutClock
 from conf.protocol.session.sequence import unwrap
-from conf.protocol.stream_clock import PeerStreamClock
+from conf.protocol.stream_clocks import Medium, PeerStreamClock, PlayoutClock
 from conf.protocol.voice.formats import GRID_MS, MAX_NOISE_LEVEL, VoiceFormat, VoiceFrame, VoiceState
 from conf.protocol.voice.packing import unpack_frames
 from conf.protocol.wire import VOICE_NUMBER_BITS

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 
 from conf.protocol.messages import VoiceFormatMessage, VoicePayload, VoiceStateMessage
 from conf.protocol.outgoing import OutgoingBody
-from conf.protocol.stream_clock import StreamClock
+from conf.protocol.stream_clocks import StreamClock
 from conf.protocol.voice.formats import GRID_MS, MAX_FORMATS, MAX_NOISE_LEVEL, VoiceFormat, VoicePacket, VoiceState
 from conf.protocol.voice.packing import pack_frames
 from conf.protocol.wire import encode_body

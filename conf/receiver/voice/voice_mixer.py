@@ -7,7 +7,7 @@ import numpy as np
 
 from conf.audio.mixer import Mixer
 from conf.audio.samples import Samples, to_int16
-from conf.protocol.playout_clock import PlayoutClock
+from conf.protocol.stream_clocks import PlayoutClock
 from conf.protocol.voice.inbound import InboundVoice
 from conf.receiver.voice.participant_voice import ParticipantVoice
 

@@ -16,7 +16,7 @@ from conf.protocol.motion.jitter_buffer import (
     JitterBuffer,
     PlayoutFrame,
 )
-from conf.protocol.playout_clock import CLOCK_RESET_S, MARGIN_S, MAX_DELAY_S, OFFSET_WINDOW_S
+from conf.protocol.stream_clocks import CLOCK_RESET_S, MARGIN_S, MAX_DELAY_S, OFFSET_WINDOW_S
 
 FRAME_S = 1 / 15
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from conf.errors import ProtocolError
 from conf.protocol.messages import VoiceFormatMessage, VoicePayload, VoiceStateMessage
-from conf.protocol.playout_clock import CLOCK_RESET_S, MARGIN_S
+from conf.protocol.stream_clocks import CLOCK_RESET_S, MARGIN_S
 from conf.protocol.voice.formats import VoiceFormat, VoicePacket, VoiceState
 from conf.protocol.voice.inbound import MAX_FRAMES, MAX_GAP_MS, InboundVoice
 from conf.protocol.voice.outbound import OutboundVoice

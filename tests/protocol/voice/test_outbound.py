@@ -4,7 +4,7 @@ import pytest
 
 from conf.protocol.messages import VoiceFormatMessage, VoicePayload, VoiceStateMessage
 from conf.protocol.outgoing import OutgoingBody
-from conf.protocol.stream_clock import StreamClock
+from conf.protocol.stream_clocks import StreamClock
 from conf.protocol.voice.formats import VoiceFormat, VoicePacket, VoiceState
 from conf.protocol.voice.outbound import (
     MAX_IN_FLIGHT,

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from conf.protocol.playout_clock import PlayoutClock
+from conf.protocol.stream_clocks import PlayoutClock
 from conf.protocol.voice.formats import VoiceFormat, VoiceFrame, VoiceState
 from conf.protocol.voice.inbound import InboundVoice
 from conf.receiver.voice.voice_mixer import VoiceMixer

@@ -1,9 +1,12 @@
-"""The playout clock: which stream time is due now. Motion and voice of a stream share it, so that lips and sound agree.
+"""The clocks of a stream: capture times to stream times, and which stream time is due at the other end now.
 
-Strategy. Everything received carries its capture time on the sender's clock. The smallest `arrival - capture time` of
-the last seconds is the offset between the clocks plus the shortest network delay; what arrives needs beyond it is its
-lateness. Content is due at `capture time + offset + delay`. The delay follows the lateness that all but 2 % of the
-recent arrivals keep, plus a margin, and of motion and voice the greater.
+Stream times are seconds since the capture of a session's first frame or voice. Motion and voice share all clocks, so
+that lips and sound agree.
+
+Strategy of the playout clock. Everything received carries its capture time on the sender's clock. The smallest
+`arrival - capture time` of the last seconds is the offset between the clocks plus the shortest network delay; what
+arrives needs beyond it is its lateness. Content is due at `capture time + offset + delay`. The delay follows the
+lateness that all but 2 % of the recent arrivals keep, plus a margin, and of motion and voice the greater.
 Source: playout by deadline as in Ramjee, Kurose, Towsley, Schulzrinne 1994.
 """
 
@@ -20,6 +23,45 @@ DELAY_DECAY = (
     0.02  # per arrival; the delay grows at once, as one that varies is more visible than one slightly too long
 )
 CLOCK_RESET_S = 30.0  # a timestamp this far from the expected one means that the sender's clock has started again
+
+
+class StreamClock:
+    """The sender's side: capture times to stream times."""
+
+    def __init__(self) -> None:
+        self._origin: float | None = None
+
+    def restart(self) -> None:
+        """Begin a new session: the next capture time is its stream time 0."""
+        self._origin = None
+
+    def offset(self, timestamp: float) -> float:
+        """Return the stream time of a capture time, below 0 if it was captured before the first; the first sets 0."""
+        self._origin = timestamp if self._origin is None else self._origin
+        return timestamp - self._origin
+
+    def stream_time(self, timestamp: float) -> float:
+        """The same, at least 0."""
+        return max(self.offset(timestamp), 0.0)
+
+
+class PeerStreamClock:
+    """The receiver's side: about which stream time the sender has reached, from the newest that it has named."""
+
+    def __init__(self) -> None:
+        self._newest: tuple[float, float] | None = None  # stream time, and ours when it arrived
+
+    def set(self, stream_time: float, now: float) -> None:
+        """Apply a stream time at which a body was sent."""
+        self._newest = (stream_time, now)
+
+    def advance(self, stream_time: float, now: float) -> None:
+        """Apply the stream time of content; older content does not set the clock back."""
+        self._newest = max(self._newest or (stream_time, now), (stream_time, now))
+
+    def time(self, now: float) -> float | None:
+        """Return the stream time at `now`, None before any has arrived."""
+        return None if self._newest is None else self._newest[0] + now - self._newest[1]
 
 
 class Medium(Enum):
