@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, fields, replace
+from importlib import import_module
 from pathlib import Path
 from threading import Timer
 from typing import TYPE_CHECKING
@@ -236,9 +237,10 @@ def call(options: CallOptions, *, began: float) -> CallFigures:
             )
             endpoint.outbound.parameters = stream_parameters(source)
             model = prepared_face(options.face)
+            window, drawing = stack.enter_context(open_display(options.display, endpoint.streams))
+            import_module("conf.call.composer")  # slow, and lost datagrams of the handshake are repeated here
         if model.mesh.notes:
             options.on_note(f"{options.face}: {'; '.join(model.mesh.notes)}")
-        window, drawing = stack.enter_context(open_display(options.display, endpoint.streams))
         played.sound = drawing.sound
         capture = FaceCapture(source, endpoint.outbound.profile.fps, mode=CaptureMode.PREVIEW)
         end = _End(socket, endpoint, objects, self_view, capture, voice)
