@@ -47,12 +47,14 @@ ACK_DELAY = 2  # frames
 MIN_SPREAD = {"mouth opening": 0.01, "mouth width": 0.01, "knit": 0.004}
 DEFAULT_SPREAD = 0.006
 CLOSED_CM = 0.1  # from lip to lip, of a mouth that counts as closed
+OPEN_EYE = 0.6  # of the head's neutral slit
 _VERTEX_TOLERANCE = 0.15  # cm by which a point's vertex may be farther from it than the nearest one
 _BRIDGE_HEIGHT = 0.26  # of the way from the inner corners of the eyes up to the brows, mean of the tracks
 _BRIDGE_WIDTH_CM = 0.4  # around it, within which its vertex is looked for
 _BROWS = control_point_indices("brow")
 _INNER_BROWS, _INNER_CORNERS = control_point_indices("brow_inner"), control_point_indices("eye_inner_corner")
 _MIDDLE_LIPS = control_point_indices("inner_lip_upper_mid", "inner_lip_lower_mid")
+_LIDS = list(zip(control_point_indices("eyelid_upper"), control_point_indices("eyelid_lower"), strict=True))
 _INNER_LIPS = control_point_indices("inner_lip_upper", "inner_lip_lower")
 
 
@@ -62,11 +64,14 @@ class Comparison:
 
     curves : stage and curve -> correlation and gain, None for a curve that the person does not move
     closed, opened : frames with a closed mouth, and how many of them are drawn open by more than CLOSED_CM
+    eyes, hidden : eyes drawn with lids more than OPEN_EYE open, and how many of them do not show their pupil
     """
 
     curves: dict[str, dict[str, tuple[float, float] | None]]
     closed: int
     opened: int
+    eyes: int
+    hidden: int
 
 
 def main() -> None:
@@ -140,7 +145,23 @@ def compare_track(
     closed = track.aligned[:, CONTROL_POINT_LANDMARKS[upper], 1] - track.aligned[:, CONTROL_POINT_LANDMARKS[lower], 1]
     openings = np.array([opening for _, opening in drawn[1]])
     is_closed = closed < CLOSED_CM
-    return Comparison(curves, int(is_closed.sum()), int((openings[is_closed] > CLOSED_CM).sum()))
+    eyes, hidden = count_hidden_irises(np.stack([points for points, _ in drawn[1]]), head.face.control_points)
+    return Comparison(curves, int(is_closed.sum()), int((openings[is_closed] > CLOSED_CM).sum()), eyes, hidden)
+
+
+def count_hidden_irises(points: NDArray[np.float64], neutral: NDArray[np.float64], /) -> tuple[int, int]:
+    """Return how many eyes are open, and of these whose pupil is not between lids and corners.
+
+    points : (N, n, 3) as drawn; neutral : (n, 3) of the same head
+    """
+    is_open, is_hidden = [], []
+    for pupil, corners, lids in zip(PUPILS, EYE_CORNERS, _LIDS, strict=True):
+        upper, lower = points[:, lids, 1].T
+        is_open.append(upper - lower > OPEN_EYE * float(neutral[lids[0], 1] - neutral[lids[1], 1]))
+        x, y, _ = points[:, pupil].T
+        ends = np.sort(points[:, corners, 0], axis=1)
+        is_hidden.append((y <= lower) | (y >= upper) | (x <= ends[:, 0]) | (x >= ends[:, 1]))
+    return int(np.sum(is_open)), int(np.sum(np.logical_and(is_open, is_hidden)))
 
 
 def compare_curves(
@@ -199,6 +220,8 @@ def summary(results: Mapping[str, Comparison]) -> dict[str, object]:
         "max_gain": {name: _max_gain(results, name) for name in REPORTED},
         "closed_frames": sum(result.closed for result in results.values()),
         "closed_frames_drawn_open": sum(result.opened for result in results.values()),
+        "open_eyes": sum(result.eyes for result in results.values()),
+        "open_eyes_with_a_hidden_pupil": sum(result.hidden for result in results.values()),
         "tracks": {name: result.curves for name, result in results.items()},
     }
 
@@ -227,8 +250,10 @@ def table(results: Mapping[str, Comparison]) -> str:
         cells = "".join(f"{pair_cell(_median(results, stage, name)):>24}" for stage in STAGES)
         count = len(_values(results, STAGES[0], name))
         lines.append(f"{name:<22}{cells}{_max_gain(results, name) or float('nan'):>10.2f}{count:>8}")
-    closed, opened = (sum(getattr(result, key) for result in results.values()) for key in ("closed", "opened"))
+    keys = ("closed", "opened", "eyes", "hidden")
+    closed, opened, eyes, hidden = (sum(getattr(result, key) for result in results.values()) for key in keys)
     lines.append(f"closed mouth: {closed} frames, {opened} drawn open by more than {CLOSED_CM * 10:.0f} mm")
+    lines.append(f"eyes more than {100 * OPEN_EYE:.0f} % open: {eyes}, {hidden} with a hidden pupil")
     return "\n".join(lines)
 
 

@@ -27,6 +27,10 @@ class LipOpening:
         """Return the distance, cm, for deformed vertices (V, 3); 0 for a neutral mouth that is closed or nearly so."""
         return self._distance(vertices) - self._closed
 
+    def upper(self, vertices: NDArray[np.float32]) -> float:
+        """Return the height of the upper lip's inner edge, cm."""
+        return float(vertices[self._vertices[0], 1])
+
     def _distance(self, vertices: NDArray[np.float32]) -> float:
         upper, lower = vertices[self._vertices, 1].tolist()
         return float(upper - lower)
