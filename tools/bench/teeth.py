@@ -102,7 +102,7 @@ def count_teeth(clip: Path, face: FaceModel, folder: Path | None = None) -> Teet
     is_drawn = drawn >= MIN_DRAWN_CM
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
-        for number in np.flatnonzero(small):
+        for number in np.flatnonzero(small).tolist():
             name = f"{clip.stem}_{number:04}_{'shown' if shown[number] else 'none'}_{10 * drawn[number]:.1f}mm.png"
             cv2.imwrite(str(folder / name), frames[number].mouth)
     return TeethCount(*(int(np.sum(small & which)) for which in (True, shown, is_drawn, is_drawn & ~shown)))
