@@ -9,12 +9,13 @@ from PIL import Image
 from scipy.spatial import KDTree
 
 from conf.face.control_points import CONTROL_POINT_INDEX, CONTROL_POINTS
+from conf.face.formats.ppc import write_ppc
 from tools.assets.head.body import FAR, build_body, edge_rings, find_islands
 from tools.assets.head.character import Character, align_to_canonical, build_character
 from tools.assets.head.control_vertices import VERTICES
 from tools.assets.head.corrections import NECK_AXIS, close_lips, fit_neck, soften_nose_wings
 from tools.assets.head.eyeballs import build_eyeball
-from tools.assets.head.files import TEXTURE, Variant, write_obj, write_ppc, write_rig, write_shapes, write_variant
+from tools.assets.head.files import TEXTURE, Variant, write_obj, write_rig, write_shapes, write_variant
 from tools.assets.head.hair import build_hair
 from tools.assets.head.lashes import build_lashes
 from tools.assets.head.painting.atlas import paint_atlas
@@ -51,7 +52,7 @@ def build_head(source: Source, folder: Path) -> Part:
     paint(head, head, DEFAULT).save(folder / TEXTURE, quality=90, method=6)
     part = _inner_lips_to_mouth(head.part, head.rings[:, 0])
     write_obj(folder, part)
-    write_ppc(folder, head.points)
+    write_ppc(folder / "head.ppc", head.points.round(4))
     write_shapes(folder, list(head.character.shapes), part.shapes)
     write_rig(folder, head.rig)
     return part

@@ -1,4 +1,4 @@
-"""Write the files of the head: OBJ with its material, control points, rig and blendshapes."""
+"""Write the files of the head: OBJ with its material, rig and blendshapes."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINTS
 from tools.assets.head.part import Part
 
 TEXTURE = "skin.webp"
@@ -27,14 +26,6 @@ def write_obj(folder: Path, head: Part) -> None:
             lines.append("f " + " ".join(f"{v}/{t}" for v, t in face if v > 0))
     (folder / "head.obj").write_text("\n".join(lines) + "\n")
     (folder / "head.mtl").write_text(_MATERIAL)
-
-
-def write_ppc(folder: Path, points: NDArray[np.float64]) -> None:
-    """Write head.ppc: the (50, 3) control points."""
-    lines = [f"# {_HEADER}", "# Control points: x y z, x to the subject's left, y up, z to the viewer."]
-    for point, (x, y, z) in zip(CONTROL_POINTS, points, strict=True):
-        lines.append(f"{x:.4f} {y:.4f} {z:.4f}  # {point.index} {point.name}")
-    (folder / "head.ppc").write_text("\n".join(lines) + "\n")
 
 
 def write_rig(folder: Path, rig: Mapping[str, object]) -> None:
