@@ -23,10 +23,14 @@ class VoiceMode(StrEnum):
 
 @dataclass(frozen=True)
 class LossyVoice:
-    """The voice format of a level from a loss on. loss : of datagrams, 0 to 1"""
+    """The voice format of a level from a loss on.
+
+    loss : of datagrams, 0 to 1; in_bursts : whether it is also better when three in a row are lost
+    """
 
     loss: float
     voice: VoiceFormat
+    in_bursts: bool = False
 
 
 @dataclass(frozen=True)
@@ -55,8 +59,8 @@ def _codec2(bit_rate: int, frame_ms: int, frames: int, *, repeated: int = 0) -> 
 
 RATE_LEVELS = (RateLevel("rich", 11.0), RateLevel("live", 5.8), RateLevel("live", 4.0, 2), RateLevel("narrow", 2.4))
 
-# Measured as STOI at random loss (tools/bench/voice.py): each row begins where it becomes better than the one before;
-# at losses in bursts of three it is no worse. From 9.6 kbit/s up only so much is repeated at first that voice waits 40
+# Measured as STOI at random loss (tools/bench/voice.py): each row begins where it becomes better than the one before.
+# From 9.6 kbit/s up only so much is repeated at first that voice waits 40
 # to 60 ms for it. At 6 and 4.8, part of a packet of Codec2 1600 is at no loss better than both no repetition and the
 # whole. 9.6 kbit/s have no room for Opus twice. Codec2 1600 and 3200 predict nothing from frames that may be lost; 1200
 # and 2400 do, and lose more. Two packets of Codec2 1200 do not fit 2.4 kbit/s. To begin a call with repetition costs
@@ -67,7 +71,10 @@ VOICE_LEVELS = (
         16.0,
         1,
         _opus(9000, 60, 1),
-        (LossyVoice(0.04, _opus(7000, 40, 2, repeated=1)), LossyVoice(0.16, _opus(6000, 60, 2, repeated=2))),
+        (
+            LossyVoice(0.04, _opus(7000, 40, 2, repeated=1), in_bursts=True),
+            LossyVoice(0.16, _opus(6000, 60, 2, repeated=2)),
+        ),
     ),
     RateLevel(
         "voice",

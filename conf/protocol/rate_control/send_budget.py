@@ -136,7 +136,7 @@ class SendBudget:
             # The new level fits the link too closely to empty the queue, behind which all of it would wait.
             self._paused_until = now + min(backlog_s, MAX_PAUSE_S)
         self.jitter_ms = float(report.jitter_ms)
-        self._repetition.on_report(report, [lossy.loss for lossy in self._congestion.level.lossy], now)
+        self._repetition.on_report(report, self._congestion.level.lossy, now)
 
     def on_sent(self, counter: int, wire_bytes: int, now: float) -> None:
         """Record the counter and the size of a datagram, headers included."""

@@ -5,7 +5,15 @@ import random
 import pytest
 
 from conf.protocol.feedback import Report
+from conf.protocol.rate_control.rate_levels import LossyVoice
 from conf.protocol.rate_control.repetition import LONG_WINDOW_S, Repetition
+from conf.protocol.voice.formats import VoiceFormat
+
+FORMAT = VoiceFormat("codec2", 1200, 40, 6, fixed_size=True, repeated=6)
+
+
+def stages(*losses: float) -> list[LossyVoice]:
+    return [LossyVoice(loss, FORMAT) for loss in losses]
 
 
 class Link:
@@ -24,7 +32,7 @@ class Link:
             self.now += 0.5
             self._sent += self._rate // 2
             self._lost += lost if not step else 0
-            self.repetition.on_report(Report(self._sent, 0, self._lost, 0, 0), [self._threshold], self.now)
+            self.repetition.on_report(Report(self._sent, 0, self._lost, 0, 0), stages(self._threshold), self.now)
             repeated += 0.5 * self.repetition.stage
         return repeated
 
@@ -62,23 +70,42 @@ def test_how_much_of_a_call_is_repeated_at_a_steady_loss(
 
 
 def test_a_heavier_loss_has_a_stage_of_its_own_for_which_more_must_be_known() -> None:
-    repetition, stages = Repetition(), []
+    repetition, reached = Repetition(), []
     for step, lost in enumerate((0, 2, 4, 8, 16, 24, 26, 28, 28, 28)):
-        repetition.on_report(Report(10 * (step + 1), 0, lost, 0, 0), (0.07, 0.16), 2.5 * step)
-        stages.append(repetition.stage)
-    assert stages == [0, 1, 1, 1, 2, 2, 2, 2, 2, 2]
+        repetition.on_report(Report(10 * (step + 1), 0, lost, 0, 0), stages(0.07, 0.16), 2.5 * step)
+        reached.append(repetition.stage)
+    assert reached == [0, 1, 1, 1, 2, 2, 2, 2, 2, 2]
     for step in range(10, 20):
-        repetition.on_report(Report(10 * (step + 1), 0, 28, 0, 0), (0.07, 0.16), 2.5 * step)
-        stages.append(repetition.stage)
-    assert stages[10:] == sorted(stages[10:], reverse=True) and stages[-1] == 0
+        repetition.on_report(Report(10 * (step + 1), 0, 28, 0, 0), stages(0.07, 0.16), 2.5 * step)
+        reached.append(repetition.stage)
+    assert reached[10:] == sorted(reached[10:], reverse=True) and reached[-1] == 0
 
 
 def test_another_level_may_have_fewer_stages() -> None:
     repetition = Repetition()
     for step in range(6):
-        repetition.on_report(Report(20 * (step + 1), 0, 8 * step, 0, 0), (0.07, 0.16), 2.0 * step)
+        repetition.on_report(Report(20 * (step + 1), 0, 8 * step, 0, 0), stages(0.07, 0.16), 2.0 * step)
     assert repetition.stage == 2
-    repetition.on_report(Report(121, 0, 40, 0, 0), (0.07,), 12.0)
+    repetition.on_report(Report(121, 0, 40, 0, 0), stages(0.07), 12.0)
     assert repetition.stage == 1
     repetition.on_report(Report(122, 0, 40, 0, 0), (), 12.5)
     assert repetition.stage == 0
+
+
+@pytest.mark.parametrize(("missing", "stage"), [(0b0100100010000, 1), (0b0110100010000, 1), (0b0111000111000, 0)])
+def test_losses_in_bursts_are_not_repeated(missing: int, stage: int) -> None:
+    repetition = Repetition()
+    repetition.on_report(Report(1, 0, 0, 0, 0), stages(0.07), 0.0)
+    repetition.on_report(Report(20, missing, missing.bit_count(), 0, 0), stages(0.07), 5.0)
+    assert repetition.stage == stage
+    repetition.on_report(Report(40, 1, missing.bit_count() + 1, 0, 0), stages(0.07), 6.0)  # one tells nothing
+    assert repetition.stage == stage
+    repetition.on_report(Report(60, 0b10010010, missing.bit_count() + 4, 0, 0), stages(0.07), 7.0)
+    assert repetition.stage == 1
+
+
+def test_a_stage_that_bursts_cannot_spoil_is_used_in_them() -> None:
+    repetition = Repetition()
+    for highest, missing, lost in ((1, 0, 0), (20, 0b111, 3)):
+        repetition.on_report(Report(highest, missing, lost, 0, 0), [LossyVoice(0.07, FORMAT, in_bursts=True)], 5.0)
+    assert repetition.stage == 1
