@@ -12,10 +12,11 @@ from tools.assets.head.scalp import CENTRE, Scalp
 
 _COLUMNS, _ROWS = 44, 10
 _AXIS = np.array([0.0, 0.0, -6.0])  # of the neck, cm
-_HALF_WIDTH, _DEPTH, _FORWARD = 9.9, 9.6, 7.2  # of the outline from above: at the sides, the back, the temples, cm
+_HALF_WIDTH, _DEPTH, _FORWARD = 10.3, 9.6, 7.4  # of the outline from above: at the sides, the back, the temples, cm
 _REPEATS = 5  # of the texture around the head
 _STRANDS = 46  # ribbons that hang over the sheet
 _SPREAD = 2.6  # cm
+_RAGGED = 0.03  # of the edge in front, radians
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class Fall:
     """
 
     bottom: float
-    front: float = 1.18
+    front: float = 0.95
     wave: float = 0.12
 
 
@@ -55,13 +56,15 @@ def _surface(
     start = scalp.points(around, position * scalp.hairline(around), height(around, position) * 0.8)
     progress = np.linspace(0, 1, _ROWS)[:, None]
     y = start[:, 1] + (fall.bottom + ragged - start[:, 1]) * progress
-    direction = np.stack([np.sin(around), np.cos(around)], axis=-1)
-    depth = np.where(direction[:, 1] > 0, _FORWARD, _DEPTH)
-    outline = np.hypot(direction[:, 0] * _HALF_WIDTH, direction[:, 1] * depth)
+    back = np.minimum(np.abs(around - fall.front), np.abs(2 * np.pi - fall.front - around))  # from the edge, radians
+    taper = smoothstep(0.7, 0.0, back) * (0.3 * progress**2 + _RAGGED * np.sin(7 * y))
+    around = around + np.sign(np.pi - around) * taper
+    depth = np.where(np.cos(around) > 0, _FORWARD, _DEPTH)
+    outline = np.hypot(np.sin(around) * _HALF_WIDTH, np.cos(around) * depth)
     own = np.hypot(start[:, 0] - _AXIS[0], start[:, 2] - _AXIS[2])
     heading = np.arctan2(start[:, 0] - _AXIS[0], start[:, 2] - _AXIS[2])
     heading = heading + (np.mod(around - heading + np.pi, 2 * np.pi) - np.pi) * smoothstep(0.0, 0.5, progress)
-    radius = own + (outline - own) * smoothstep(0.0, 0.55, progress)
+    radius = own + (outline - own) * smoothstep(0.0, 0.3, progress)
     radius = radius - 1.5 * smoothstep(0.6, 1.0, progress) * smoothstep(-6.0, -11.0, y)
     radius = radius + fall.wave * np.sin(around * 7 + y * 1.1) * progress + lift
     return np.stack([_AXIS[0] + radius * np.sin(heading), y, _AXIS[2] + radius * np.cos(heading)], axis=-1)

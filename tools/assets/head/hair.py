@@ -62,7 +62,7 @@ STYLES: dict[str, Style | None] = {
     "short": Style(1.25, 0.42, 0.35, SHORT),
     "swept": Style(1.45, 0.5, 0.45, _SWEPT),
     "cropped": Style(0.6, 0.3, 0.1, _CROPPED),
-    "fringe": Style(0.3, 0.45, 0.0, _FLAT_BACK),
+    "fringe": Style(0.2, 0.25, 0.0, _FLAT_BACK),
     "buzz": Style(0.16, 0.12, curl=1.0),
     "afro": Style(2.6, 2.0, 0.2, curl=1.0),
     "bun": Style(0.75, 0.5, 0.1, bun=2.7),

@@ -61,6 +61,7 @@ class HairParameters:
     height : thickness relative to the default head's; hairline : rise of the hairline at the forehead, cm
     receding : rise at the temples, cm; crown : how far the hair begins below the crown, 0 not at all to 1
     seed : of the random positions of locks; roots : strength of the dark skin between the roots
+    shade : brightness of the deepest hair, relative
     """
 
     style: str = "short"
@@ -74,6 +75,7 @@ class HairParameters:
     crown: float = 0.0
     seed: int = 7
     roots: float = 0.86
+    shade: float = 0.3
 
 
 @dataclass(frozen=True)

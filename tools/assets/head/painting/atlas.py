@@ -48,7 +48,8 @@ def paint_atlas(
     points : control points of the default head by name
     """
     normals = vertex_normals(head.vertices, head.triangles()[..., 0])
-    solid = np.concatenate([split_quads(c) for name, c in head.groups.items() if name not in _WITHOUT_SHADOW])
+    without = (*_WITHOUT_SHADOW, *(["hair"] if parameters.hair.crown else []))  # most of it is transparent
+    solid = np.concatenate([split_quads(c) for name, c in head.groups.items() if name not in without])
     sky = ambient_occlusion(head.vertices, normals, head.vertices, solid[..., 0])
     attributes = np.concatenate([canonical, normals, sky[:, None], rings], axis=1)
     atlas = np.full((size, size, 4), 255.0)

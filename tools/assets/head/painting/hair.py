@@ -12,6 +12,7 @@ from tools.assets.head.part import FRAMES, Frame
 from tools.assets.head.scalp import find_hairline
 
 _SKULL = 9.0  # cm, radius of the skull
+_KNOT_SHADE = 0.45  # brightness of the deepest hair of a knot, relative
 
 
 def paint_hair(texels: Texels, head: HeadParameters) -> NDArray[np.float64]:
@@ -35,7 +36,7 @@ def coverage(around: NDArray[np.float64], position: NDArray[np.float64], hair: H
     """
     if not hair.crown:
         return np.ones_like(position)
-    edge = hair.crown + (1.15 - hair.crown) * smoothstep(1.75, 1.1, np.abs(around))
+    edge = hair.crown + (1.15 - hair.crown) * smoothstep(1.4, 0.95, np.abs(around))
     return smoothstep(edge - 0.06, edge + 0.16, position)
 
 
@@ -71,7 +72,9 @@ def _fall(texels: Texels, hair: HairParameters) -> NDArray[np.float64]:
     curl = _curl(hair)
     if curl:
         lines = lines * (1 - curl) + curl * curls(texels.position)
-    shade = 0.45 + 0.55 * np.clip(texels.sky, 0, 1)
+    style = STYLES[hair.style]
+    deepest = hair.shade if style and style.fall else _KNOT_SHADE
+    shade = deepest + (1 - deepest) * np.clip(texels.sky, 0, 1)
     colours = tint(lines * 0.85 - 0.15, hair) * shade[:, None]
     ends = 0.9 + 0.09 * strands(across + 5.0, np.zeros_like(position), density=60.0)
     alpha = smoothstep(ends + 0.04, ends - 0.06, position)
@@ -93,7 +96,7 @@ def _shell(texels: Texels, hair: HairParameters) -> NDArray[np.float64]:
     if curl:
         small = curls(texels.position)
         lines, reach = lines * (1 - curl) + curl * small, reach * (1 - curl) + curl * small
-    shade = 0.3 + 0.7 * np.clip(texels.sky, 0, 1)
+    shade = hair.shade + (1 - hair.shade) * np.clip(texels.sky, 0, 1)
     colours = tint(lines * 0.8 - 0.3, hair) * shade[:, None]
     around = (across - 0.5) * 2 * np.pi
     hairline = find_hairline(hair.hairline, hair.receding)

@@ -124,15 +124,24 @@ def _beard(colours: Colours, texels: Texels, points: Points, palette: Palette) -
     if not strength:
         return
     x, y, z = texels.position.T
+    side, rough = np.abs(x), noise(texels.position, 1.6)
     lip = points["outer_lip_upper_mid"][1]
-    cheek = lip - 0.1 + 0.42 * np.clip(np.abs(x) - 3.2, 0, 4.2) + 0.3 * noise(texels.position, 2.0)
-    whiskers = smoothstep(0.9, -0.9, y - cheek) * smoothstep(2.2, 3.4, np.hypot(x, (y + 5.6) * 0.8))
-    whiskers = whiskers * smoothstep(-10.9, -9.6, y + 0.12 * np.abs(x)) * smoothstep(-5.2, -3.4, z)
-    chin = smoothstep(3.6, 2.6, np.hypot(x, (y + 8.6) * 0.85)) * smoothstep(-6.1, -6.9, y)
-    moustache = smoothstep(0.9, 0.55, np.abs(y - lip - 0.62 + 0.13 * np.abs(x))) * smoothstep(3.2, 2.6, np.abs(x))
+    cheek = lip - 0.1 + 0.42 * np.clip(side - 3.2, 0, 4.2) + 1.1 * smoothstep(5.8, 7.4, side)
+    cheek = cheek + 0.3 * noise(texels.position, 2.0)
+    throat = smoothstep(-0.7, 0.6, y + 10.5 - 0.3 * side + 0.25 * rough)
+    back = smoothstep(-5.2, -3.4, z + 0.4 * rough)
+    below_lip = smoothstep(0.85, 1.2, np.hypot(x / 2.5, (y + 6.0) / 1.15) + 0.08 * rough)
+    whiskers = smoothstep(0.9, -0.9, y - cheek) * below_lip * throat * back
+    chin = smoothstep(3.6, 2.6, np.hypot(x, (y + 8.6) * 0.85)) * smoothstep(-6.1, -6.9, y) * throat
+    under_lip = 0.8 * np.exp(-((x / 0.5) ** 2)) * smoothstep(-8.0, -7.0, y) * smoothstep(-5.4, -6.0, y)
+    droop = 0.13 * side + 0.45 * np.clip(side - 2.0, 0, None)
+    moustache = smoothstep(0.9, 0.5, np.abs(y - lip - 0.62 + droop)) * smoothstep(3.6, 2.7, side + 0.15 * rough)
     moustache = moustache * smoothstep(2, 4, z) * (1 - 0.5 * np.exp(-((x / 0.25) ** 2)))
-    joint = np.exp(-(((np.abs(x) - 3.3) / 0.75) ** 2)) * smoothstep(lip + 0.8, lip - 0.2, y) * smoothstep(-8.5, -7.5, y)
-    where = np.maximum.reduce([whiskers, chin, moustache * smoothstep(2.0, 3.0, z), 0.9 * joint])
+    joint = np.exp(-(((side - 3.2) / 0.8) ** 2)) * smoothstep(lip + 0.8, lip - 0.4, y) * smoothstep(-8.5, -7.5, y)
+    sideburn = smoothstep(6.0, 6.8, side) * smoothstep(1.3, 0.5, np.abs(z + 2.9 - 0.2 * y)) * smoothstep(1.0, 0.0, y)
+    whiskers = np.maximum(whiskers, sideburn * smoothstep(-3.5, -2.5, y))
+    front = [under_lip * smoothstep(2, 4, z), moustache * smoothstep(2.0, 3.0, z)]
+    where = np.maximum.reduce([whiskers, chin, *front, 0.9 * joint])
     skin = 1 - smoothstep(7.6, 6.4, texels.mouth_ring)  # not on the lips
     hairs = 0.5 + 0.5 * noise(texels.position, (11.0, 3.2, 5.0)) + 0.35 * noise(texels.position, (24.0, 7.0, 12.0))
     amount = np.clip(strength * where * skin * (0.55 + 0.75 * np.clip(hairs, 0, 1)), 0, 0.96)
