@@ -27,8 +27,8 @@ from conf.render.shader_programs import load_program
 
 LETTERBOX = (0.13, 0.14, 0.17)  # RGB beside a photo of another aspect ratio than the viewport
 ALPHA_BLEND = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE, moderngl.ONE)
-DARK_MOUTH = (0.16, 0.07, 0.07)  # RGB
-MAX_MOUTH_OPACITY = 0.75  # of the darkening
+DARK_MOUTH = (0.18, 0.05, 0.04)  # RGB: against skin, an even brown looks grey
+MAX_MOUTH_OPACITY = 0.88  # of the darkening
 OPEN_CM = (0.25, 0.8)  # mouth opening beyond that of the images shown, over which the darkening sets in
 PATCH_FADE = 0.06  # of the patch's width and height, over which its border fades
 MAX_ORBIT = np.radians(20)  # limit of the viewer's yaw and pitch: a photo shows one side of the face only
