@@ -35,7 +35,8 @@ class FrontCounts:
 
     forwarded : UDP datagrams to the router
     strangers : of no member; excess : above the limit of a member; overflows : dropped by the system as they came too
-    fast, 0 where it does not tell; refused : flows and connections; tcp_pauses : waits of TCP above its limit
+    fast, 0 where it does not tell; refused : flows and connections
+    tcp_bytes : both ways; tcp_pauses : waits of TCP above its limit
     """
 
     forwarded: int = 0
@@ -43,6 +44,7 @@ class FrontCounts:
     excess: int = 0
     overflows: int = 0
     refused: int = 0
+    tcp_bytes: int = 0
     tcp_pauses: int = 0
     stun_answered: int = 0
     stun_ignored: int = 0
@@ -124,6 +126,7 @@ class Front:
             excess=self._udp.excess,
             overflows=self._udp.overflows,
             refused=self._udp.refused + self._tcp.refused,
+            tcp_bytes=self._tcp.read_bytes,
             tcp_pauses=self._tcp.paused,
             stun_answered=self._stun.answered,
             stun_ignored=self._stun.ignored,

@@ -34,7 +34,7 @@ class RelayFigures:
 
     members, max_members : sessions, now and at most; udp_links, tcp_links : of the members
     peers : other relays
-    forwarded, strangers, excess, overflows, refused, tcp_pauses, stun_answered, stun_ignored : see FrontCounts
+    forwarded to stun_ignored : see FrontCounts
     cpu_s : of the process, all threads; memory_mb : peak, None if unknown
     """
 
@@ -49,6 +49,7 @@ class RelayFigures:
     excess: int
     overflows: int
     refused: int
+    tcp_bytes: int
     tcp_pauses: int
     stun_answered: int
     stun_ignored: int

@@ -34,7 +34,10 @@ class Connection:
 
 
 class TcpFront:
-    """The relay's TCP port. paused : how often a member had to wait, as it had sent or received too much"""
+    """The relay's TCP port.
+
+    read_bytes : from members and the router; paused : how often a stream had to wait, as it was above its limit
+    """
 
     def __init__(
         self,
@@ -46,7 +49,7 @@ class TcpFront:
         peers: Set[str] = frozenset(),
     ) -> None:
         """listeners : are closed with it; peers : addresses of other relays, which may carry more"""
-        self.paused = 0
+        self.read_bytes = self.paused = 0
         self._listeners = listeners
         self._router = router
         self._selector = selector
@@ -141,6 +144,7 @@ class TcpFront:
                 connection.is_accepted = True
                 self._admission.accept(connection)
         stream.rest = data
+        self.read_bytes += len(data)
         if delay := stream.limit.delay_after(len(data), now):
             self.paused += 1
             stream.paused_until = now + delay

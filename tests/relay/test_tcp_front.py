@@ -48,7 +48,7 @@ def test_bytes_pass_both_ways() -> None:
         assert made.read(made.link, 13) == b"to the router"
         made.link.sendall(b"answer")
         assert made.read(made.member, 6) == b"answer"
-        assert made.front.paused == 0
+        assert (made.front.paused, made.front.read_bytes) == (0, 19)
 
 
 def test_what_cannot_be_written_yet_waits_and_nothing_is_lost() -> None:

@@ -349,7 +349,7 @@ def measure_attack(options: argparse.Namespace) -> Attack:
         relay.send_signal(signal.SIGINT)
         assert relay.stdout
         figures = json.loads(relay.stdout.read())
-        counts = {name: figures[name] for name in (*COUNTED, "refused", "tcp_pauses")}
+        counts = {name: figures[name] for name in (*COUNTED, "refused", "tcp_bytes", "tcp_pauses")}
         dropped = waiter.dropped
         caller.close()
         waiter.close()
