@@ -43,11 +43,13 @@ def run(options: argparse.Namespace, terminal: Terminal) -> None:
     from conf.relay.front import Front, FrontOptions
     from conf.relay.loop import RelayLoop
     from conf.relay.router import Router, RouterOptions
-    from conf.relay.stun_responder import STUN_PORTS
+    from conf.transport.stun import STUN_PORT_STEPS
 
     host, port = options.listen
-    if not 0 < port <= 65535 - max(STUN_PORTS):
-        raise ConfError(f"the relay needs its port and the next two: choose one from 1 to {65535 - max(STUN_PORTS)}")
+    if not 0 < port <= 65535 - max(STUN_PORT_STEPS):
+        raise ConfError(
+            f"the relay needs its port and the next two: choose one from 1 to {65535 - max(STUN_PORT_STEPS)}"
+        )
     with (
         until_interrupted() as should_continue,
         Front.bind(FrontOptions((host, port), options.max_members, options.peer)) as front,

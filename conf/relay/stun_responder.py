@@ -1,7 +1,4 @@
-"""Answer STUN Binding requests: tell a program from which address its datagrams come.
-
-Two ports, as a NAT may map each destination to a port of its own: that shows only in a second answer.
-"""
+"""Answer STUN Binding requests: tell a program from which address its datagrams come."""
 
 import select
 import socket
@@ -11,10 +8,9 @@ from typing import Self
 
 from conf.errors import NetworkError
 from conf.protocol.rate_control.rate_limit import TokenBucket
-from conf.transport.stun import decode_request, encode_response
+from conf.transport.stun import STUN_PORT_STEPS, decode_request, encode_response
 from conf.transport.udp import UdpSocket
 
-STUN_PORTS = (1, 2)  # added to the relay's port, on which zenoh listens
 ANSWERS_PER_S = 2000.0  # an answer is 12 B longer than its request, whose source may be forged
 BATCH = 256
 
@@ -35,7 +31,7 @@ class StunResponder:
     def bind(cls, host: str, port: int) -> Self:
         """Return a responder for the relay at an address. Raises NetworkError if its ports are in use."""
         with ExitStack() as stack:
-            sockets = [stack.enter_context(UdpSocket.bind(host, port + step)) for step in STUN_PORTS]
+            sockets = [stack.enter_context(UdpSocket.bind(host, port + step)) for step in STUN_PORT_STEPS]
             stack.pop_all()
         return cls(sockets)
 

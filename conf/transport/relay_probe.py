@@ -10,10 +10,9 @@ from conf.errors import NetworkError
 from conf.protocol.address import Address
 from conf.transport.local_addresses import find_local_addresses
 from conf.transport.relay_settings import Credentials, client_settings, open_zenoh
-from conf.transport.stun import StunClient
+from conf.transport.stun import STUN_PORT_STEPS, StunClient
 from conf.transport.udp import UdpSocket, resolve
 
-STUN_PORT_STEPS = (1, 2)  # from the relay's port, see conf/relay
 STUN_LIMIT_S = 3.0
 
 

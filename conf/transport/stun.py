@@ -19,6 +19,9 @@ BINDING_REQUEST, BINDING_SUCCESS = 0x0001, 0x0101
 XOR_MAPPED_ADDRESS = 0x0020
 FAMILY_SIZES = {1: 4, 2: 16}  # family -> bytes of the address: IPv4, IPv6
 TRANSACTION_BYTES = 12
+# From a relay's port to those of its STUN responder. Two, as a NAT may map each destination to a port of its own: that
+# shows only in a second answer.
+STUN_PORT_STEPS = (1, 2)
 # RFC 8489, 6.2.1 begins with 500 ms; a lost request should not delay a call by more than a fifth of a second.
 FIRST_RETRY_S = 0.2
 MAX_REQUESTS = 7  # RFC 8489, 6.2.1

@@ -17,11 +17,10 @@ from conf.transport.combined import CombinedTransport
 from conf.transport.interface import ReceivedDatagram
 from conf.transport.local_addresses import find_route_addresses
 from conf.transport.relay_settings import Credentials
-from conf.transport.stun import StunClient
+from conf.transport.stun import STUN_PORT_STEPS, StunClient
 from conf.transport.udp import DIRECT, UdpSocket, resolve
 from conf.transport.zenoh_transport import RelayTransport
 
-STUN_PORT_STEP = 1  # from the relay's port to that of its STUN responder
 CHECK_S = 2.0  # between looks at this machine's addresses
 
 
@@ -99,7 +98,7 @@ def find_stun_servers(relay: tuple[str, int] | None, /) -> list[SocketAddress]:
         return []
     host, port = relay
     try:
-        found = resolve(host, port + STUN_PORT_STEP)
+        found = resolve(host, port + STUN_PORT_STEPS[0])
     except NetworkError as error:
         raise NetworkError(f"no address for the relay {host!r}: check its name, and this network") from error
     first: dict[int, SocketAddress] = {}

@@ -6,7 +6,7 @@ from conf.errors import NetworkError
 from conf.protocol.address import Address, RelayAddress
 from conf.transport.interface import ReceivedDatagram
 from conf.transport.stun import decode_request, encode_response
-from conf.transport.traversal import CHECK_S, STUN_PORT_STEP, TraversalTransport, find_stun_servers
+from conf.transport.traversal import CHECK_S, TraversalTransport, find_stun_servers
 from tests.transport.test_combined import FakeTransport
 
 SERVER = ("192.0.2.1", 7448)
@@ -85,6 +85,6 @@ def test_a_path_has_a_name() -> None:
 
 def test_the_stun_responder_is_beside_the_relay() -> None:
     assert find_stun_servers(None) == []
-    assert find_stun_servers(("127.0.0.1", 7447)) == [("127.0.0.1", 7447 + STUN_PORT_STEP)]
+    assert find_stun_servers(("127.0.0.1", 7447)) == [("127.0.0.1", 7447 + 1)]
     with pytest.raises(NetworkError, match="no address for the relay 'no such host': check its name"):
         find_stun_servers(("no such host", 7447))
