@@ -1,8 +1,9 @@
 """The outgoing motion stream: frames in, message bodies out. No I/O, no clock.
 
 Strategy. A frame is encoded when its datagram is about to be sent, predicted from the newest frame known to have
-arrived. A face that has not moved visibly is not sent: a keep-alive each second confirms it. The stream parameters are
-repeated until the receiver has acknowledged them, and sent again only when they change.
+arrived. A face that has not moved visibly is not sent: a keep-alive each second confirms it, and its last frame is sent
+again if a report shows that it was lost. The stream parameters are repeated until the receiver has acknowledged them,
+and sent again only when they change.
 """
 
 from collections import OrderedDict
@@ -47,6 +48,7 @@ class OutboundMotion:
         self._in_flight: OrderedDict[int, OutgoingBody] = OrderedDict()  # by datagram counter
         self._clock.restart()
         self._newest = -1
+        self._newest_counter = float("inf")  # of the datagram with the newest frame
         self._newest_arrived = False
         self._acknowledged_parameters: StreamParameters | None = None
         self._parameters_due = self._keep_alive_due = float("-inf")
@@ -110,7 +112,7 @@ class OutboundMotion:
         if self._pending and not self._fits_pending(number):
             self._flush()
         self._pending.append((number, frame))
-        self._newest, self._newest_arrived = number, False
+        self._newest, self._newest_arrived, self._newest_counter = number, False, float("inf")
         self._keep_alive_due = now + REPEAT_S
         if len(self._pending) >= (MAX_FRAMES if self._waits else self._frames_per_datagram):
             self._flush()
@@ -139,19 +141,24 @@ class OutboundMotion:
 
     def on_sent(self, counter: int, outgoing: OutgoingBody) -> None:
         """Record the counter of the datagram in which a body was sent."""
+        if self._newest in outgoing.frame_numbers:
+            self._newest_counter = counter
         self._in_flight[counter] = outgoing
         if len(self._in_flight) > MAX_IN_FLIGHT:
             self._in_flight.popitem(last=False)
 
     def on_acknowledged(self, counters: Iterable[int]) -> None:
         """Apply the counters that the receiver has decoded: frames may be predicted from theirs."""
-        for counter in counters:
+        decoded = list(counters)
+        for counter in decoded:
             outgoing = self._in_flight.pop(counter, None)
             if outgoing is None:
                 continue
             self._encoder.acknowledge(outgoing.frame_numbers)
             self._newest_arrived |= self._newest in outgoing.frame_numbers
             self._acknowledged_parameters = outgoing.parameters or self._acknowledged_parameters
+        if not self._newest_arrived and max(decoded, default=-1) > self._newest_counter:
+            self._keep_alive_due = float("-inf")  # it was lost: even if the face holds still, do not wait
 
     def drop_references(self) -> None:
         """Predict from nothing: the receiver misses a reference frame."""

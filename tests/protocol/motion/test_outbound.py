@@ -96,6 +96,21 @@ def test_a_still_face_whose_last_motion_was_lost_is_sent_again() -> None:
     assert MotionPayload in kinds(again)
 
 
+def test_a_still_face_whose_last_motion_a_report_shows_lost_is_sent_again_at_once() -> None:
+    still = frames(4, 0.3)
+    outbound = OutboundMotion(PARAMETERS)
+    acknowledge(outbound, run(outbound, [0.0], move=0))
+    (lost,) = run(outbound, [FRAME_S])
+    outbound.on_sent(8, lost)
+    moved = frame(FRAME_S)
+    for stamp, acknowledged, expected in zip(
+        still, ([7], [], [7, 9], [7, 9]), ([], [], [MotionPayload], []), strict=True
+    ):
+        outbound.on_acknowledged(acknowledged)
+        outbound.send_frame(replace(moved, timestamp=stamp), 100 + stamp)
+        assert kinds(outbound.drain()) == expected
+
+
 def test_no_face_is_reported_once_a_second() -> None:
     outbound = OutboundMotion(PARAMETERS)
     reported = []
