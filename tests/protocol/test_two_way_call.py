@@ -49,7 +49,7 @@ def test_redundancy_fills_losses_within_the_limit(kbps: float, burst: int) -> No
     for talker, other in ((call.a, call.b), (call.b, call.a)):
         assert talker.max_kbps() <= kbps
         assert other.receive.rejected == 0
-        if kbps > 2.4:
+        if kbps > 9.6 or (kbps > 2.4 and burst == 1):  # elsewhere repeating whole packets does not help against bursts
             assert talker.send.voice_format and talker.send.voice_format.repeated
         recent = other.played[len(other.played) // 2 :]
         lost = sum(frame.data is None for frame in recent) / len(recent)
