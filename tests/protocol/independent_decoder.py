@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 ASSETS = Path(__file__).resolve().parents[2] / "conf" / "assets"
 PROFILES = ("live", "rich", "narrow", "voice", "slow")
-STEPS = {"live": 0.0074, "rich": 0.0044, "narrow": 0.0082, "voice": 0.0074, "slow": 0.0102}
+STEPS = {"live": 0.0088, "rich": 0.0044, "narrow": 0.0082, "voice": 0.0088, "slow": 0.0102}
 TABLES = {"live": "live", "rich": "rich", "narrow": "narrow", "voice": "live", "slow": "narrow"}
+SPACES = {"live": "expressions", "rich": "points", "narrow": "points", "voice": "expressions", "slow": "points"}
 COUNTS = {"live": (1,), "rich": (2,), "narrow": (3,), "voice": (1, 2), "slow": (3, 6)}
 TOTAL = 1 << 15
 
@@ -310,17 +311,17 @@ class PayloadReader:
     def motion(self, profile: str, at: int, stride: int = 1) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return displacements (n, 3) in FAPU units and pose (6,): rotation, position, log scale."""
         a, frame = self.arrays, self.frames[profile, at]
-        v = self._dequantise(frame)
+        v = self._dequantise(profile, frame)
         if earlier := self.frames.get((profile, at - stride)):
-            d = self._dequantise(earlier) - v
+            d = self._dequantise(profile, earlier) - v
             shift = np.where(np.abs(d) <= 1, a[f"{TABLES[profile]}_lean"] * d, 0)
-            shift[6:] -= shift[:6] @ a["coupling"]
+            shift[6:] -= shift[:6] @ a[f"{SPACES[profile]}_coupling"]
             v = v + shift
         step = STEPS[profile]
-        moved = (step * (v[6:] @ a["basis"].T.astype(float))).reshape(-1, 3) / a["weight"]
+        moved = (step * (v[6:] @ a[f"{SPACES[profile]}_synthesis"].astype(float))).reshape(-1, 3)
         for point, steps in frame.residuals.items():
             moved[point] += a["correction"][point] * steps
-        scaled = v[:6] * step * a["pose_unit"]
+        scaled = v[:6] * step * a[f"{SPACES[profile]}_pose_unit"]
         s = scaled[0] + a["usual_log_scale"]
         x, y, z = scaled[1:4]
         angle = float(np.linalg.norm(scaled[1:4]))
@@ -329,5 +330,6 @@ class PayloadReader:
         position = np.exp(s) * (scaled[4:6] - (rotation @ a["middle"])[:2])
         return moved, np.array([x, y, z, *position, s])
 
-    def _dequantise(self, frame: Frame) -> NDArray[np.float64]:
-        return np.array(frame.values, dtype=float) + (self.arrays["stagger"] if frame.staggered else 0)
+    def _dequantise(self, profile: str, frame: Frame) -> NDArray[np.float64]:
+        offset = self.arrays[f"{SPACES[profile]}_stagger"] if frame.staggered else 0
+        return np.array(frame.values, dtype=float) + offset

@@ -32,10 +32,10 @@ lower_lip_thickness +y.inner_lip_lower_mid -y.outer_lip_lower_mid
 upper_lip_raise     +y.outer_lip_upper_mid -y.nose_bottom_edge_l/2 -y.nose_bottom_edge_r/2
 lid_l               +y.eyelid_upper_l -y.eyelid_lower_l
 lid_r               +y.eyelid_upper_r -y.eyelid_lower_r
-gaze_x_l            +x.pupil_l
-gaze_x_r            +x.pupil_r
-gaze_y_l            +y.pupil_l
-gaze_y_r            +y.pupil_r
+gaze_x              +x.pupil_l/2 +x.pupil_r/2
+gaze_y              +y.pupil_l/2 +y.pupil_r/2
+vergence_x          +x.pupil_l/2 -x.pupil_r/2
+vergence_y          +y.pupil_l/2 -y.pupil_r/2
 """
 
 
@@ -63,8 +63,8 @@ REPORTED = {
     "lower lip thickness": ("lower_lip_thickness",),
     "upper-lip raise": ("upper_lip_raise",),
     "lids": ("lid_l", "lid_r"),
-    "gaze x": ("gaze_x_l", "gaze_x_r"),
-    "gaze y": ("gaze_y_l", "gaze_y_r"),
+    "gaze x": ("gaze_x",),
+    "gaze y": ("gaze_y",),
 }
 _AVERAGE = np.array([[(name in names) / len(names) for name in NAMES] for names in REPORTED.values()])
 _EYES = [CONTROL_POINT_INDEX["eye_outer_corner_l"], CONTROL_POINT_INDEX["eye_outer_corner_r"]]

@@ -1,14 +1,20 @@
 """Train the motion codec: the learned space, the pose steps, the context weights and the tables.
 
-    python tools/train/codec.py [--motion FOLDER] [--output FILE] [--folds K]
+    python tools/train/codec.py [--motion FOLDER] [--output FILE] [--base FILE] [--folds K]
 
 Strategy. Four parts are trained on facial motion tracks. Each model is simple, because there are only three minutes of
 motion and the result must generalise to other people.
 
-1. The learned space. Displacements are weighted by the visibility of an error (LIP_WEIGHT, VERTICAL_WEIGHTS, DEPTH) and
-   projected on their principal directions. A step in any direction then causes the same error, so one step size serves
+1. The learned spaces. The error of a frame is d' M d with the error d of its displacements and the metric
+   M = diag(w^2) + curve_weight / n G' G: w weights each coordinate by the visibility of an error (LIP_WEIGHT, the
+   space's vertical weights, DEPTH), and the rows of G are the gradients of curves that describe an expression
+   (tools/bench/expression_curves.py). Viewers read expressions from differences of points, which are smaller than the
+   points' motion: a frown moves the brows towards each other by 2 mm. The space "points" has no curves and needs fewer
+   bytes; profiles for slow links use it. Displacements times the square root of M are projected on their principal
+   directions. A step in any direction then causes the same error, so one step size serves
    all directions, as rate-distortion theory requires (reverse water-filling). Directions with little motion cost almost
-   nothing. One step of each pose value moves the points of a mean face as far as one step of a component.
+   nothing. One step of each pose value moves the points of a mean face as far as one step of a component
+   of the space "points" does.
 2. The default reference, used when there is no reference: the mean over people of each person's median.
 3. The context weights: the expected size of a difference, given the age of the reference and the values coded before
    (conf/protocol/codec/syntax.py). Fitted for each value and each of the AGES.
@@ -36,7 +42,6 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
@@ -44,116 +49,55 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, control_point_indices
+from conf.face.control_points import control_point_indices
 from conf.protocol.codec.encoder import code_frame
 from conf.protocol.codec.model import CodecModel, build_models
-from conf.protocol.codec.profiles import PROFILES, Profile
-from conf.protocol.codec.reference_frames import FACE_CENTRE, LOG_SCALE, POSE_VALUES, ROTATION, QuantisedFrame
+from conf.protocol.codec.profiles import LIVE, PROFILES, Profile
+from conf.protocol.codec.reference_frames import FACE_CENTRE, LOG_SCALE, POSE_VALUES, QuantisedFrame
 from conf.protocol.codec.symbol_coder import SymbolWriter, Tables
 from conf.protocol.codec.syntax import FEATURE_COUNT, LOG_ONE, Context
-from conf.sender.motion.mean_face import MEAN_FACE
 from tools.bench.codec_link import HELD_OUT, Link, measure, total
 from tools.bench.tracks import Track, TrackReader
 from tools.train.codec_fit import fit_tables, fit_weights, predict_scales
+from tools.train.codec_space import AGES, FINE, SPACES, Arrays, fit_shared, fit_space
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 MOTION = REPOSITORY.parent / "shared" / "motion"
 OUTPUT = REPOSITORY / "conf" / "assets" / "codec.npz"
 
-COMPONENTS = 24  # enough for separate lid motion; more reduce the error less than a finer step at the same rate
-AGES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 40)  # ticks from reference to frame, with separate weights
-FINE = ("inner_lip", "outer_lip", "cupids_bow", "eyelid")  # lips and lids carry the meaning
-LIP_WEIGHT = 1.25  # of their errors
-# Vertical only: an open mouth, a blink and a raised brow are short motions whose size carries the meaning.
-VERTICAL_WEIGHTS = {"inner_lip": 2.0, "eyelid": 3.0, "brow": 1.5}
-DEPTH = 0.3  # weight of depth: visible in a rotated head and in the shading
-RESIDUAL_STEP = 0.01  # of a point residual, eye distances
-STAGGERED = 10  # first components, which are rarely constant
 SHIFT_PRIOR = 20.0  # steps squared: regularises the reconstruction shift towards 0
 ROUNDS = 2
 TRAINED = [profile for profile in PROFILES.values() if profile.tables == profile.name]
 
-Arrays = dict[str, NDArray[Any]]
 Tracks = Mapping[float, Sequence[Track]]  # by frames a second
 
 
-def train(tracks: Tracks, /) -> Arrays:
+def train(tracks: Tracks, /, *, base: Arrays | None = None) -> Arrays:
     """Return the arrays of the codec's file.
 
-    basis : (3 n, K) orthonormal; weight : (n, 3) eye distances over sqrt(n) for one FAPU unit
-    pose_unit : (6,) log scale, radians, face sizes for a step of one eye distance
-    coupling, correction, middle, usual_log_scale : see WIRE.md
+    base : arrays of another file; only the profile live and its space are trained, all else is kept
+
+    [s]_analysis : (3 n, K) FAPU units to components, eye distances; [s]_synthesis : (K, 3 n) components to FAPU units
+    [s]_pose_unit : (6,) log scale, radians, face sizes for a step of one eye distance
+    [s]_coupling, [s]_stagger, correction, middle, usual_log_scale : see WIRE.md
     ages : (A,); for each profile weights (1 + 2 A, 6 + K, F), frequencies, standing (6 + K,), growth
     """
-    arrays = fit_space(tracks[min(tracks)])
-    arrays["ages"] = np.array(AGES, dtype=np.uint8)
-    for profile in TRAINED:
+    arrays = fit_shared(tracks[min(tracks)]) if base is None else dict(base)
+    trained = TRAINED if base is None else [LIVE]
+    for name in {profile.space for profile in trained}:
+        arrays |= fit_space(name, SPACES[name], tracks[min(tracks)])
+    for profile in trained:
         arrays |= uniform_statistics(profile, arrays)
     for _ in range(ROUNDS):
         models = build_models(arrays)
-        for model in (models[profile.name] for profile in TRAINED):
+        for model in (models[profile.name] for profile in trained):
             arrays |= fit_statistics(model, tracks[model.profile.fps])
     return arrays
 
 
-def fit_space(tracks: Sequence[Track], /) -> Arrays:
-    """Return the arrays of the transform."""
-    lengths = np.mean([track.lengths for track in tracks], axis=0)
-    eyes = MEAN_FACE[[CONTROL_POINT_INDEX["eye_outer_corner_l"], CONTROL_POINT_INDEX["eye_outer_corner_r"]]]
-    eye_distance = float(np.linalg.norm(eyes[0] - eyes[1]))
-    importance = np.ones((CONTROL_POINT_COUNT, 3))
-    importance[control_point_indices(*FINE)] = LIP_WEIGHT
-    for name, vertical in VERTICAL_WEIGHTS.items():
-        importance[control_point_indices(name), 1] = vertical
-    importance /= np.sqrt(np.mean(importance**2))
-    weight = lengths / eye_distance * importance * [1, 1, DEPTH] / np.sqrt(CONTROL_POINT_COUNT)
-    motion = np.concatenate([[frame.displacements for frame in track.frames] for track in tracks])
-    basis = _principal_directions(motion.reshape(len(motion), -1) * weight.reshape(-1))
-    pose_unit, motions = _pose_steps(eye_distance)
-    scales = [np.median([frame.pose[5] for frame in track.frames]) for track in tracks]
-    arrays = {
-        "basis": basis,
-        "weight": weight,
-        "pose_unit": pose_unit,
-        "coupling": (motions / lengths * weight).reshape(POSE_VALUES, -1) @ basis,
-        "middle": MEAN_FACE.mean(axis=0),
-        "usual_log_scale": np.median(scales),
-        "stagger": _stagger(),
-        "correction": RESIDUAL_STEP / (weight * np.sqrt(CONTROL_POINT_COUNT)),
-    }
-    return {name: np.asarray(array, dtype=np.float32) for name, array in arrays.items()}
-
-
-def _principal_directions(motion: NDArray[np.float64]) -> NDArray[np.float64]:
-    _, vectors = np.linalg.eigh(motion.T @ motion)  # of the deviation from neutral, not from the mean
-    basis = vectors[:, ::-1][:, :COMPONENTS]
-    strongest = basis[np.abs(basis).argmax(axis=0), np.arange(COMPONENTS)]
-    return np.asarray(basis * np.sign(strongest))  # fix the arbitrary sign of each eigenvector
-
-
-def _stagger() -> NDArray[np.float64]:
-    """Return half a step (6 + K,) for the values that are rarely constant, 0 for the others."""
-    values = np.zeros(POSE_VALUES + COMPONENTS)
-    values[ROTATION] = 0.5
-    values[POSE_VALUES : POSE_VALUES + STAGGERED] = 0.5
-    return values
-
-
-def _pose_steps(eye_distance: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the pose values (6,) that move the points by one eye distance, and the motions (6, n, 3) in cm."""
-    x, y, z = offsets = (MEAN_FACE - MEAN_FACE.mean(axis=0)).T
-    zero, one = np.zeros_like(x), np.ones_like(x)
-    motions = np.array(
-        [offsets, [zero, -z, y], [z, zero, -x], [-y, x, zero], [one, zero, zero], [zero, one, zero]]
-    ).transpose(0, 2, 1)  # scaling, rotation about x, y, z, translation right and up
-    visible = np.sqrt(np.mean(np.sum((motions * [1, 1, DEPTH]) ** 2, axis=2), axis=1))
-    unit = eye_distance / visible
-    return unit, motions * unit[:, None, None]
-
-
 def uniform_statistics(profile: Profile, arrays: Arrays, /) -> Arrays:
     """Return the statistics of a profile before training: all contexts are equal."""
-    count = POSE_VALUES + COMPONENTS
+    count = POSE_VALUES + SPACES[profile.space].components
     weights = np.zeros((1 + 2 * len(AGES), count, FEATURE_COUNT), dtype=np.int16)
     weights[:, :, 0] = 12 * LOG_ONE
     weights[0, :POSE_VALUES, 0] = 40 * LOG_ONE
@@ -163,7 +107,9 @@ def uniform_statistics(profile: Profile, arrays: Arrays, /) -> Arrays:
         f"{profile.name}_frequencies": fit_tables(nothing, nothing),
         f"{profile.name}_standing": np.zeros(count, dtype=np.int16),
         f"{profile.name}_lean": np.zeros(count, dtype=np.float32),
-        f"{profile.name}_growth": np.array(round(65536 * profile.step * float(arrays["pose_unit"][0])), dtype=np.int32),
+        f"{profile.name}_growth": np.array(
+            round(65536 * profile.step * float(arrays[f"{profile.space}_pose_unit"][0])), dtype=np.int32
+        ),
     }
 
 
@@ -342,18 +288,25 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--motion", type=Path, default=MOTION, help="folder of facial motion tracks")
     parser.add_argument("--output", type=Path, default=OUTPUT)
+    parser.add_argument("--base", type=Path, help="train only live; keep the other profiles of this file")
     parser.add_argument("--folds", type=int, default=0, help="number of folds of a cross-validation over all tracks")
     arguments = parser.parse_args()
     tracks = read_tracks(arguments.motion)
     held_out = set(HELD_OUT)
-    arrays = train(select(tracks, held_out, inside=False))
+    base = None
+    if arguments.base:
+        with np.load(arguments.base) as file:
+            base = {name: file[name] for name in file.files}
+    arrays = train(select(tracks, held_out, inside=False), base=base)
     write(arrays, arguments.output)
     print(f"{arguments.output}: {arguments.output.stat().st_size} bytes")
     report(f"held out: {', '.join(HELD_OUT)}", [(arrays, select(tracks, held_out, inside=True))])
     if arguments.folds:
         names = [track.name for track in tracks[min(tracks)]]
         folds = [set(names[start :: arguments.folds]) for start in range(arguments.folds)]
-        parts = [(train(select(tracks, out, inside=False)), select(tracks, out, inside=True)) for out in folds]
+        parts = [
+            (train(select(tracks, out, inside=False), base=base), select(tracks, out, inside=True)) for out in folds
+        ]
         report(f"all {len(names)} tracks, {arguments.folds} folds", parts)
 
 

@@ -80,18 +80,16 @@ def _build_model(profile: Profile, arrays: Arrays) -> CodecModel:
 
 
 def _build_transform(profile: Profile, arrays: Arrays) -> MotionTransform:
-    step = profile.step
-    basis = arrays["basis"].astype(np.float64)  # (3 n, K) orthonormal
-    weight = arrays["weight"].astype(np.float64).reshape(-1)  # (3 n,) eye distances per FAPU unit, over sqrt(n)
+    step, space = profile.step, profile.space
     return MotionTransform(
-        forward_matrix=weight[:, None] * basis / step,
-        inverse_matrix=step * basis.T / weight,
-        pose_steps=step * arrays["pose_unit"].astype(np.float64),
+        forward_matrix=arrays[f"{space}_analysis"].astype(np.float64) / step,
+        inverse_matrix=step * arrays[f"{space}_synthesis"].astype(np.float64),
+        pose_steps=step * arrays[f"{space}_pose_unit"].astype(np.float64),
         face_centre=arrays["middle"].astype(np.float64),
         typical_log_scale=float(arrays["usual_log_scale"]),
         residual_steps=arrays["correction"].astype(np.float64),
-        coupling=arrays["coupling"].astype(np.float64),
-        stagger=arrays["stagger"].astype(np.float64),
+        coupling=arrays[f"{space}_coupling"].astype(np.float64),
+        stagger=arrays[f"{space}_stagger"].astype(np.float64),
         reconstruction_shift=arrays[f"{profile.tables}_lean"].astype(np.float64),
     )
 

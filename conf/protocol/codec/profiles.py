@@ -14,6 +14,7 @@ class Profile:
     target_bits : above this size of a frame, residuals of single points wait for a later frame
     tables : the profile whose trained tables it uses
     usual_counts : numbers of frames in a datagram that cost few bits
+    space : learned space of its components: "expressions" measures curves of the expression besides points
     """
 
     name: str
@@ -24,6 +25,7 @@ class Profile:
     target_bits: int
     tables: str
     usual_counts: tuple[int, ...]
+    space: str = "points"
 
     @property
     def delay(self) -> float:
@@ -34,10 +36,14 @@ class Profile:
 # narrow: 2,400 bit/s have room for five datagrams a second of three frames each.
 # rich: two frames in a datagram halve the cost of headers and add 33 ms.
 # voice: a frame for each 60 ms of voice. slow: three frames for each 240 ms.
-LIVE = Profile("live", 15, 1, 0.0074, rd_lambda=0.05, target_bits=64, tables="live", usual_counts=(1,))
+LIVE = Profile(
+    "live", 15, 1, 0.0088, rd_lambda=0.1, target_bits=64, tables="live", usual_counts=(1,), space="expressions"
+)
 RICH = Profile("rich", 30, 2, 0.0044, rd_lambda=0.05, target_bits=64, tables="rich", usual_counts=(2,))
 NARROWBAND = Profile("narrow", 15, 3, 0.0082, rd_lambda=0.05, target_bits=40, tables="narrow", usual_counts=(3,))
-VOICE = Profile("voice", 50 / 3, 1, 0.0074, rd_lambda=0.05, target_bits=64, tables="live", usual_counts=(1, 2))
+VOICE = Profile(
+    "voice", 50 / 3, 1, 0.0088, rd_lambda=0.1, target_bits=64, tables="live", usual_counts=(1, 2), space="expressions"
+)
 SLOW = Profile("slow", 12.5, 3, 0.0102, rd_lambda=0.05, target_bits=40, tables="narrow", usual_counts=(3, 6))
 
 PROFILES = {profile.name: profile for profile in (LIVE, RICH, NARROWBAND, VOICE, SLOW)}
