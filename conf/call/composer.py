@@ -20,6 +20,7 @@ from conf.receiver.participant_grid import BACKGROUND, ParticipantGrid
 from conf.receiver.resolution_control import ResolutionControl
 from conf.receiver.viewer_controls import ViewerControls, help_lines
 from conf.receiver.voice.call_sound import CallSound
+from conf.receiver.voice.voice_status import is_known
 from conf.render.gpu_object import GpuObject
 from conf.render.ui.imgui_overlay import ImGuiOverlay
 from conf.render.window import Window
@@ -149,7 +150,7 @@ class CallComposer(GpuObject):
         return CallScreen(
             status=status_parts(link, self._name, call_s, stats, path=self._path()),
             stats=stats if controls.view.stats and in_call else None,
-            name=self._name_plate() if in_call else "",
+            name=self._name_plate(stream, now) if stream is not None else "",
             own_aspect=self._own_picture.aspect if self._shows_oneself() else None,
             own_caption="  ".join(["what is seen of you" if self._own.sees_sent else "you", *own]),
             messages=[text for text in (self.note, toast) if text],
@@ -168,8 +169,9 @@ class CallComposer(GpuObject):
             view.image is not None or not self._state.shows_face or (seen and view.sent is not None)
         )
 
-    def _name_plate(self) -> str:
-        notes = remote_notes(self._endpoint.remote_state, has_voice=self._has_sound)
+    def _name_plate(self, stream: ReceiveLeg, now: float) -> str:
+        has_voice = self._has_sound and is_known(stream, now)
+        notes = remote_notes(self._endpoint.remote_state, has_voice=has_voice)
         return "  ".join([self._name or UNKNOWN, *notes]) if self._name or notes else ""
 
     def _draw_screen(self, screen: CallScreen, now: float) -> None:

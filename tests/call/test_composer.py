@@ -16,6 +16,8 @@ from conf.face.deformation.face_model import FaceModel
 from conf.protocol.call_endpoint import CallEndpoint
 from conf.protocol.messages import MotionFrame
 from conf.receiver.participant_grid import BACKGROUND
+from conf.receiver.voice.call_sound import ClipSound
+from conf.receiver.voice.voice_mixer import VoiceMixer
 from conf.render.window.input_events import Event, KeyPressed, MouseButton
 from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.capture.frame import Frame
@@ -120,6 +122,20 @@ def test_the_camera_of_the_other_and_silence_are_said(stage: Stage) -> None:
     stage.link.unreachable.add(A)
     stage.run(5.0)
     assert words(stage.screen).startswith("lost: no reply for 6 s")
+
+
+def test_the_other_has_no_microphone_only_if_nothing_of_a_voice_comes_for_two_seconds(
+    gl: None, face: FaceModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sound = ClipSound(VoiceMixer({}, np.random.default_rng(1)))
+    with OffscreenWindow(*SIZE) as window:
+        stage = Stage(window, face, monkeypatch, sound=sound)
+        stage.connect()
+        assert stage.screen.name == "Bob"
+        stage.run(2.0)
+        assert stage.screen.name == "Bob  no microphone"
+        stage.composer.controls.close()
+        stage.composer.release()
 
 
 def test_after_the_call_the_code_is_shown_again_with_what_happened(stage: Stage) -> None:

@@ -53,7 +53,7 @@ def voice_status(streams: Mapping[int, VoiceStream], sound: CallSound | None, no
     mixer = sound.mixer
     with sound.lock:
         voices, concealing, loudest = dict(mixer.participants), mixer.concealing, mixer.loudest
-    known = {s: stream.voice.state for s, stream in streams.items() if s in voices or _is_known(stream, now)}
+    known = {s: stream.voice.state for s, stream in streams.items() if s in voices or is_known(stream, now)}
     notes = {session: REASONS[state] for session, state in known.items() if state in REASONS}
     notes |= dict.fromkeys(concealing, CONCEALED)
     if not voices and not notes:
@@ -62,7 +62,7 @@ def voice_status(streams: Mapping[int, VoiceStream], sound: CallSound | None, no
     return VoiceStatus(level, mixer.muted, mixer.volume_db, loudest, notes)
 
 
-def _is_known(stream: VoiceStream, now: float) -> bool:
+def is_known(stream: VoiceStream, now: float) -> bool:
     """Return whether a stream's voice state is known: without a message for a while, there is no microphone."""
     return stream.voice.state is not VoiceState.OFF or (
         stream.clock.has_started and stream.clock.playhead(now) > START_S
