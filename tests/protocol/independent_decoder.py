@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 ASSETS = Path(__file__).resolve().parents[2] / "conf" / "assets"
 PROFILES = ("live", "rich", "narrow", "voice", "slow")
-STEPS = {"live": 0.0088, "rich": 0.0044, "narrow": 0.0082, "voice": 0.0088, "slow": 0.0102}
+STEPS = {"live": 0.0088, "rich": 0.0044, "narrow": 0.0083, "voice": 0.0088, "slow": 0.0102}
 TABLES = {"live": "live", "rich": "rich", "narrow": "narrow", "voice": "live", "slow": "narrow"}
 SPACES = {"live": "expressions", "rich": "points", "narrow": "points", "voice": "expressions", "slow": "points"}
 COUNTS = {"live": (1,), "rich": (2,), "narrow": (3,), "voice": (1, 2), "slow": (3, 6)}
