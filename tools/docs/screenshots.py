@@ -54,6 +54,7 @@ from conf.start.app import StartApp
 from conf.start.controller import Files, Programs, StartController
 from conf.start.devices.choices import DeviceLists
 from conf.start.recent_calls import RecentCall, save_recent_calls
+from conf.transport.udp import DIRECT
 from tools.bench.carphone import fetch_carphone
 from tools.bench.fidelity import Pair, run
 
@@ -76,6 +77,8 @@ class SimulatedSocket:
     """Socket and clock of the receiver's loop; while the loop waits, the sender sends the frames that are due."""
 
     candidates = ()
+    nameplate = ""
+    others_wait = False
 
     def __init__(self, call: LoopbackCall, frames: list[MotionFrame]) -> None:
         self.now = 0.0
@@ -85,6 +88,10 @@ class SimulatedSocket:
     def clock(self) -> float:
         """Return the simulated time in seconds."""
         return self.now
+
+    def path_name(self, address: Address) -> str:
+        """Return how datagrams reach an address."""
+        return DIRECT
 
     def receive(self, limit: int = 4096) -> list[tuple[bytes, Address]]:
         """Return nothing: LoopbackCall delivers the sender's datagrams to the receiver."""
