@@ -126,10 +126,6 @@ class ClockAligner:
         self._surplus -= len(samples) - len(kept)
         return kept
 
-    def _forget_before(self, time: float) -> None:
-        while self._offsets[0][0] < time:
-            self._offsets.popleft()
-
 
 class _FractionalResampler:
     """Resampling by a ratio near 1 that may change with each block: a windowed sinc, interpolated between phases."""

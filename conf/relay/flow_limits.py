@@ -55,7 +55,7 @@ def receiving_limit(factor: float = 1.0) -> FlowLimit:
 class Admission(Generic[Flow]):
     """Which flows of one protocol there are.
 
-    refused : flows that were not admitted, or displaced while they were pending
+    refused : flows that were not admitted, or evicted while they were pending
     """
 
     def __init__(self, max_flows: int) -> None:

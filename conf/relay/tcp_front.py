@@ -112,8 +112,8 @@ class TcpFront:
         for stream in (connection.up, connection.down):
             self._selector.register(stream.source, selectors.EVENT_READ, self._handler_of(connection, stream))
         self._connections.add(connection)
-        if displaced := self._admission.open(connection, host, now):
-            self._close(displaced)
+        if evicted := self._admission.open(connection, host, now):
+            self._close(evicted)
 
     def _handler_of(self, connection: Connection, stream: Stream) -> Callable[[int, float], None]:
         """Return what to do when the source of a stream is ready: write what waits to be sent there, or read."""

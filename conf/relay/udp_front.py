@@ -173,8 +173,8 @@ class UdpFront:
         flow = Flow(outer, inner, address, PEER_FACTOR if address[0] in self._peers else 1.0, now)
         self._flows[address] = flow
         self._selector.register(inner, selectors.EVENT_READ, lambda _, now: self._answer(flow, now))
-        if displaced := self._admission.open(flow, flow.host, now):
-            self._close(displaced)
+        if evicted := self._admission.open(flow, flow.host, now):
+            self._close(evicted)
         return flow
 
     def _answer(self, flow: Flow, now: float) -> None:

@@ -56,7 +56,7 @@ def test_flows_are_limited_in_all_and_of_one_host() -> None:
     assert not admission.has_room("192.0.2.2")
 
 
-def test_the_oldest_pending_flow_is_displaced_and_one_host_has_few() -> None:
+def test_the_oldest_pending_flow_is_evicted_and_one_host_has_few() -> None:
     admission = Admission[int](1000)
     for number in range(MAX_PENDING):
         assert admission.open(number, f"host{number // MAX_PENDING_PER_HOST}", 1.0) is None

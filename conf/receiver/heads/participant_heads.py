@@ -104,8 +104,8 @@ class ParticipantHeads(GpuObject):
     def version(self, participant: int) -> tuple[object, ...]:
         """Return what is equal for equal images of the same motion."""
         shape = self._shapes.get(participant)
-        told = (shape.sender,) if shape and shape.sender else ()
-        return self._number(participant), shape.ratios if shape else NO_CHANGE, *told
+        sender = (shape.sender,) if shape and shape.sender else ()
+        return self._number(participant), shape.ratios if shape else NO_CHANGE, *sender
 
     def draw(
         self,
