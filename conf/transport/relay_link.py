@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import zenoh
 
 CHECK_S = 0.2
-JOIN_S = 2.0
+JOIN_S = 4.0  # longer than an attempt to open: 2.5 s over TCP and UDP with OPEN_TIMEOUT_MS
 MAX_TASKS = 64
 
 

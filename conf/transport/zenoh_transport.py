@@ -20,7 +20,7 @@ from conf.protocol.address import Address, RelayAddress
 from conf.protocol.rate_control.rate_limit import TokenBucket
 from conf.transport.interface import ReceivedDatagram
 from conf.transport.link_policy import SilenceDetector
-from conf.transport.relay_link import RelayLink
+from conf.transport.relay_link import JOIN_S, RelayLink
 from conf.transport.relay_settings import KEY_PREFIX, Credentials, client_settings, lan_settings, open_zenoh, url_host
 from conf.transport.udp import MAX_DATAGRAM
 from conf.transport.wake_up import WakeUp
@@ -76,6 +76,7 @@ class RelayTransport:
         self._early: deque[tuple[bytes, Address]] = deque(maxlen=MAX_EARLY)
         self._silence = SilenceDetector()
         self._watcher: zenoh.Publisher | None = None
+        self._readers: list[threading.Thread] = []
         self._link = RelayLink(
             open_session or (lambda: open_zenoh(settings)),
             self._on_open,
@@ -203,6 +204,8 @@ class RelayTransport:
         """Leave the relay."""
         self._route = None
         self._link.close()
+        for reader in self._readers:  # one that is in zenoh when the interpreter ends would abort the process
+            reader.join(JOIN_S)
         self._wake_up.close()
 
     def _on_open(self, session: "zenoh.Session") -> None:
@@ -210,18 +213,28 @@ class RelayTransport:
         key = f"{KEY_PREFIX}/{self._nameplate}"
         self._watcher = _declare_watcher(session, f"{key}/to/{self._name or WATCHER}")
         if self._name:
-            session.declare_subscriber(f"{key}/from/{self._name}", self._on_sample)
+            self._read(session.declare_subscriber(f"{key}/from/{self._name}"))
             route = _CallerRoute(_declare_publisher(session, f"{key}/to/{self._name}"))
             time.sleep(DECLARED_S)
             while self._early:
                 route.send(self._early.popleft()[0], "", self._clock())
             self._route = route
         else:
-            session.declare_subscriber(f"{key}/to/*", self._on_sample)
+            self._read(session.declare_subscriber(f"{key}/to/*"))
             self._route = _WaiterRoute(session, f"{key}", self._link.call)
 
+    def _read(self, subscriber: "zenoh.Subscriber[zenoh.Handler[zenoh.Sample]]") -> None:
+        """Receive in a thread until the session is closed. zenoh's own threads for callbacks cannot be joined."""
+        reader = threading.Thread(target=self._receive_all, args=(subscriber,), name="relay-receive", daemon=True)
+        self._readers = [*(thread for thread in self._readers if thread.is_alive()), reader]
+        reader.start()
+
+    def _receive_all(self, subscriber: "zenoh.Subscriber[zenoh.Handler[zenoh.Sample]]") -> None:
+        for sample in subscriber.handler:
+            self._on_sample(sample)
+
     def _on_sample(self, sample: "zenoh.Sample") -> None:
-        """Queue a datagram. Called in threads of zenoh."""
+        """Queue a datagram."""
         name = "" if self._name else str(sample.key_expr).rpartition("/")[2]
         is_valid = len(sample.payload) <= MAX_DATAGRAM and (bool(self._name) or bool(_NAME.fullmatch(name)))
         if not is_valid or len(self._received) >= MAX_QUEUED:
@@ -254,7 +267,7 @@ class _WaiterRoute:
         self._key = key
         self._call = call
         self._publishers: OrderedDict[str, zenoh.Publisher] = OrderedDict()
-        self._subscribers: dict[str, zenoh.Subscriber[None]] = {}
+        self._subscribers: dict[str, zenoh.Subscriber[Any]] = {}
         self._counts: OrderedDict[str, int] = OrderedDict()
         self._declarations = TokenBucket(DECLARATIONS_PER_S, DECLARATIONS_PER_S)
         self._lock = threading.Lock()
@@ -287,10 +300,12 @@ class _WaiterRoute:
             self._counts.popitem(last=False)
 
     def _declare(self, session: "zenoh.Session", name: str) -> None:
+        from zenoh import handlers
+
         if session is not self._session:
             return
         # Nobody needs its messages, which the other subscriber gets: with it the router knows the key by a number.
-        subscriber = session.declare_subscriber(f"{self._key}/to/{name}", _ignore)
+        subscriber = session.declare_subscriber(f"{self._key}/to/{name}", handlers.RingChannel(1))
         publisher = _declare_publisher(session, f"{self._key}/from/{name}")
         with self._lock:
             self._publishers[name], self._subscribers[name] = publisher, subscriber
@@ -334,10 +349,6 @@ def _put(publisher: "zenoh.Publisher", data: bytes) -> bool:
     except zenoh.ZError:  # the session is being replaced
         return False
     return True
-
-
-def _ignore(_: "zenoh.Sample") -> None:
-    """Do nothing with a message."""
 
 
 def _fault_text(relay: tuple[str, int] | None) -> str:

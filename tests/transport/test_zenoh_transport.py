@@ -1,3 +1,5 @@
+import threading
+
 import pytest
 
 from conf.errors import NetworkError
@@ -106,3 +108,16 @@ def test_both_ends_know_whether_somebody_waits_with_the_nameplate() -> None:
                 wait_until(lambda: waiter.others_wait and second.others_wait)
             wait_until(lambda: not waiter.others_wait)
         wait_until(lambda: not caller.others_wait)
+
+
+@pytest.mark.slow
+def test_no_thread_is_left_after_it_is_closed() -> None:
+    """One inside zenoh would abort the process when the interpreter ends."""
+    port, before = free_port(), set(threading.enumerate())
+    with router(port), RelayTransport.wait_at((LOOPBACK, port), PLATE) as waiter:
+        wait_until(lambda: waiter.is_open)
+        assert {thread.name for thread in set(threading.enumerate()) - before} == {"relay", "relay-receive"}
+        waiter.send([(b"a", RelayAddress(PLATE, "aaaa"))] * 4)  # declares its key
+        wait_until(lambda: waiter._route and waiter._route._publishers)  # type: ignore[union-attr]
+        waiter.close()
+        assert set(threading.enumerate()) == before
