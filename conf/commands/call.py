@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import getpass
 import os
 import time
@@ -326,13 +327,14 @@ def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, dra
 
 
 def _import_rest() -> None:
-    """Import what portraits and recordings need, so that no frame has to wait for it later."""
+    """Import what portraits and recordings need, so that no frame has to wait for it later, nor for its collection."""
     from conf.receiver import participant_grid, viewer_controls
     from conf.sender.portrait import deferred_scheduler
 
     viewer_controls.import_recording()
     participant_grid.import_portraits()
     deferred_scheduler.import_portraits()
+    gc.freeze()  # these modules too; see frozen_memory
 
 
 def _figures(end: _End, loop: CallLoop, began: float, early_at: float | None) -> CallFigures:
