@@ -1,8 +1,10 @@
 """Draw docs/voice.png: spectrograms of a voice before and after a call. `python tools/docs/voice_figure.py [CLIP]`.
 
 The call is simulated (tools/bench/voice_link.py) at 16 and at 2.4 kbit/s, with a face beside the voice. Under each
-spectrogram stand its figures. A click is a difference of neighbouring samples larger than any in the sound captured,
-at the same level; a gap is a pause of 20 ms or more where the captured sound is loud.
+spectrogram stand its figures. A click is a difference of neighbouring samples more than 8 times the root mean square of
+those within 10 ms of it: in the sound captured none is more than 5 times, in Opus's fricatives 6, in Codec2's pulses
+7.7, and of steps as high as the sound's own level half are found. A gap is a pause of 20 ms or more where the captured
+sound is loud.
 """
 
 import argparse
@@ -28,6 +30,7 @@ WINDOW, HOP = 512, 64
 SIZE = (1000, 200)  # px of one spectrogram
 CAPTION = 36
 RANGE_DB = 70.0
+CLICK, CLICK_S, SOFT = 8.0, 0.01, 0.1  # SOFT : relative to all differences, added to those around
 GAP_S, LOUD, SILENT = 0.02, 0.5, 0.03  # levels are relative to that of the whole sound
 INK, PAPER = (40, 40, 40), (255, 255, 255)
 
@@ -51,17 +54,18 @@ def main() -> None:
         lag = align(captured.astype(float), heard[: size + MAX_LAG].astype(float), max_samples=MAX_LAG)
         heard = heard[lag : lag + size]
         text = f"{rate:g} kbit/s with the face: sent {made.kbps:.1f}, STOI {score:.2f}, "
-        text += f"clicks {clicks(captured, heard)}, gaps {gaps(captured, heard)}"
+        text += f"clicks {clicks(heard)}, gaps {gaps(captured, heard)}"
         panels.append(panel(heard, text))
     cv2.imwrite(str(options.output), np.vstack(panels), [cv2.IMWRITE_PNG_COMPRESSION, 9])
     print(options.output)
 
 
-def clicks(captured: Samples, heard: Samples) -> int:
-    """Return how often neighbouring samples differ by more than they ever do in the captured sound."""
-    gain = heard.astype(float).std() / captured.astype(float).std()
-    limit = gain * np.abs(np.diff(captured.astype(float))).max()
-    return int((np.abs(np.diff(heard.astype(float))) > limit).sum())
+def clicks(heard: Samples) -> int:
+    """Return how often neighbouring samples differ by much more than those around them do."""
+    steps = np.abs(np.diff(heard.astype(float)))
+    size = 2 * int(CLICK_S * SAMPLE_RATE) + 1
+    around = np.sqrt(np.convolve(steps**2, np.ones(size) / size, mode="same"))
+    return int((steps > CLICK * np.hypot(around, SOFT * steps.std())).sum())
 
 
 def gaps(captured: Samples, heard: Samples) -> int:
