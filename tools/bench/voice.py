@@ -1,12 +1,11 @@
 """Measure voice and face together at each link rate: rate, intelligibility, error of the face, delay, CPU time.
 
     python tools/bench/voice.py [CLIP...] [--rates 16 9.6 6 4.8 2.4] [--loss 0 0.05 0.1 0.2] [--seconds 30]
-        [--skew] [--devices]
-    python tools/bench/voice.py --json [CLIP...] [--rates ...] [--seconds 30]
+        [--skew] [--devices] [--json]
 
 Without clips, the talking clips of ../shared/media whose tracks are in ../shared/motion. Calls are simulated
-(voice_link.py): everything but the network and the clock is the program's. Beside the rates: Opus 6000 in RTP, voice
-alone.
+(voice_link.py): everything but the network and the clock is the program's. Beside the losses: 10 % in bursts of three,
+and 5 and 20 % without repetition ("plain"), where a level repeats. Beside the rates: Opus 6000 in RTP, voice alone.
 
 STOI (Taal, Hendriks, Heusdens, Jensen 2011) compares what is heard with what the microphone captured, after the
 high-pass filter that the processing of the microphone applies. The GRID clips have rumble within 40 dB of the speech,
@@ -20,13 +19,17 @@ network.
 and at 10 %. It takes 20 s for each clip, rate and loss, and needs a quiet machine. --devices adds the delay of real
 calls through a sound server (voice_devices.py): half a minute for each rate.
 
---json does all of it and prints an object by rate, half an hour later for all rates and clips:
+--json does all of it, with the table on the error output, and prints an object by rate:
 
-kbps, face_error_percent, cpu_ms_per_s : without loss
-stoi, stoi_loss10 : without loss and at 10 %
+kbps, face_error_percent, face_fps, cpu_ms_per_s : without loss
+worst_kbps : of any ten seconds, whatever is lost
+stoi, stoi_loss5, stoi_loss10, stoi_loss20, stoi_bursts10, stoi_plain5, stoi_plain20 : as in the table; null for what
+    --loss leaves out, and for plain where a level repeats nothing
 skew_ms : without loss or at 10 %, whichever is further from 0; plus is sound that is early; null without GRID clips
 delay_ms : from microphone to loudspeaker, less the datagram's own duration, through PulseAudio's null sink; without
     PulseAudio as in the table: without devices
+
+Calls that fail, as on a machine that is too busy, are made once more; the figure is null if they fail again.
 """
 
 import argparse
@@ -35,8 +38,10 @@ import os
 import shutil
 import sys
 import warnings
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cache, partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -54,6 +59,7 @@ from conf.audio.samples import SAMPLE_RATE, Samples
 from conf.protocol.rate_control.rate_levels import VoiceMode, levels_for
 from conf.protocol.rate_control.send_budget import highest_level
 from conf.protocol.statistics import HEADER_BYTES
+from conf.protocol.voice.formats import VoiceFormat
 from conf.sender.capture.clip import read_sound
 from tools.bench.lip_sync import measure_skew
 from tools.bench.tracks import Track, TrackReader
@@ -66,7 +72,7 @@ CLIPS = [SHARED / "media" / f"grid_{name}.mpg" for name in GRID]
 CLIPS += [SHARED / "media" / f"talk_{number}.mp4" for number in (1, 3, 4)]
 RATES = (16.0, 9.6, 6.0, 4.8, 2.4)
 LOSSES = (0.0, 0.05, 0.1, 0.2)
-LOSS10, BURST = Loss(0.1), Loss(0.1, 3)
+NO_LOSS = Loss()
 FPS = 30.0
 RTP_BYTES = 12
 SKEW_CALL_S = 10.0  # of each real call: three times a GRID clip
@@ -76,130 +82,28 @@ MAX_LAG = int(1.5 * SAMPLE_RATE)
 
 
 @dataclass(frozen=True)
-class Figures:
-    """Of one rate and loss, over all clips.
+class Condition:
+    """What a call meets. is_plain : nothing is repeated, all that is lost is concealed"""
 
-    face_fps : while the face moves: from the median interval of the received frames. One that does not move is not sent
-    stoi, speech_stoi, raw_stoi : see Scores
-    delay_ms : from microphone to ear, less the network and the datagram
-    """
+    loss: Loss = NO_LOSS
+    is_plain: bool = False
 
-    kbps: float
-    worst_kbps: float
-    stoi: float
-    speech_stoi: float
-    raw_stoi: float
-    face_error_percent: float
-    face_fps: float
-    delay_ms: float
-    cpu_ms_per_s: float
+    def __str__(self) -> str:
+        bursts = f" in bursts of {self.loss.burst}" if self.loss.burst > 1 else ""
+        return f"loss {self.loss.fraction:.0%}{bursts}{', plain' if self.is_plain else ''}"
 
 
-def main() -> None:
-    """Print the table, or one JSON object."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("clips", nargs="*", type=Path, default=CLIPS, metavar="CLIP")
-    parser.add_argument("--rates", nargs="+", type=float, default=RATES, metavar="KBPS")
-    parser.add_argument("--loss", nargs="+", type=float, default=LOSSES, metavar="FRACTION", help="of the table")
-    parser.add_argument("--seconds", type=float, default=30.0, help="duration of each call; clips are repeated")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--skew", action="store_true", help="measure the lip sync of real calls")
-    parser.add_argument("--devices", action="store_true", help="measure the delay through a sound server")
-    parser.add_argument("--json", action="store_true")
-    arguments = parser.parse_args()
-    subjects = [read_subject(path) for path in arguments.clips]
-    if arguments.json:
-        print(json.dumps(_summaries(subjects, arguments), indent=2))
-        return
-    losses = [Loss(fraction) for fraction in arguments.loss] + [BURST]
-    for rate in arguments.rates:
-        print(f"{rate:5g} kbit/s, codec alone: STOI {_codec_alone(rate, subjects):.3f}")
-        for loss in losses:
-            _print(rate, loss, _measure(subjects, rate, loss, arguments))
-    for packet, score in _opus_in_rtp([sound for _, sound in subjects]):
-        print(f"Opus 6000 in RTP, {packet[1]} ms, no face: {packet[0]:.1f} kbit/s, STOI {score:.3f}")
-    if arguments.devices:
-        for rate, delay_ms in measure_delays(arguments.rates).items():
-            print(f"{rate:5g} kbit/s through a sound server: delay {delay_ms:.0f} ms", flush=True)
-    for rate in arguments.rates if arguments.skew else ():
-        for loss in (Loss(), LOSS10):
-            skew_ms, correlation = _skew(arguments.clips, rate, loss)
-            print(
-                f"{rate:5g} kbit/s, loss {loss.fraction:.0%}: skew {skew_ms:.0f} ms (r {correlation:.2f})", flush=True
-            )
-
-
-def _summaries(
-    subjects: list[tuple[Track | None, Samples]], arguments: argparse.Namespace
-) -> dict[str, dict[str, float | None]]:
-    """Return what --json prints, and report the progress on the error output."""
-    has_grid = any(map(_is_grid, arguments.clips))
-    delays = measure_delays(arguments.rates) if shutil.which("pulseaudio") else {}
-    summaries = {}
-    for rate in arguments.rates:
-        print(f"{rate:g} kbit/s", file=sys.stderr, flush=True)
-        clean, lossy = (_measure(subjects, rate, loss, arguments) for loss in (Loss(), LOSS10))
-        skews = [_skew(arguments.clips, rate, loss)[0] for loss in (Loss(), LOSS10)] if has_grid else []
-        summaries[f"{rate:g}"] = summary(clean, lossy, skews, delays.get(rate))
-    return summaries
-
-
-def summary(
-    clean: Figures, lossy: Figures, skews_ms: Sequence[float], delay_ms: float | None
-) -> dict[str, float | None]:
-    """Return one rate's object of --json; delay_ms : None to use the one without devices"""
-    return {
-        "kbps": clean.kbps,
-        "stoi": clean.stoi,
-        "stoi_loss10": lossy.stoi,
-        "face_error_percent": clean.face_error_percent,
-        "skew_ms": max(skews_ms, key=abs, default=None),
-        "delay_ms": clean.delay_ms if delay_ms is None else delay_ms,
-        "cpu_ms_per_s": clean.cpu_ms_per_s,
-    }
-
-
-def _is_grid(path: Path) -> bool:
-    return path.stem.startswith("grid_")
-
-
-def _skew(clips: list[Path], rate: float, loss: Loss) -> tuple[float, float]:
-    """Return the lip sync of real calls, pooled over the GRID clips, ms, and the correlation."""
-    with TemporaryDirectory() as folder:
-        grid = list(filter(_is_grid, clips))
-        return measure_skew(grid, Path(folder), kbps=rate, loss=loss.fraction, seconds=SKEW_CALL_S)
-
-
-def read_subject(path: Path) -> tuple[Track | None, Samples]:
-    track_path = SHARED / "motion" / f"{path.stem}.npz"
-    track = TrackReader().read(track_path, fps=FPS) if track_path.exists() else None
-    return track, np.concatenate([samples for _, samples in read_sound(path, rate=SAMPLE_RATE)])
-
-
-def _measure(
-    subjects: list[tuple[Track | None, Samples]], rate: float, loss: Loss, arguments: argparse.Namespace
-) -> Figures:
-    calls, scores, delays, packets = [], [], [], []
-    for index, (track, sound) in enumerate(subjects):
-        made = call(track, sound, seconds=arguments.seconds, kbps=rate, loss=loss, seed=arguments.seed + index, fps=FPS)
-        score, delay = compare(sound, made)
-        calls.append(made)
-        scores.append(score)
-        delays.append(delay)
-        packets.append(_datagram_s(made))
-    errors = np.concatenate([made.errors for made in calls])
-    intervals = np.concatenate([np.diff(np.sort(made.captured_at)) for made in calls])
-    return Figures(
-        kbps=float(np.mean([made.kbps for made in calls])),
-        worst_kbps=max(made.worst_kbps for made in calls),
-        stoi=float(np.mean([score.filtered for score in scores])),
-        speech_stoi=float(np.mean([score.speech for score in scores])),
-        raw_stoi=float(np.mean([score.raw for score in scores])),
-        face_error_percent=float(errors.mean()) if len(errors) else float("nan"),
-        face_fps=1 / float(np.median(intervals)) if len(intervals) else 0.0,
-        delay_ms=1000 * float(np.median(np.array(delays) - ONE_WAY_S - np.array(packets))),
-        cpu_ms_per_s=1000 * sum(made.cpu_s for made in calls) / sum(made.seconds for made in calls),
-    )
+CLEAN, LOSS10, BURSTS = Condition(), Condition(Loss(0.1)), Condition(Loss(0.1, 3))
+PLAIN = Condition(Loss(0.05), is_plain=True), Condition(Loss(0.2), is_plain=True)
+STOI_KEYS = {
+    "stoi": CLEAN,
+    "stoi_loss5": Condition(Loss(0.05)),
+    "stoi_loss10": LOSS10,
+    "stoi_loss20": Condition(Loss(0.2)),
+    "stoi_bursts10": BURSTS,
+    "stoi_plain5": PLAIN[0],
+    "stoi_plain20": PLAIN[1],
+}
 
 
 class Scores(NamedTuple):
@@ -208,6 +112,154 @@ class Scores(NamedTuple):
     filtered: float
     speech: float
     raw: float
+
+
+class Measured(NamedTuple):
+    """A call with one clip, without its sound. delay_s : from microphone to ear"""
+
+    made: VoiceCall
+    scores: Scores
+    delay_s: float
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Of one rate and loss, over all clips.
+
+    face_fps : while the face moves: from the median interval of the received frames. One that does not move is not sent
+    delay_ms : from microphone to ear, less the network and the datagram
+    """
+
+    kbps: float
+    worst_kbps: float
+    scores: Scores
+    face_error_percent: float
+    face_fps: float
+    delay_ms: float
+    cpu_ms_per_s: float
+
+
+def main() -> None:
+    """Print the table, and at the end the object if it is asked for."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("clips", nargs="*", type=Path, default=CLIPS, metavar="CLIP")
+    parser.add_argument("--rates", nargs="+", type=float, default=RATES, metavar="KBPS")
+    parser.add_argument("--loss", nargs="+", type=float, default=LOSSES, metavar="FRACTION", help="of the table")
+    parser.add_argument("--seconds", type=float, default=30.0, help="duration of each call; clips are repeated")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--skew", action="store_true", help="measure the lip sync of real calls")
+    parser.add_argument("--devices", action="store_true", help="measure the delay through a sound server")
+    parser.add_argument("--json", action="store_true", help="measure all and print an object")
+    arguments = parser.parse_args()
+    rates, show = arguments.rates, partial(print, file=sys.stderr if arguments.json else sys.stdout, flush=True)
+    with ProcessPoolExecutor() as pool:
+        figures = {rate: _table(pool, rate, arguments, show) for rate in rates}
+    for packet, score in _opus_in_rtp([read_subject(clip)[1] for clip in arguments.clips]):
+        show(f"Opus 6000 in RTP, {packet[1]} ms, no face: {packet[0]:.1f} kbit/s, STOI {score:.3f}")
+    delays = {rate: figures[rate][CLEAN].delay_ms for rate in rates}
+    if arguments.devices or (arguments.json and shutil.which("pulseaudio")):
+        delays = measure_delays(rates)
+        for rate, delay_ms in delays.items():
+            show(f"{rate:5g} kbit/s through a sound server: delay {delay_ms} ms")
+    skews = {}
+    if (arguments.skew or arguments.json) and (grid := [clip for clip in arguments.clips if _is_grid(clip)]):
+        skews = {rate: _skew(grid, rate, show) for rate in rates}
+    if arguments.json:
+        found = {f"{rate:g}": summary(figures[rate], skews.get(rate), delays[rate]) for rate in rates}
+        print(json.dumps(found, indent=2))
+
+
+def summary(
+    figures: Mapping[Condition, Figures], skew_ms: float | None, delay_ms: float | None
+) -> dict[str, float | None]:
+    """Return one rate's object of --json."""
+    clean = figures[CLEAN]
+    return {
+        "kbps": clean.kbps,
+        "worst_kbps": max(found.worst_kbps for found in figures.values()),
+        **{key: figures[at].scores.filtered if at in figures else None for key, at in STOI_KEYS.items()},
+        "face_error_percent": clean.face_error_percent,
+        "face_fps": clean.face_fps,
+        "skew_ms": skew_ms,
+        "delay_ms": delay_ms,
+        "cpu_ms_per_s": clean.cpu_ms_per_s,
+    }
+
+
+def _is_grid(path: Path) -> bool:
+    return path.stem.startswith("grid_")
+
+
+def _skew(clips: list[Path], rate: float, show: Callable[[str], None]) -> float | None:
+    """Return the worse lip sync of real calls without loss and at 10 %, ms, None if they fail."""
+    skews: list[float] = []
+    for condition in (CLEAN, LOSS10):
+        try:
+            with TemporaryDirectory() as folder:
+                skew_ms, correlation = measure_skew(
+                    clips, Path(folder), kbps=rate, loss=condition.loss.fraction, seconds=SKEW_CALL_S
+                )
+        except RuntimeError as error:
+            show(f"{rate:5g} kbit/s, {condition}: no skew: {error}")
+            return None
+        skews.append(skew_ms)
+        show(f"{rate:5g} kbit/s, {condition}: skew {skew_ms:.0f} ms (r {correlation:.2f})")
+    return max(skews, key=abs)
+
+
+@cache
+def read_subject(path: Path) -> tuple[Track | None, Samples]:
+    track_path = SHARED / "motion" / f"{path.stem}.npz"
+    track = TrackReader().read(track_path, fps=FPS) if track_path.exists() else None
+    return track, np.concatenate([samples for _, samples in read_sound(path, rate=SAMPLE_RATE)])
+
+
+def _table(
+    pool: Executor, rate: float, arguments: argparse.Namespace, show: Callable[[str], None]
+) -> dict[Condition, Figures]:
+    """Show the rows of a rate and return them."""
+    level = levels_for(VoiceMode.AUTOMATIC)[highest_level(levels_for(VoiceMode.AUTOMATIC), rate)]
+    assert level.voice is not None
+    alone = pool.map(partial(_codec_alone, level.voice), arguments.clips)
+    show(f"{rate:5g} kbit/s, codec alone: STOI {np.mean(list(alone)):.3f}")
+    losses = [Condition(Loss(fraction)) for fraction in arguments.loss]
+    rows = {}
+    for condition in dict.fromkeys([CLEAN, *losses, BURSTS, *(PLAIN if level.lossy else ())]):
+        task = partial(_measure, rate=rate, condition=condition, seconds=arguments.seconds)
+        seeds = range(arguments.seed, arguments.seed + len(arguments.clips))
+        rows[condition] = found = _joined(list(pool.map(task, arguments.clips, seeds)))
+        overall, speech, raw = found.scores
+        show(
+            f"{rate:5g} kbit/s, {condition!s:23} {found.kbps:6.2f} kbit/s (worst {found.worst_kbps:5.2f}), "
+            f"STOI {overall:.3f} ({speech:.3f}, {raw:.3f}), "
+            f"face {found.face_error_percent:.2f} % at {found.face_fps:.1f} fps, delay {found.delay_ms:4.0f} ms, "
+            f"CPU {found.cpu_ms_per_s:.0f} ms/s"
+        )
+    return rows
+
+
+def _measure(path: Path, seed: int, *, rate: float, condition: Condition, seconds: float) -> Measured:
+    """Make a call with one clip."""
+    track, sound = read_subject(path)
+    repeats = not condition.is_plain
+    made = call(track, sound, seconds=seconds, kbps=rate, loss=condition.loss, seed=seed, fps=FPS, repeats=repeats)
+    scores, delay = compare(sound, made)
+    return Measured(replace(made, heard=[], shown=[]), scores, delay)
+
+
+def _joined(calls: Sequence[Measured]) -> Figures:
+    """Return the figures over all clips."""
+    errors = np.concatenate([made.errors for made, _, _ in calls])
+    intervals = np.concatenate([np.diff(np.sort(made.captured_at)) for made, _, _ in calls])
+    return Figures(
+        kbps=float(np.mean([made.kbps for made, _, _ in calls])),
+        worst_kbps=max(made.worst_kbps for made, _, _ in calls),
+        scores=Scores(*np.mean([scores for _, scores, _ in calls], axis=0).tolist()),
+        face_error_percent=float(errors.mean()) if len(errors) else float("nan"),
+        face_fps=1 / float(np.median(intervals)) if len(intervals) else 0.0,
+        delay_ms=1000 * float(np.median([delay - ONE_WAY_S - _datagram_s(made) for made, _, delay in calls])),
+        cpu_ms_per_s=1000 * sum(made.cpu_s for made, _, _ in calls) / sum(made.seconds for made, _, _ in calls),
+    )
 
 
 def compare(sound: Samples, made: VoiceCall) -> tuple[Scores, float]:
@@ -260,20 +312,14 @@ def without_pauses(sound: Samples) -> Samples:
     return np.concatenate([(blocks * speaks[:, None]).ravel().astype(np.int16), sound[blocks.size :]])
 
 
-def _codec_alone(rate: float, subjects: list[tuple[Track | None, Samples]]) -> float:
-    """Return the STOI that the codec of a rate's level reaches outside a call."""
-    levels = levels_for(VoiceMode.AUTOMATIC)
-    voice = levels[highest_level(levels, rate)].voice
-    assert voice is not None
-    scores = []
-    for _, sound in subjects:
-        filtered = high_pass(sound)
-        encoder = create_encoder(voice.codec, voice.bit_rate, voice.frame_ms)
-        decoder = create_decoder(voice.codec, voice.bit_rate, voice.frame_ms)
-        frames = filtered[: len(filtered) // encoder.frame_samples * encoder.frame_samples]
-        heard = [decoder.decode(encoder.encode(frame)) for frame in frames.reshape(-1, encoder.frame_samples)]
-        scores.append(_score(frames, np.concatenate([*heard, np.zeros(MAX_LAG, np.int16)]))[0])
-    return float(np.mean(scores))
+def _codec_alone(voice: VoiceFormat, path: Path) -> float:
+    """Return the STOI that a codec reaches outside a call."""
+    filtered = high_pass(read_subject(path)[1])
+    encoder = create_encoder(voice.codec, voice.bit_rate, voice.frame_ms)
+    decoder = create_decoder(voice.codec, voice.bit_rate, voice.frame_ms)
+    frames = filtered[: len(filtered) // encoder.frame_samples * encoder.frame_samples]
+    heard = [decoder.decode(encoder.encode(frame)) for frame in frames.reshape(-1, encoder.frame_samples)]
+    return _score(frames, np.concatenate([*heard, np.zeros(MAX_LAG, np.int16)]))[0]
 
 
 def _datagram_s(made: VoiceCall) -> float:
@@ -296,17 +342,6 @@ def _opus_in_rtp(sounds: list[Samples]) -> list[tuple[tuple[float, int], float]]
             scores.append(_score(high_pass(sound)[: len(heard)], heard)[0])
         results.append(((float(np.mean(sizes)) * 8 / frame_ms, frame_ms), float(np.mean(scores))))
     return results
-
-
-def _print(rate: float, loss: Loss, found: Figures) -> None:
-    lost = f"{loss.fraction:.0%}" + (f" in bursts of {loss.burst}" if loss.burst > 1 else "")
-    print(
-        f"{rate:5g} kbit/s, loss {lost:18} {found.kbps:6.2f} kbit/s (worst {found.worst_kbps:5.2f}), "
-        f"STOI {found.stoi:.3f} ({found.speech_stoi:.3f}, {found.raw_stoi:.3f}), "
-        f"face {found.face_error_percent:.2f} % at {found.face_fps:.1f} fps, delay {found.delay_ms:4.0f} ms, "
-        f"CPU {found.cpu_ms_per_s:.0f} ms/s",
-        flush=True,
-    )
 
 
 if __name__ == "__main__":

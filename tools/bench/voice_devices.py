@@ -44,7 +44,8 @@ CLIPS = [SHARED / "media" / f"grid_{name}.mpg" for name in GRID]
 RATES = (16.0, 9.6, 6.0, 4.8, 2.4)
 CODE = "amber-canoe-tiger-7"
 SECONDS = 25.0  # of each call
-STARTING_S = 30.0  # maximum time for the processes to start
+STARTING_S = 90.0  # maximum time for the processes to start: 4 s on a quiet machine
+ATTEMPTS = 2  # at a call; a machine that is too busy fails
 SINK_STARTS_S = 3.0  # a null sink that nobody listens to is up to 2 s ahead of the clock
 SETTLE_S = 14.0  # of the recordings before pieces count: the call begins, the playout delay finds its length
 PIECE_S = 3.0
@@ -142,23 +143,28 @@ def _wait_for(path: Path) -> None:
 
 
 def measure(motion: Path, speech: Path, kbps: float, seconds: float) -> Figures:
-    """Make a call and measure it. speech : raw samples at SAMPLE_RATE, at least as long as the call"""
-    captured, again, heard = Recording(MICROPHONE), Recording(MICROPHONE), Recording(LOUDSPEAKER)
-    time.sleep(SINK_STARTS_S)
-    receiver, address = start_receiver(CODE, seconds + STARTING_S, "--speaker", "", "--fps", 15)
-    lines: list[dict[str, float]] = []
-    reader = threading.Thread(target=read_lines, args=(receiver.stdout, lines))
-    reader.start()
-    player = subprocess.Popen(["pacat", f"--device={MICROPHONE}", *RECORD_FORMAT, str(speech)])
-    sender = start("send", address, CODE, seconds, motion, "--microphone", "0", "--kbps", kbps)
+    """Make a call and measure it.
+
+    speech : raw samples at SAMPLE_RATE, at least as long as the call
+    Raises RuntimeError, ValueError or subprocess.TimeoutExpired if the machine is too busy for it.
+    """
+    recordings = captured, again, heard = Recording(MICROPHONE), Recording(MICROPHONE), Recording(LOUDSPEAKER)
+    processes, lines = [], list[dict[str, float]]()
     try:
-        sender.communicate(timeout=seconds + STARTING_S)
+        time.sleep(SINK_STARTS_S)
+        receiver, address = start_receiver(CODE, seconds + STARTING_S, "--speaker", "", "--fps", 15)
+        processes.append(receiver)
+        reader = threading.Thread(target=read_lines, args=(receiver.stdout, lines))
+        reader.start()
+        processes.append(subprocess.Popen(["pacat", f"--device={MICROPHONE}", *RECORD_FORMAT, str(speech)]))
+        processes.append(start("send", address, CODE, seconds, motion, "--microphone", "0", "--kbps", kbps))
+        processes[-1].communicate(timeout=seconds + STARTING_S)
     finally:
-        for process in (sender, player, receiver):
+        for process in processes:
             process.kill()
             process.wait()
-        reader.join()
-        sounds = [recording.stop() for recording in (captured, again, heard)]
+        sounds = [recording.stop() for recording in recordings]
+    reader.join()
     delays = lags(sounds[0], sounds[2], heard.began - captured.began)
     errors = lags(sounds[0], sounds[1], again.began - captured.began)
     if not delays:
@@ -178,8 +184,13 @@ def measure(motion: Path, speech: Path, kbps: float, seconds: float) -> Figures:
     )
 
 
-def measure_all(clips: Sequence[Path], rates: Sequence[float], seconds: float) -> Iterator[tuple[float, Figures]]:
-    """Make a call at each rate and measure it, with the motion of the first clip and the sound of all."""
+def measure_all(
+    clips: Sequence[Path], rates: Sequence[float], seconds: float
+) -> Iterator[tuple[float, Figures | None]]:
+    """Make a call at each rate and measure it, with the motion of the first clip and the sound of all.
+
+    Yields None for a rate at which ATTEMPTS calls have failed, and prints why.
+    """
     sounds = [samples for clip in clips for _, samples in read_sound(clip, rate=SAMPLE_RATE)]
     speech = np.resize(np.concatenate(sounds), int((seconds + STARTING_S) * SAMPLE_RATE))
     with TemporaryDirectory() as folder, sound_server():
@@ -187,12 +198,21 @@ def measure_all(clips: Sequence[Path], rates: Sequence[float], seconds: float) -
         extract(clips[0], motion)
         raw.write_bytes(speech.tobytes())
         for kbps in rates:
-            yield kbps, measure(motion, raw, kbps, seconds)
+            yield kbps, _measure_again(motion, raw, kbps, seconds)
 
 
-def measure_delays(rates: Sequence[float]) -> dict[float, float]:
-    """Return the delay at each rate, ms, with the GRID clips."""
-    return {kbps: figures.delay_ms for kbps, figures in measure_all(CLIPS, rates, SECONDS)}
+def _measure_again(motion: Path, speech: Path, kbps: float, seconds: float) -> Figures | None:
+    for _ in range(ATTEMPTS):
+        try:
+            return measure(motion, speech, kbps, seconds)
+        except (RuntimeError, ValueError, subprocess.TimeoutExpired) as error:
+            print(f"{kbps:g} kbit/s: the call failed: {error}", file=sys.stderr, flush=True)
+    return None
+
+
+def measure_delays(rates: Sequence[float]) -> dict[float, float | None]:
+    """Return the delay at each rate, ms, with the GRID clips, None where calls fail."""
+    return {kbps: figures and figures.delay_ms for kbps, figures in measure_all(CLIPS, rates, SECONDS)}
 
 
 def lags(captured: Samples, heard: Samples, offset_s: float) -> list[float]:
@@ -236,10 +256,9 @@ def main() -> None:
     options = parser.parse_args()
     result = {}
     for kbps, figures in measure_all(options.clips, options.rates, options.seconds):
-        result[f"{kbps:g}"] = asdict(figures)
-        if not options.json:
-            values = ", ".join(f"{name} {value}" for name, value in asdict(figures).items())
-            print(f"{kbps:5g} kbit/s: {values}", flush=True)
+        result[f"{kbps:g}"] = values = asdict(figures) if figures else None
+        if values and not options.json:
+            print(f"{kbps:5g} kbit/s:", ", ".join(f"{name} {value}" for name, value in values.items()), flush=True)
     if options.json:
         print(json.dumps(result, indent=1))
 

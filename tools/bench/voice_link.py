@@ -115,17 +115,20 @@ def call(
     seed: int,
     voice: VoiceMode = VoiceMode.AUTOMATIC,
     fps: float = 30.0,
+    repeats: bool = True,
 ) -> VoiceCall:
     """Make a call.
 
     track : motion at `fps`, None for no face; sound : (n,) int16; both are repeated
-    kbps : limit of the sender's rate, None for none
+    kbps : limit of the sender's rate, None for none; repeats : whether lost voice may be repeated
     """
     rng, result = random.Random(seed), VoiceCall(seconds)
     receiver = ReceiverEndpoint(SessionServer(CODE, rng.randbytes))
     parameters = StreamParameters(320, 240, 15.0, 50, (6.4, 4.2, 2.0, 5.1, 1.1))
     options = RateOptions(kbps=kbps, voice=voice)
     sender = SenderConnection(SenderSession(CODE, RECEIVER, rng.randbytes, -3.0), parameters, -3.0, rate=options)
+    if not repeats:
+        sender._send.budget._repetition.on_report = lambda *_: None  # type: ignore[method-assign]
     network = _Network(loss, rng)
     mixer = VoiceMixer(receiver.streams, np.random.default_rng(seed))
     output = ClipSound(mixer)
