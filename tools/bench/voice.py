@@ -156,7 +156,7 @@ def main() -> None:
         figures = {rate: _table(pool, rate, arguments, show) for rate in rates}
     for packet, score in _opus_in_rtp([read_subject(clip)[1] for clip in arguments.clips]):
         show(f"Opus 6000 in RTP, {packet[1]} ms, no face: {packet[0]:.1f} kbit/s, STOI {score:.3f}")
-    delays = {rate: figures[rate][CLEAN].delay_ms for rate in rates}
+    delays: dict[float, float | None] = {rate: figures[rate][CLEAN].delay_ms for rate in rates}
     if arguments.devices or (arguments.json and shutil.which("pulseaudio")):
         delays = measure_delays(rates)
         for rate, delay_ms in delays.items():

@@ -149,14 +149,15 @@ def measure(motion: Path, speech: Path, kbps: float, seconds: float) -> Figures:
     Raises RuntimeError, ValueError or subprocess.TimeoutExpired if the machine is too busy for it.
     """
     recordings = captured, again, heard = Recording(MICROPHONE), Recording(MICROPHONE), Recording(LOUDSPEAKER)
-    processes, lines = [], list[dict[str, float]]()
+    processes: list[subprocess.Popen[str]] = []
+    lines: list[dict[str, float]] = []
     try:
         time.sleep(SINK_STARTS_S)
         receiver, address = start_receiver(CODE, seconds + STARTING_S, "--speaker", "", "--fps", 15)
         processes.append(receiver)
         reader = threading.Thread(target=read_lines, args=(receiver.stdout, lines))
         reader.start()
-        processes.append(subprocess.Popen(["pacat", f"--device={MICROPHONE}", *RECORD_FORMAT, str(speech)]))
+        processes.append(subprocess.Popen(["pacat", f"--device={MICROPHONE}", *RECORD_FORMAT, str(speech)], text=True))
         processes.append(start("send", address, CODE, seconds, motion, "--microphone", "0", "--kbps", kbps))
         processes[-1].communicate(timeout=seconds + STARTING_S)
     finally:
@@ -212,7 +213,7 @@ def _measure_again(motion: Path, speech: Path, kbps: float, seconds: float) -> F
 
 def measure_delays(rates: Sequence[float]) -> dict[float, float | None]:
     """Return the delay at each rate, ms, with the GRID clips, None where calls fail."""
-    return {kbps: figures and figures.delay_ms for kbps, figures in measure_all(CLIPS, rates, SECONDS)}
+    return {kbps: figures.delay_ms if figures else None for kbps, figures in measure_all(CLIPS, rates, SECONDS)}
 
 
 def lags(captured: Samples, heard: Samples, offset_s: float) -> list[float]:
