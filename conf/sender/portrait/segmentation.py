@@ -22,6 +22,7 @@ HUE_TOLERANCE = 12  # a plain wall varies in brightness, but not in hue
 MAX_KEY_DISTANCE = 22.0  # from the wall's colour, in the a-b plane of Lab
 
 MIN_AREA_PX = 20  # of person and of background: fewer pixels give no colour model
+PADDING = 8  # px, with which the mask is cleaned: at a bare border it would grow
 ITERATIONS = 8  # of GrabCut, one per step
 
 Mask = NDArray[np.uint8]
@@ -174,6 +175,7 @@ class _GrabCut:
 
 def _clean(mask: Mask, oval: NDArray[np.int32]) -> Mask:
     """Return the connected part of a mask that holds the face, without holes and fringes."""
+    mask, oval = cv2.copyMakeBorder(mask, *4 * (PADDING,), cv2.BORDER_REPLICATE), oval + PADDING  # type: ignore[assignment]
     cv2.fillPoly(mask, [oval], 1)
     mask = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)), np.uint8)
     _, labels = cv2.connectedComponents(mask)
@@ -181,7 +183,7 @@ def _clean(mask: Mask, oval: NDArray[np.int32]) -> Mask:
     mask = (labels == labels[y, x]).astype(np.uint8)
     mask = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((7, 7), np.uint8)), np.uint8)
     soft = cv2.GaussianBlur(mask.astype(np.float32), (0, 0), 1.5)
-    return np.asarray(soft > 0.5, dtype=np.uint8)
+    return np.asarray(soft > 0.5, dtype=np.uint8)[PADDING:-PADDING, PADDING:-PADDING]
 
 
 def _trace_outline(mask: Mask) -> NDArray[np.float64]:
