@@ -23,7 +23,8 @@ MIN_SPACING = 0.55  # of the spacing: grid points nearer than this to another ve
 LINE_MARGIN_CM = 0.15  # the grid has no points between lips or lids, nor within this distance of them
 FACE_REACH = 1.25  # of the oval's radius: the extent of the face's spacing
 OUTLINE_BORDER = 0.97  # of the distance from centre to border: outline points beyond it are cut off by the border
-BORDER_EXTENSION = 0.25  # image heights that the person is extended beyond the border
+BORDER_EXTENSION = 0.6  # of the oval's width, that the person is extended beyond the border: a head moves by half of it
+MAX_BORDER_EXTENSION = 0.4  # image heights
 OUTLINE_MARGIN_CM = 0.8  # beyond the outline, over which the person's edge fades
 
 _LIPS_AND_LIDS = contours.landmark_rows(contours.UPPER_OUTER_LIP + contours.LOWER_OUTER_LIP + EYES.centre_landmarks)
@@ -51,9 +52,9 @@ def build_mesh(face: PhotographedFace, /) -> PhotoMesh:
     """Return the mesh of a photographed face."""
     centimetre = float(np.exp(face.pose.log_scale))
     points = enforce_min_gap(project(face.points, face.pose), centimetre)
-    positions = np.concatenate([points, _grid(points, centimetre, face.aspect)])
+    positions = np.concatenate([points, _grid(points, centimetre, face)])
     triangles = _restore_constraint_edges(positions, _triangulate(positions, widen_openings(positions, points)))
-    outline = extend_outline(face.outline, face.aspect)
+    outline = extend_outline(face)
     triangles = triangles[triangles_on_person(positions, triangles, outline, OUTLINE_MARGIN_CM * centimetre)]
     positions, triangles, eyes = split_eye_openings(positions, triangles)
     neighbour_mean = _neighbour_mean(len(positions), triangles)
@@ -67,14 +68,21 @@ def signed_areas(positions: NDArray[np.float64], triangles: NDArray[np.int32], /
     return np.asarray(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
 
 
-def _grid(points: NDArray[np.float64], centimetre: float, aspect: float) -> NDArray[np.float64]:
+def border_extension(face: PhotographedFace, /) -> float:
+    """Return how far the person is extended beyond the photo's border, image heights."""
+    width = float(np.ptp(face.points[contours.OVAL_ROWS, 0])) * float(np.exp(face.pose.log_scale))
+    return min(BORDER_EXTENSION * width, MAX_BORDER_EXTENSION)
+
+
+def _grid(points: NDArray[np.float64], centimetre: float, face: PhotographedFace) -> NDArray[np.float64]:
     """Return the grid's points, those on the photo's border included, finest spacing first."""
     lips_and_lids, oval = cKDTree(points[_LIPS_AND_LIDS]), points[contours.OVAL_ROWS]
     centre = oval.mean(axis=0)
     radius = np.linalg.norm(oval - centre, axis=1).max()
-    half = np.array([aspect / 2 + BORDER_EXTENSION, 0.5 + BORDER_EXTENSION])
+    extension = border_extension(face)
+    half = np.array([face.aspect / 2 + extension, 0.5 + extension])
     step = {name: spacing * centimetre for name, spacing in SPACING_CM.items()}
-    kept = np.concatenate([points, _border(half, step["rest"]), _border(half - BORDER_EXTENSION, step["rest"])])
+    kept = np.concatenate([points, _border(half, step["rest"]), _border(half - extension, step["rest"])])
     for name in SPACING_CM:
         candidates = _hexagons(half, max(step[name], 0.01))
         if name == "feature":
@@ -154,11 +162,11 @@ def _in_mouth(positions: NDArray[np.float64], triangles: NDArray[np.int32]) -> N
     return np.asarray(np.isin(triangles, upper + lower).all(axis=1) & between)
 
 
-def extend_outline(outline: NDArray[np.float64], aspect: float) -> NDArray[np.float64]:
+def extend_outline(face: PhotographedFace, /) -> NDArray[np.float64]:
     """Return the outline (K, 2) with the parts that touch the border moved beyond it."""
-    half = np.array([aspect / 2, 0.5])
-    at_border = np.abs(outline) > OUTLINE_BORDER * half
-    return np.asarray(np.where(at_border, np.sign(outline) * (half + BORDER_EXTENSION), outline))
+    half = np.array([face.aspect / 2, 0.5])
+    at_border = np.abs(face.outline) > OUTLINE_BORDER * half
+    return np.asarray(np.where(at_border, np.sign(face.outline) * (half + border_extension(face)), face.outline))
 
 
 def triangles_on_person(

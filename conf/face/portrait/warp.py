@@ -2,8 +2,9 @@
 
 Every vertex of the photo's mesh gets a depth, so it is a point of the head in space. A motion frame gives the control
 points in face axes. Their displacement since the photo is interpolated to all vertices with one matrix, and the head
-pose projects them into the image. Neck and shoulders follow the head with falling weight; the photo's lower border is
-fixed. Large rotations and extreme expressions, which one photo cannot show, are limited softly.
+pose projects them into the image. Neck and shoulders follow the head with falling weight, and move with it where it
+moves farther than a neck bends. Large rotations and extreme expressions, which one photo cannot show, are limited
+softly.
 """
 
 import numpy as np
@@ -23,7 +24,7 @@ from conf.face.portrait.motion_deadband import dampen_points, dampen_vertices, s
 from conf.face.portrait.photo_mesh import PhotoMesh, build_mesh
 from conf.face.portrait.photographed_face import PhotographedFace, project
 from conf.face.portrait.untangle import untangle
-from conf.face.portrait.vertex_weights import border_alpha, head_weights
+from conf.face.portrait.vertex_weights import head_weights
 from conf.face.rotations import rotation_matrix, rotation_vector
 
 THIN_PLATE = KERNELS["thin-plate"]
@@ -33,6 +34,7 @@ DEPTH_SLOPE = 0.5  # decrease of depth with distance beyond the face's oval
 DEPTH_ROUNDS = 3  # of smoothing: the steep sides of nose and face would fold at small rotations
 MAX_DEPTH_CM = 5.0  # behind the oval
 MIN_FACE_CM = 4.0  # width and height of a face's oval
+NECK_REACH_CM = np.array([3.5, 2.0])  # sideways and up or down: farther than that the torso moves with the head
 ANCHOR_RINGS = (1.45, 1.8)  # of the oval: points that no expression moves
 REGION_SHARPNESS = 0.9  # slope of the transition between the regions, as on the head
 REGION_REACH_CM = {"mouth": 6.0, "eye": 3.0}  # beyond it both regions have equal weights
@@ -66,7 +68,6 @@ class PortraitWarp:
             depth[CONTROL_POINT_COUNT:] = (self.mesh.neighbour_mean @ depth)[CONTROL_POINT_COUNT:]
         self._solid = np.column_stack([flat, depth]) @ rotation  # (V, 3) cm, face axes
         self._head_weights = head_weights(flat, self.mesh.positions, shape)[:, None]
-        self.border_alpha = border_alpha(flat, self.mesh.positions, shape)  # (V,) opacity of the person, 0 to 1
         self.fields = split_photo_regions(flat)
         self.on_face = _within_oval(flat)  # (V,) bool
         self._matrix = _expression_matrix(flat, self.fields)
@@ -111,12 +112,20 @@ class PortraitWarp:
     def _project(self, motion: NDArray[np.float64], pose: HeadPose) -> NDArray[np.float64]:
         """Return the positions (V, 2), maybe with folds. motion : (n, 3) cm since the photo"""
         projected = project(self._solid + self._matrix @ motion.astype(np.float32), pose)
-        target = self.mesh.positions + self._head_weights * (projected - self.mesh.positions)
+        torso = self._torso_shift(pose)
+        target = self.mesh.positions + torso + self._head_weights * (projected - torso - self.mesh.positions)
         count = len(PORTRAIT_LANDMARKS)
         target[:count] = enforce_min_gap(target[:count], float(np.exp(pose.log_scale)))
         for eye in self.mesh.eyes:
             eye.apply(target)
         return np.asarray(target)
+
+    def _torso_shift(self, pose: HeadPose) -> NDArray[np.float64]:
+        """Return (2,) image heights: the motion of the head since the photo that the neck alone cannot do."""
+        centre = self.shape.points[OVAL_ROWS].mean(axis=0)[None]
+        shift = (project(centre, pose) - project(centre, self.shape.pose))[0]
+        limits = self.scale * NECK_REACH_CM
+        return np.asarray(shift - limits * _soft_limit((shift / limits)[None], 1.0)[0])
 
     def stillness(self, positions: NDArray[np.float64], /) -> float:
         """Return 1 if the face in positions (V, 2) is where it was photographed, falling to 0 far away."""

@@ -1,12 +1,18 @@
-"""Fill in what a photo does not show: the background behind the person, and a margin beyond the border."""
+"""Fill in the background behind the person."""
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.portrait.photo_mesh import BORDER_EXTENSION
+from conf.face.interpolation import smoothstep
 
 FEATHER = 0.006  # image heights: standard deviation of the blur of the person's edge
+TEXTURE_SIGMA = 0.05  # image heights: what a blur of this standard deviation removes is texture
+TEXTURE_DEPTH = 0.12  # image heights behind the person, over which texture sets in: at the edge it would not fit
+HEAD_QUANTILE = 0.35  # of the person's widths in all rows: about the head's
+CLONE_FEATHER = 0.03  # image heights, over which copies of the texture overlap
+CLONE_STEPS = (1.0, 1.35, 1.8, 2.4, 3.2)  # of the head's width, tried in this order
+CLONE_BLEND = 0.3  # of the head's width, over which the side changes from which texture is copied
 UNCERTAIN_BAND = 0.03  # image heights around the person that may hold parts of the person; no source of background
 
 
@@ -33,31 +39,62 @@ def sure_background(person: NDArray[np.uint8], /) -> NDArray[np.bool_]:
 
 
 def inpaint_background(pixels: NDArray[np.uint8], person: NDArray[np.uint8], /) -> NDArray[np.uint8]:
-    """Return the image (H, W, 3) with the person replaced by the surrounding colours, smoother towards the middle.
+    """Return the image (H, W, 3) with the person replaced by a plausible background.
+
+    Its colours are interpolated between those around the person, and its texture is copied from beside the person.
 
     person : (H, W) uint8, from person_mask
     """
     known = sure_background(person)
     if not known.any():
         return pixels
-    return np.asarray(np.clip(push_pull_fill(pixels.astype(np.float32), known), 0, 255), dtype=np.uint8)
+    image = pixels.astype(np.float32)
+    smooth = _blur_known(image, known)
+    texture, weight = _clone_beside(image - smooth, known)
+    depth = cv2.distanceTransform((~known).astype(np.uint8), cv2.DIST_L2, 3) / (TEXTURE_DEPTH * len(known))
+    weight *= smoothstep(depth).astype(np.float32)
+    filled = push_pull_fill(smooth, known) + texture * weight[..., None]
+    return np.asarray(np.clip(np.where(known[..., None], image, filled), 0, 255), dtype=np.uint8)
 
 
-def extend_border(
-    colours: NDArray[np.uint8], alpha: NDArray[np.uint8], /
-) -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.float64]]:
-    """Return colours and alpha with a margin on all sides, and (2,) the margin as fractions of width and height.
+def _blur_known(image: NDArray[np.float32], known: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Return the image (H, W, 3) blurred by TEXTURE_SIGMA, where known, from known pixels only."""
+    sigma = max(0.5, TEXTURE_SIGMA * len(image))
+    weight = cv2.GaussianBlur(known.astype(np.float32), (0, 0), sigma)
+    blurred = cv2.GaussianBlur(image * known[..., None], (0, 0), sigma)
+    return np.asarray(blurred / np.maximum(weight, 1e-3)[..., None], np.float32)
 
-    The margin is smoother the farther out: replicated pixels would show as streaks where a head is cut off.
 
-    colours : (H, W, 3) uint8; alpha : (H, W) uint8
+def _clone_beside(
+    texture: NDArray[np.float32], known: NDArray[np.bool_]
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the texture (H, W, 3) copied from known pixels, (H, W) bool, to the others, and its weight (H, W), 0 to 1.
+
+    It is copied along rows by the smallest of some distances that lead out of the person, towards the nearer side.
     """
-    height, width = alpha.shape
-    margin = int(np.ceil(BORDER_EXTENSION * height))
-    values = np.pad(np.dstack([colours, alpha]).astype(np.float32), ((margin, margin), (margin, margin), (0, 0)))
-    known = np.pad(np.ones((height, width), bool), margin)
-    filled = np.clip(np.rint(push_pull_fill(values, known)), 0, 255).astype(np.uint8)
-    return filled[..., :3], filled[..., 3], np.array([margin / width, margin / height])
+    gaps = np.count_nonzero(~known, axis=1)
+    head = float(np.quantile(gaps[gaps > 0], HEAD_QUANTILE))
+    depth = cv2.distanceTransform(known.astype(np.uint8), cv2.DIST_L2, 3) / max(1.0, CLONE_FEATHER * len(known))
+    available = np.clip(depth, 0, 1).astype(np.float32)
+    centre, columns = np.mean(np.nonzero(~known)[1]), np.arange(known.shape[1])
+    left = smoothstep((centre - columns) / (CLONE_BLEND * head) + 0.5).astype(np.float32)
+    copied, weight, everywhere = np.zeros_like(texture), np.zeros_like(available), np.ones_like(left)
+    for factor in CLONE_STEPS:
+        step = round(head * factor)
+        for shift, side in ((step, left), (-step, 1 - left), (step, everywhere), (-step, everywhere)):
+            share = _shift(available, shift) * side * (1 - weight)
+            copied += _shift(texture, shift) * share[..., None]
+            weight += share
+    return copied / np.maximum(weight, 1e-3)[..., None], weight
+
+
+def _shift(values: NDArray[np.float32], columns: int) -> NDArray[np.float32]:
+    """Return an array (H, W) or (H, W, 3) moved to the right by some columns, 0 where nothing comes from."""
+    moved = np.zeros_like(values)
+    width = values.shape[1]
+    if abs(columns) < width:
+        moved[:, max(columns, 0) : width + min(columns, 0)] = values[:, max(-columns, 0) : width - max(columns, 0)]
+    return moved
 
 
 def push_pull_fill(values: NDArray[np.float32], known: NDArray[np.bool_], /) -> NDArray[np.float32]:

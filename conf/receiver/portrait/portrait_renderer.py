@@ -19,7 +19,7 @@ from conf.face.portrait.motion_deadband import dampen_descriptor
 from conf.face.portrait.patch_features import DESCRIPTOR_STEP, FEATURES, MOUTH
 from conf.face.portrait.patch_mapping import PatchMapping
 from conf.face.rotations import rotation_vector
-from conf.receiver.portrait.inpainting import extend_border
+from conf.receiver.portrait.border_extension import extend_border
 from conf.receiver.portrait.portrait_store import PortraitStore, ReceivedPatch, ReceivedPhoto, ReceivedView
 from conf.render.camera import ViewState, view_rotation
 from conf.render.gpu_object import GpuObject
@@ -137,9 +137,9 @@ class _PhotoScene(GpuObject):
         self._positions = ctx.buffer(reserve=mesh.positions.shape[0] * 8)
         half = np.array([warp.shape.aspect / 2, 0.5])
         uvs = np.column_stack([mesh.positions[:, 0] / half[0], -mesh.positions[:, 1] / half[1]]) / 2 + 0.5
-        colours, alpha, margin = extend_border(photo.matte.colours, photo.matte.alpha)
+        colours, alpha, margin = extend_border(photo.matte.colours, photo.matte.alpha, warp.shape)
         self._person = TexturedLayer(
-            ctx, program, self._positions, uvs=(uvs + margin) / (1 + 2 * margin), alphas=warp.border_alpha,
+            ctx, program, self._positions, uvs=(uvs + margin) / (1 + 2 * margin), alphas=np.ones(len(uvs)),
             triangles=mesh.triangles, texture=load_texture(ctx, colours, alpha),
         )  # fmt: skip
         self._mouth = TexturedLayer(

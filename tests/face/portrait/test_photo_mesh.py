@@ -1,15 +1,19 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from conf.face.head_pose import HeadPose
 from conf.face.portrait import contours
 from conf.face.portrait.photo_mesh import (
-    BORDER_EXTENSION,
+    MAX_BORDER_EXTENSION,
+    border_extension,
     build_mesh,
     extend_outline,
     signed_areas,
     triangles_on_person,
 )
+from conf.face.portrait.photographed_face import project
 from tests.support.synthetic_portrait import POSE, face_shape
 
 
@@ -58,7 +62,14 @@ def test_triangles_near_the_person_are_kept() -> None:
 
 
 def test_outline_points_at_the_border_are_moved_beyond_it() -> None:
-    outline = np.array([(-0.3, -0.5), (0.66, 0.0), (0.1, 0.3)])
-    np.testing.assert_allclose(
-        extend_outline(outline, 4 / 3), [(-0.3, -0.5 - BORDER_EXTENSION), (2 / 3 + BORDER_EXTENSION, 0.0), (0.1, 0.3)]
-    )
+    face = replace(face_shape(), outline=np.array([(-0.3, -0.5), (0.66, 0.0), (0.1, 0.3)]))
+    extension = border_extension(face)
+    expected = [(-0.3, -0.5 - extension), (2 / 3 + extension, 0.0), (0.1, 0.3)]
+    np.testing.assert_allclose(extend_outline(face), expected)
+
+
+def test_the_extension_holds_half_a_face_and_is_limited() -> None:
+    face = face_shape()
+    oval = project(face.points, face.pose)[contours.OVAL_ROWS]
+    assert border_extension(face) > 0.5 * np.ptp(oval[:, 0])
+    assert border_extension(face_shape(HeadPose(POSE.rotation, POSE.position, 0.0))) == MAX_BORDER_EXTENSION

@@ -9,10 +9,11 @@ from conf.face.head_pose import HeadPose
 from conf.face.portrait import contours
 from conf.face.portrait.photo_mesh import signed_areas
 from conf.face.portrait.photographed_face import project
-from conf.face.portrait.warp import MAX_ROTATION, PortraitWarp, limit_rotation, split_photo_regions
+from conf.face.portrait.warp import MAX_ROTATION, NECK_REACH_CM, PortraitWarp, limit_rotation, split_photo_regions
 from tests.support.synthetic_portrait import POSE, face_points, face_shape
 
 WARP = PortraitWarp(face_shape())
+MIN_STRETCH, MAX_STRETCH = 0.45, 1.65  # of a triangle in any direction: beyond it looks smeared
 STILL = np.zeros((CONTROL_POINT_COUNT, 3))
 
 
@@ -49,6 +50,28 @@ def test_rotation_moves_the_nose_relative_to_the_brow() -> None:
     moved = WARP.deform(STILL, rotated) - WARP.mesh.positions
     nose, brow = CONTROL_POINT_INDEX["nose_bottom_edge_l"], CONTROL_POINT_INDEX["brow_outer_l"]
     assert moved[nose, 0] > moved[brow, 0] + 0.005
+
+
+@pytest.mark.parametrize("direction", [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1)])
+def test_nothing_smears_when_the_head_moves_by_half_its_width(direction: tuple[int, int]) -> None:
+    oval = WARP.mesh.positions[contours.OVAL_ROWS]
+    shift = 0.5 * float(np.ptp(oval[:, 0])) * np.array(direction) / np.linalg.norm(direction)
+    moved = WARP.deform(WARP.photo_displacements(), HeadPose(POSE.rotation, POSE.position + shift, POSE.log_scale))
+    corners = [positions[WARP.mesh.triangles] for positions in (WARP.mesh.positions, moved)]
+    before, after = (np.stack([c[:, 1] - c[:, 0], c[:, 2] - c[:, 0]], axis=2) for c in corners)
+    stretch = np.linalg.svd(after @ np.linalg.inv(before), compute_uv=False)
+    assert stretch.max() < MAX_STRETCH and stretch.min() > MIN_STRETCH
+    np.testing.assert_allclose(moved[contours.OVAL_ROWS], oval + shift, atol=2e-3)
+
+
+def test_the_torso_stays_while_the_neck_bends_and_follows_beyond() -> None:
+    bottom = np.argmin(WARP.mesh.positions[:, 1])
+    for centimetres, follows in ((1.0, False), (10.0, True)):
+        pose = HeadPose(POSE.rotation, POSE.position + np.array([centimetres * WARP.scale, 0]), POSE.log_scale)
+        shift = (WARP.deform_to(WARP.shape.points[:CONTROL_POINT_COUNT], pose) - WARP.mesh.positions)[bottom, 0]
+        assert shift == pytest.approx(
+            (centimetres - NECK_REACH_CM[0]) * WARP.scale if follows else 0, abs=0.25 * WARP.scale
+        )
 
 
 @pytest.mark.slow
