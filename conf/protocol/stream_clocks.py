@@ -6,7 +6,8 @@ that lips and sound agree.
 Strategy of the playout clock. Everything received carries its capture time on the sender's clock. The smallest
 `arrival - capture time` of the last seconds is the offset between the clocks plus the shortest network delay; what
 arrives needs beyond it is its lateness. Content is due at `capture time + offset + delay`. The delay follows the
-lateness that all but 2 % of the recent arrivals keep, plus a margin, and of motion and voice the greater.
+lateness that all but 2 % of the recent arrivals keep, plus a margin, and of motion and voice the greater. When it
+changes, sound is stretched until it is where the clock is; motion stays in step with the sound meanwhile.
 Source: playout by deadline as in Ramjee, Kurose, Towsley, Schulzrinne 1994.
 """
 
@@ -22,6 +23,7 @@ OFFSET_WINDOW_S = 10.0  # long enough to contain an undelayed arrival, short eno
 DELAY_DECAY = (
     0.02  # per arrival; the delay grows at once, as one that varies is more visible than one slightly too long
 )
+MAX_STRETCH = 0.1  # of sound whose delay changes: speech stays natural
 CLOCK_RESET_S = 30.0  # a timestamp this far from the expected one means that the sender's clock has started again
 
 
@@ -87,6 +89,7 @@ class PlayoutClock:
         self.restarts = 0
         self._transits: dict[Medium, deque[tuple[float, float]]] = {}  # (arrival, arrival - timestamp)
         self._offset: float | None = None
+        self._sound_late = (0.0, 0.0)  # by how much, s, and when
 
     @property
     def has_started(self) -> bool:
@@ -113,3 +116,16 @@ class PlayoutClock:
     def playhead(self, now: float) -> float:
         """Return the stream time that is due at `now`; it steps back when the delay grows."""
         return now - (self._offset or 0.0) - self.delay_s - self.extra_delay_s
+
+    def follow_sound(self, late_s: float, now: float) -> None:
+        """Let motion be as late as the sound that is heard at `now`, against the playhead; negative if it is early."""
+        self._sound_late = (late_s, now)
+
+    def motion_playhead(self, now: float) -> float:
+        """Return the stream time of the motion that is due at `now`: as soon as sound is where it should be, the same.
+
+        If nobody reports of the sound any more, it is taken to get there at MAX_STRETCH.
+        """
+        late_s, at = self._sound_late
+        left = max(abs(late_s) - MAX_STRETCH * max(now - at, 0.0), 0.0)
+        return self.playhead(now) - float(np.copysign(left, late_s))

@@ -102,3 +102,14 @@ def test_the_peers_time_goes_on_from_the_newest_that_is_known() -> None:
     assert clock.time(102.0) == 6.0
     clock.set(1.0, 103.0)
     assert clock.time(104.0) == 2.0
+
+
+def test_motion_is_as_late_as_the_sound_and_catches_up_if_nobody_reports_any_more() -> None:
+    clock = filled({Medium.MOTION: 0.0})
+    assert clock.motion_playhead(110.0) == clock.playhead(110.0)
+    for late_s in (0.2, -0.2):
+        clock.follow_sound(late_s, 110.0)
+        assert clock.motion_playhead(109.0) == pytest.approx(clock.playhead(109.0) - late_s)
+        assert clock.motion_playhead(110.0) == pytest.approx(clock.playhead(110.0) - late_s)
+        assert clock.motion_playhead(111.0) == pytest.approx(clock.playhead(111.0) - late_s / 2)
+        assert clock.motion_playhead(113.0) == clock.playhead(113.0)

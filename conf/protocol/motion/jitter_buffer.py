@@ -78,7 +78,7 @@ class JitterBuffer:
         self._drop_frames_of_an_old_clock()
         if not self._frames:
             return None
-        self.playhead = max(self.playhead, self.clock.playhead(now))
+        self.playhead = max(self.playhead, self.clock.motion_playhead(now))
         while len(self._frames) > 1 and self._frames[1].timestamp < self.playhead - KEPT_S:
             self._frames.pop(0)
         at = bisect_right(self._frames, self.playhead, key=lambda f: f.timestamp)

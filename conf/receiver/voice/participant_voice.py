@@ -19,10 +19,10 @@ from conf.audio.comfort_noise import ComfortNoise
 from conf.audio.samples import SAMPLE_RATE, SILENCE_DBFS, Samples, level_dbfs
 from conf.audio.stretching import TimeStretcher
 from conf.errors import AudioError
+from conf.protocol.stream_clocks import MAX_STRETCH
 from conf.protocol.voice.formats import VoiceFormat, VoiceFrame
 
 TOLERANCE_S = 0.005  # between clock and sound; below it nothing is stretched
-MAX_STRETCH = 0.1  # speech stays natural
 CORRECTION_S = 0.4  # a difference is made good in about so long
 MAX_STRETCHED_S = 0.25  # a larger difference is jumped
 MAX_MISFIT_S = 0.005  # between the end of a frame and the start of the next; the rounding of sample counts
@@ -43,7 +43,8 @@ class VoiceSource(Protocol):
 class ParticipantVoice:
     """Turns one participant's frames into sound.
 
-    level_dbfs : of the newest sound; concealed_s : duration concealed within the last CONCEALMENT_WINDOW_S
+    level_dbfs : of the newest sound; late_s : of the same, against the playhead, negative if it is early
+    concealed_s : duration concealed within the last CONCEALMENT_WINDOW_S
     unknown_codec : why the newest format cannot be decoded, empty if it can
     """
 
@@ -56,6 +57,7 @@ class ParticipantVoice:
     ) -> None:
         """rng : of the comfort noise"""
         self.level_dbfs = SILENCE_DBFS
+        self.late_s = 0.0
         self.unknown_codec = ""
         self._source = source
         self._decoders = decoders
@@ -87,6 +89,7 @@ class ParticipantVoice:
         if abs(error) > MAX_STRETCHED_S or (self._is_silent and abs(error) > TOLERANCE_S):
             self._jump(error)
             error = 0.0
+        self.late_s = error
         speed = 1.0
         if abs(error) >= TOLERANCE_S:
             speed += float(np.clip(error / CORRECTION_S, -MAX_STRETCH, MAX_STRETCH))

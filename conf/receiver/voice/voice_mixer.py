@@ -58,14 +58,14 @@ class VoiceMixer:
         streams = {session: s for session, s in self._streams.items() if s.voice.format is not None}
         for session in self.participants.keys() - streams.keys():
             del self.participants[session]
+        sounds = {}
         for session, stream in streams.items():
             if session not in self.participants:
                 self.participants[session] = ParticipantVoice(stream.voice, self._rng)
-            stream.clock.extra_delay_s = output_delay_s + self.participants[session].lookahead_s
-        sounds = {
-            session: self.participants[session].render(stream.clock.playhead(heard_at), count)
-            for session, stream in streams.items()
-        }
+            voice = self.participants[session]
+            stream.clock.extra_delay_s = output_delay_s + voice.lookahead_s
+            sounds[session] = voice.render(stream.clock.playhead(heard_at), count)
+            stream.clock.follow_sound(voice.late_s, heard_at)
         if not sounds:
             self.loudest = None
             return np.zeros(count, np.int16)

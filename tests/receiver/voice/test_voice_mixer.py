@@ -81,3 +81,19 @@ def test_who_is_being_concealed_is_named() -> None:
     for index in range(60):
         mixer.render(index * 0.01, 160)
     assert mixer.concealing == [2]
+
+
+def test_lips_stay_with_the_sound_while_it_is_stretched_to_a_longer_delay() -> None:
+    stream = Stream(voice=SilentVoice(lost=True))
+    mixer = make({1: stream})
+    stream.clock.delay_s = 0.1
+    playheads = []
+    for index in range(400):
+        now = 1.0 + index * 0.01
+        if index == 50:
+            stream.clock.delay_s += 0.2
+        mixer.render(now, 160)
+        playheads.append(stream.clock.motion_playhead(now))
+    steps = np.diff(playheads)
+    assert 0.0085 < steps.min() and steps.max() < 0.0105
+    assert playheads[-1] == pytest.approx(stream.clock.playhead(now), abs=0.006)
