@@ -63,6 +63,11 @@ class ReceiverEndpoint:
                     datagrams.append((sealed.datagram, sealed.address))
         return datagrams
 
+    @property
+    def is_unheard(self) -> bool:
+        """Whether a peer hears nothing of what this end sends over a relay."""
+        return self._sessions.is_unheard
+
     def set_candidates(self, addresses: Sequence[Address]) -> None:
         """Announce the addresses at which this end may be reached directly, in sessions over a relay."""
         self._sessions.set_candidates(addresses)

@@ -104,6 +104,11 @@ class SenderConnection:
         self._count(datagrams, now)
         return datagrams
 
+    @property
+    def is_unheard(self) -> bool:
+        """Whether the peer hears nothing of what this end sends over a relay."""
+        return self._session.is_unheard
+
     def set_candidates(self, addresses: Sequence[Address]) -> None:
         """Announce the addresses at which this end may be reached directly, in a session over a relay."""
         self._session.set_candidates(addresses)

@@ -112,6 +112,10 @@ class CombinedTransport:
         """Sleep until a datagram arrives, at most `seconds`."""
         select.select(self.handles, [], [], max(seconds, 0.0))
 
+    def renew(self) -> None:
+        """Reach the relay in another way."""
+        self._relay.renew()
+
     def close(self) -> None:
         """Close both transports."""
         self._udp.close()

@@ -13,8 +13,13 @@ RECEIVE_BATCH = 512  # datagrams in one step: a few milliseconds of junk
 
 
 class DatagramEndpoint(Protocol):
-    """One end of a call, or of several, without I/O."""
+    """One end of a call, or of several, without I/O.
 
+    is_unheard : whether a peer hears nothing of what this end sends over a relay
+    """
+
+    @property
+    def is_unheard(self) -> bool: ...
     def receive_datagram(self, data: bytes, address: Address, now: float, /) -> None: ...
     def datagrams_to_send(self, now: float, /) -> list[tuple[bytes, Address]]: ...
     def set_candidates(self, addresses: Sequence[Address], /) -> None: ...
@@ -76,6 +81,8 @@ class DatagramExchange:
                 self._endpoint.set_candidates(candidates)
                 self._candidates = candidates
             datagrams = self._endpoint.datagrams_to_send(now)
+            if self._endpoint.is_unheard:
+                self._socket.renew()
         peers = None if self._peers is None else self._peers()
         is_to_peer = bool(datagrams) if peers is None else any(address in peers for _, address in datagrams)
         try:

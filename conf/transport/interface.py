@@ -62,6 +62,9 @@ class Transport(Protocol):
     def wait(self, seconds: float, /) -> None:
         """Sleep until a datagram arrives, at most `seconds`."""
 
+    def renew(self) -> None:
+        """Reach the relay in another way, if there is one and that was not tried just now."""
+
     def close(self) -> None:
         """Free what it uses."""
 

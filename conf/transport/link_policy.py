@@ -4,7 +4,7 @@ Strategy. A link that has gone means that the relay has restarted or the network
 dead, which a lengthened lease would show after half a minute only, so a new session is opened at once. Without UDP all
 goes over TCP, with longer delays: UDP is tried again from time to time.
 A NAT or firewall that stops UDP in the middle closes no link. It shows in that nothing is answered any more; then a new
-session, which may have TCP alone, finds out.
+session, which may have TCP alone, finds out. What stops only what is sent shows at the other end, which says so.
 """
 
 from collections.abc import Set
@@ -12,6 +12,7 @@ from collections.abc import Set
 RETRY_S = (0.1, 0.2, 0.4, 0.8)  # after failures; the last goes on
 UDP_RETRY_S = (5.0, 15.0, 45.0, 120.0)  # with TCP alone
 SILENT_S = 1.5
+UNHEARD_S = 1.0  # for which it counts that the other end hears nothing
 SILENT_DATAGRAMS = 4  # sent without an answer: a call sends two reports a second at least
 SILENCE_RETRY_S = (5.0, 10.0, 20.0, 40.0, 60.0)  # the other end may just not be there
 
@@ -50,7 +51,7 @@ class LinkPolicy:
 
 
 class SilenceDetector:
-    """Notice that nothing comes back.
+    """Notice that nothing comes back, or that nothing arrives.
 
     `on_received` may be called in another thread. It writes a time that nothing else writes, so that no answer is lost
     while a datagram is being counted.
@@ -59,7 +60,11 @@ class SilenceDetector:
     def __init__(self) -> None:
         self._unanswered = self._tries = 0
         self._since = 0.0
-        self._received_at = self._due = float("-inf")
+        self._received_at = self._unheard_at = self._due = float("-inf")
+
+    def on_unheard(self, now: float) -> None:
+        """Note that the other end is known to hear nothing."""
+        self._unheard_at = now
 
     def on_sent(self, now: float) -> None:
         """Note a datagram sent."""
@@ -74,8 +79,8 @@ class SilenceDetector:
     def is_silent(self, now: float) -> bool:
         """Return whether a new session should find out what is wrong."""
         is_answered = self._received_at >= self._since
-        enough = self._unanswered >= SILENT_DATAGRAMS and now >= max(self._since + SILENT_S, self._due)
-        return enough and not is_answered
+        is_silent = self._unanswered >= SILENT_DATAGRAMS and now >= self._since + SILENT_S and not is_answered
+        return now >= self._due and (is_silent or now < self._unheard_at + UNHEARD_S)
 
     def on_opened(self, now: float) -> None:
         """Note a new session, whatever the reason."""
@@ -84,4 +89,4 @@ class SilenceDetector:
         if self.is_silent(now):
             self._due = now + SILENCE_RETRY_S[min(self._tries, len(SILENCE_RETRY_S) - 1)]
             self._tries += 1
-        self._unanswered = 0
+        self._unanswered, self._unheard_at = 0, float("-inf")

@@ -194,6 +194,9 @@ class UdpSocket:
         """Sleep until a datagram arrives, at most `seconds`."""
         select.select(self.handles, [], [], max(seconds, 0.0))
 
+    def renew(self) -> None:
+        """Do nothing: there is no relay."""
+
     def _known(self, datagram: ReceivedDatagram) -> ReceivedDatagram:
         """Return a datagram of the peer as from `remote`. The first candidate that answers is used afterwards."""
         if datagram.address in self._candidates:

@@ -200,6 +200,10 @@ class RelayTransport:
         """Sleep until a datagram arrives, at most `seconds`."""
         select.select([self._wake_up], [], [], max(seconds, 0.0))
 
+    def renew(self) -> None:
+        """Open another session with the relay, from other ports, if the last one is not a few seconds old."""
+        self._silence.on_unheard(self._clock())
+
     def close(self) -> None:
         """Leave the relay."""
         self._route = None

@@ -23,7 +23,10 @@ class FakeTransport:
         self.handles = [WakeUp()]
         self.arrived: list[ReceivedDatagram] = []
         self.sent: list[tuple[bytes, Address]] = []
-        self.fails = self.is_closed = False
+        self.fails = self.is_closed = self.is_renewed = False
+
+    def renew(self) -> None:
+        self.is_renewed = True
 
     def receive(self, limit: int) -> list[ReceivedDatagram]:
         if self.fails:
@@ -105,6 +108,12 @@ def test_a_stun_server_that_cannot_be_reached_is_no_failure() -> None:
         stage.udp.fails = True
         stage.transport.send([(b"b", RELAY)])
         assert stage.relay.sent == [(b"b", RELAY)]
+
+
+def test_the_way_to_the_relay_is_renewed() -> None:
+    with Stage() as stage:
+        stage.transport.renew()
+        assert stage.relay.is_renewed and not stage.udp.is_renewed
 
 
 def test_both_ways_are_closed() -> None:

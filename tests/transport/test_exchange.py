@@ -32,6 +32,10 @@ class FakeSocket:
         self.sent: list[tuple[bytes, Address]] = []
         self.fails = False
         self.candidates: tuple[Address, ...] = ()
+        self.renewed = 0
+
+    def renew(self) -> None:
+        self.renewed += 1
 
     def receive(self, limit: int) -> list[ReceivedDatagram]:
         if self.fails:
@@ -52,6 +56,7 @@ class FakeEndpoint:
         self.received: list[tuple[bytes, Address, float]] = []
         self.pending: list[tuple[bytes, Address]] = []
         self.candidates: list[Sequence[Address]] = []
+        self.is_unheard = False
         self.lock = lock
 
     def receive_datagram(self, data: bytes, address: Address, now: float) -> None:
@@ -88,6 +93,15 @@ def test_datagrams_have_the_time_of_their_arrival_and_the_lock_is_held() -> None
     assert stage.endpoint.received == [(b"a", PEER, 9.75), (b"b", PEER, 10.0)]
     stage.send(PEER, 10.0)
     assert stage.socket.sent == [(b"x", PEER)]
+
+
+def test_the_way_to_the_relay_is_renewed_while_the_peer_hears_nothing() -> None:
+    stage = Stage()
+    stage.send(PEER, 10.0)
+    assert not stage.socket.renewed
+    stage.endpoint.is_unheard = True
+    stage.send(PEER, 10.1)
+    assert stage.socket.renewed == 1
 
 
 def test_a_full_batch_is_told() -> None:

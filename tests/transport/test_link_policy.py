@@ -3,7 +3,7 @@ from itertools import pairwise
 
 import pytest
 
-from conf.transport.link_policy import SILENT_DATAGRAMS, LinkPolicy, SilenceDetector
+from conf.transport.link_policy import SILENT_DATAGRAMS, UNHEARD_S, LinkPolicy, SilenceDetector
 
 BOTH, TCP, UDP, NONE = frozenset({"udp", "tcp"}), frozenset({"tcp"}), frozenset({"udp"}), frozenset[str]()
 
@@ -103,3 +103,23 @@ def test_after_an_answer_silence_is_noticed_as_soon_as_at_first() -> None:
         assert silence.is_silent(now + 2.0)
         silence.on_opened(now + 2.0)
         silence.on_received(now + 8.0)
+
+
+def test_an_end_that_is_not_heard_opens_a_session_at_once_and_the_next_ones_later() -> None:
+    silence = SilenceDetector()
+    times: list[float] = []
+    for step in range(200):
+        now = step * 0.1
+        silence.on_received(now)
+        if 30 <= step < 100:
+            silence.on_unheard(now)
+        if silence.is_silent(now):
+            times.append(now)
+            silence.on_opened(now)
+    assert times == [3.0, 8.0]
+
+
+def test_that_an_end_was_not_heard_counts_for_a_while() -> None:
+    silence = SilenceDetector()
+    silence.on_unheard(1.0)
+    assert silence.is_silent(1.0 + UNHEARD_S / 2) and not silence.is_silent(1.0 + UNHEARD_S)

@@ -1,10 +1,12 @@
 """Call between two homes: two hosts behind two NATs and a relay, in network namespaces (Linux, root, iptables).
 
-    python tools/network/nat_calls.py [--runs 20] [--case cone symmetric blocked loss cut restart] [--json]
+    python tools/network/nat_calls.py [--runs 20] [--case cone symmetric blocked loss cut restart deaf unheard] [--json]
 
 The ends are CallEndpoints over the transports of `conf call`, with a face of 15 frames a second; imports do not count.
 cone, symmetric: NATs whose mapping depends on nothing, or on the destination. blocked: no UDP leaves one home. loss:
 every leg loses 10 %. cut: the direct path fails after 4 s. restart: the relay restarts after 4 s, with no direct path.
+deaf, unheard: after 4 s, with no direct path, the router of one home (of each in turn) forgets one direction of the UDP
+flow with the relay: of what comes in, or of what goes out.
 Of each call: when the caller was connected, when both ends sent directly, and the longest time without a frame later.
 """
 
@@ -35,8 +37,9 @@ PREFIX = "confnat"
 SERVER = "192.0.2.1"
 FPS = 15.0
 LOSS = 0.1
-SECONDS = {"cone": 4.0, "symmetric": 5.0, "blocked": 6.0, "loss": 8.0, "cut": 10.0, "restart": 10.0}
-EVENT_AT_S = 4.0  # of cut and restart, after the caller has begun
+EVENTS = ("cut", "restart", "deaf", "unheard")
+SECONDS = {"cone": 4.0, "symmetric": 5.0, "blocked": 6.0, "loss": 8.0, **dict.fromkeys(EVENTS, 10.0)}
+EVENT_AT_S = 4.0  # after the caller has begun
 NATS = {"cone": "cone", "cut": "cone", "loss": "cone"}
 
 
@@ -97,6 +100,18 @@ def cut() -> None:
         inside(router, "iptables -I FORWARD 3 -p udp -j DROP")
 
 
+def forget(home: str, *, is_inbound: bool) -> None:
+    """Let one direction of a home's present UDP flows with the relay pass no more; new flows pass."""
+    command = ["ip", "netns", "exec", f"{PREFIX}{home}", "ss", "-Hun", "state", "connected", "dst", f"{SERVER}:7447"]
+    flows = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
+    assert flows
+    for flow in flows:
+        host, _, port = flow.split()[-2].rpartition(":")
+        outbound = f"-s {host} --sport {port} -d {SERVER} --dport 7447"
+        inbound = f"-s {SERVER} --sport 7447 -d {host} --dport {port}"
+        inside(f"n{home}", f"iptables -I FORWARD -p udp {inbound if is_inbound else outbound} -j DROP")
+
+
 def start(space: str, *arguments: str) -> subprocess.Popen[str]:
     """Start a Python program in a namespace."""
     command = ["ip", "netns", "exec", f"{PREFIX}{space}", sys.executable, *arguments]
@@ -148,8 +163,8 @@ def probe(code: str, seconds: float, *, is_caller: bool) -> None:
     print(json.dumps(result), flush=True)
 
 
-def run_call(case: str, relay: subprocess.Popen[str]) -> tuple[dict[str, Any], subprocess.Popen[str]]:
-    """Hold one call. Returns its figures and the relay that runs now."""
+def run_call(case: str, relay: subprocess.Popen[str], home: str) -> tuple[dict[str, Any], subprocess.Popen[str]]:
+    """Hold one call. Returns its figures and the relay that runs now. home : whose router forgets a flow"""
     code = f"{random.randrange(1000, 10000)}-acorn-tulip-river"
     seconds = SECONDS[case]
     ends = [start(space, str(Path(__file__)), "--probe", role, "--code", code, "--seconds", str(seconds))
@@ -168,18 +183,20 @@ def run_call(case: str, relay: subprocess.Popen[str]) -> tuple[dict[str, Any], s
     assert pipes[0][0]
     pipes[0][0].write("\n")
     pipes[0][0].flush()
-    if case == "cut":
+    if case in EVENTS:
         time.sleep(EVENT_AT_S)
+    if case == "cut":
         cut()
     elif case == "restart":
-        time.sleep(EVENT_AT_S)
         relay.terminate()
         relay.wait()
         relay = start_relay()
+    elif case in EVENTS:
+        forget(home, is_inbound=case == "deaf")
     at = time.monotonic()
     outputs = [end.communicate()[0] for end in ends]
     waiter, caller = (json.loads(output.splitlines()[-1]) for output in outputs)
-    return _figures(waiter, caller, caller["began"], at if case in ("cut", "restart") else began), relay
+    return _figures(waiter, caller, caller["began"], at if case in EVENTS else began), relay
 
 
 def _figures(waiter: dict[str, Any], caller: dict[str, Any], began: float, event: float) -> dict[str, Any]:
@@ -209,8 +226,8 @@ def measure(case: str, runs: int) -> list[dict[str, Any]]:
     time.sleep(3)
     results = []
     try:
-        for _ in range(runs):
-            figures, relay = run_call(case, relay)
+        for number in range(runs):
+            figures, relay = run_call(case, relay, "ab"[number % 2])
             results.append(figures)
             if case == "cut":
                 build(case)

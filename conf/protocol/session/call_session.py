@@ -88,6 +88,11 @@ class CallSession:
         self._collect_events(now)
         return datagrams
 
+    @property
+    def is_unheard(self) -> bool:
+        """Whether the peer hears nothing of what this end sends over a relay."""
+        return self._server.is_unheard or (self._caller is not None and self._caller.is_unheard)
+
     def set_candidates(self, addresses: Sequence[Address]) -> None:
         """Announce the addresses at which this end may be reached directly, in a session over a relay."""
         self._server.set_candidates(addresses)

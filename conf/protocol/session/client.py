@@ -138,6 +138,11 @@ class SenderSession:
         farewells = self._closed.datagrams_to_send(now) if self._closed else []
         return handshake + farewells + self._path_datagrams(now)
 
+    @property
+    def is_unheard(self) -> bool:
+        """Whether the receiver hears nothing of what this end sends over a relay."""
+        return self._active is not None and self._active.paths.is_unheard
+
     def set_candidates(self, addresses: Sequence[Address]) -> None:
         """Announce the addresses at which this end may be reached directly, in sessions over a relay."""
         self._candidates = tuple(addresses)

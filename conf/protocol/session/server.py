@@ -122,6 +122,11 @@ class SessionServer:
             self._events += changes
         return pending
 
+    @property
+    def is_unheard(self) -> bool:
+        """Whether a peer hears nothing of what this end sends over a relay."""
+        return any(peer.paths.is_unheard for peer in self.sessions.values())
+
     def set_candidates(self, addresses: Sequence[Address]) -> None:
         """Announce the addresses at which this end may be reached directly, in sessions over a relay."""
         self._candidates = tuple(addresses)

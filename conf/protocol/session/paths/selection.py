@@ -8,6 +8,10 @@ that has been busy for long must ask before it judges. A direct path may fail in
 one end notices: so an end that receives content over the relay, after the other has sent content directly, follows it
 back. It is sent an announcement at once. From then on the addresses are probed again, slowly.
 
+While the relay is in use, it is probed too after SUSPECT_S without a datagram. A relay may be unreachable in one
+direction only, as when a NAT forgets half of a mapping; then the end that hears nothing cannot tell which. Its probes
+tell the other end, which may not be heard: who receives them for UNHEARD_S should reach the relay in another way.
+
 A session that was made without a relay follows a peer that moves, as validated by PathValidation. With a relay, only
 the end that was called follows from one direct path to another, or each would follow the other for ever.
 Source: RFC 8445 (candidates, checks), RFC 7675 (consent), without priorities: the first path that answers is good.
@@ -35,6 +39,9 @@ from conf.protocol.session.paths.validation import PATH_ANSWER, PATH_PROBE, Path
 SUSPECT_S = 1.2  # without a datagram: something is sent each second
 FALLBACK_S = 1.7
 PROBED_S = 0.4
+RELAY_PROBE_S = 0.25  # between probes to a silent relay
+UNHEARD_S = 0.7  # of probes over the relay: four, unless some are lost; by then an end that is deaf has helped itself
+PROBED_LATELY_S = 1.0  # after that the peer has heard something
 FAST_S = 3.0  # for which new addresses are probed often
 FAST_INTERVAL_S = 0.06  # between probes to any of them
 SLOW_INTERVAL_S = 4.0  # seven addresses are each probed again within the 30 s after which some NATs forget a mapping
@@ -51,6 +58,7 @@ class PathSelection:
 
     address : of the path in use
     relay : the peer's address on the relay, None while none is known
+    is_unheard : whether the peer hears nothing of what this end sends over the relay
     """
 
     def __init__(self, address: Address, now: float, *, random: RandomBytes, is_caller: bool) -> None:
@@ -60,7 +68,11 @@ class PathSelection:
         self._is_caller = is_caller
         self._validation = PathValidation(random)
         self._pending: list[tuple[bytes, Address]] = []
-        self._heard_directly = now
+        self.is_unheard = False
+        self._heard_directly = self._heard = now
+        self._relay_probe_at = now
+        self._is_probed = False  # by the peer over the relay in use, since the last step
+        self._probed: tuple[float, float] | None = None  # first and last step at which it was
         self._suspected_at: float | None = None  # the direct path in use, with the first probe
         self._is_peer_direct = False  # the newest content came directly
         self._announcement = Announcement()
@@ -84,7 +96,9 @@ class PathSelection:
 
         is_newest : no later datagram has arrived before it; a late one says nothing about where the peer is now
         """
+        self._heard = now
         is_relayed = isinstance(address, RelayAddress)
+        self._is_probed |= is_relayed and address == self.address and body[:1] == bytes((PATH_PROBE,))
         if not is_relayed:
             self._heard_directly, self._suspected_at = now, None
         if answer := self._validation.answer_to(body, now):
@@ -108,6 +122,8 @@ class PathSelection:
                 self._watch(now)
             if not self.is_direct:
                 self._search(now)
+                self._watch_relay(now)
+            self._note_probes(now)
             if announced := self._announcement.body(now):
                 self._pending.append((announced, self.address))
         pending, self._pending = self._pending, []
@@ -151,6 +167,24 @@ class PathSelection:
             self._probe_at = now + SLOW_INTERVAL_S / 2
         elif silence_s >= SUSPECT_S:
             self._probe(self.address, now)
+
+    def _watch_relay(self, now: float) -> None:
+        """Probe the relay when it is silent."""
+        if now >= max(self._heard + SUSPECT_S, self._relay_probe_at):
+            self._relay_probe_at = now + RELAY_PROBE_S
+            self._probe(self.address, now)
+
+    def _note_probes(self, now: float) -> None:
+        """Find out whether the peer has heard nothing for long.
+
+        What has arrived between two steps counts once: an end that was busy has sent nothing either.
+        """
+        if self._probed and now >= self._probed[1] + PROBED_LATELY_S:
+            self._probed = None
+        if self._is_probed:
+            self._is_probed = False
+            self._probed = self._probed[0] if self._probed else now, now
+        self.is_unheard = self._probed is not None and self._probed[1] - self._probed[0] >= UNHEARD_S
 
     def _leave_direct_path(self) -> None:
         """Use the relay, and keep the direct path as the first that is tried again."""

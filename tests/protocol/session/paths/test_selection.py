@@ -1,6 +1,7 @@
 """Relay first, then direct, and back: which path a session uses, whatever the networks between its ends do."""
 
 import random
+from itertools import pairwise
 
 import pytest
 
@@ -16,6 +17,7 @@ from conf.protocol.session.paths.selection import (
     PROBED_S,
     SLOW_INTERVAL_S,
     SUSPECT_S,
+    UNHEARD_S,
     Announcement,
     PathSelection,
 )
@@ -86,6 +88,57 @@ def test_two_symmetric_nats_stay_on_the_relay_and_try_seldom() -> None:
     assert world.paths == ("relay", "relay") and connections(world) == 2
     probes = [data for _, end, target, data in world.sent if end == 0 and not isinstance(target, RelayAddress)]
     assert 14 <= len(probes) <= 60 / SLOW_INTERVAL_S + 1
+
+
+def test_on_a_quiet_relay_nothing_is_spent_on_it() -> None:
+    world = connected(symmetric=True)
+    world.content_s = 1.0
+    world.run(FAST_S + 1)
+    world.sent.clear()
+    world.run(30)
+    assert sum(isinstance(target, RelayAddress) for _, _, target, _ in world.sent) == 60, "the content alone"
+
+
+@pytest.mark.parametrize("deaf", [0, 1])
+def test_an_end_learns_that_the_other_hears_nothing_over_the_relay(deaf: int) -> None:
+    world = connected(symmetric=True)
+    world.run(FAST_S + 1)
+    unheard, last = world.ends[1 - deaf], world.now
+    world.on_relay = lambda source, data: [] if source != deaf else world.forward(source, data)
+    assert world.run(5, until=lambda: unheard.is_unheard) <= SUSPECT_S + UNHEARD_S + 0.3
+    world.on_relay = world.forward
+    heard = [end == deaf for at, end, _ in world.received if at > last + 0.1]
+    assert heard and not any(heard) and not world.ends[deaf].is_unheard
+    world.run(3, until=lambda: not unheard.is_unheard)
+    world.run(10)
+    assert not unheard.is_unheard and world.paths == ("relay", "relay") and connections(world) == 2
+
+
+def test_an_end_that_was_busy_is_not_called_unheard() -> None:
+    side = PathSelection(WAITING, 0.0, random=seeded(1), is_caller=True)
+    for number in range(8):  # they have waited to be received
+        side.receive(bytes((PATH_PROBE, *range(8))), WAITING, number * 0.25, is_newest=True)
+    side.bodies_to_send(2.0)
+    assert not side.is_unheard
+    for now in (2.25, 2.5, 2.75):
+        side.receive(bytes((PATH_PROBE, *range(8))), WAITING, now, is_newest=True)
+        side.bodies_to_send(now)
+    assert side.is_unheard
+    side.bodies_to_send(4.0)
+    assert not side.is_unheard
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(5))
+def test_a_fifth_lost_on_the_relay_calls_an_end_unheard_once_in_five_minutes_at_most(seed: int) -> None:
+    world = connected(symmetric=True)
+    rng = random.Random(seed)
+    world.is_lost = lambda: rng.random() < 0.2
+    unheard = []
+    for _ in range(600):
+        world.run(0.5)
+        unheard.append([end.is_unheard for end in world.ends])
+    assert sum(now > before for a, b in pairwise(unheard) for before, now in zip(a, b, strict=True)) <= 1
 
 
 def test_an_end_without_addresses_is_reached_where_its_probes_come_from() -> None:
