@@ -158,6 +158,7 @@ def probe(code: str, seconds: float, *, is_caller: bool) -> None:
             received = count
             result["frames"].append(now)
         transport.wait(0.02)
+    result["ended"] = now
     result["round_trip_ms"] = endpoint.status(now).round_trip_ms
     transport.close()
     print(json.dumps(result), flush=True)
@@ -203,7 +204,8 @@ def _figures(waiter: dict[str, Any], caller: dict[str, Any], began: float, event
     paths = [end["paths"] for end in (waiter, caller)]
     direct = [next((at for at, name in path if name == "direct"), None) for path in paths]
     back = [[at for at, name in path if name != "direct" and at > event] for path in paths]
-    later = [[at for at in end["frames"] if at > event - 1] for end in (waiter, caller)]
+    ended = min(end["ended"] for end in (waiter, caller))
+    later = [[*(at for at in end["frames"] if event - 1 < at < ended), ended] for end in (waiter, caller)]
     gaps = [max((b - a for a, b in pairwise(at)), default=None) for at in later]
     connected = caller["paths"][0][0] - began if caller["paths"] else None
     talking_s = [end["frames"][0] - began if end["frames"] else None for end in (waiter, caller)]
