@@ -3,7 +3,7 @@
 from imgui_bundle import imgui
 
 from conf.call.view import Notice
-from conf.render.ui.hud import Size, padded
+from conf.render.ui.hud import Size, padded, spaced_hyphens
 from conf.render.ui.imgui_overlay import ACCENT, MUTED, TEXT, TEXT_PX, ImGuiOverlay, panel
 
 # Pixels at scale 1.
@@ -45,7 +45,8 @@ def _rows(overlay: ImGuiOverlay, notice: Notice) -> list[tuple[str, float, tuple
     if notice.large:
         large = LARGE_PX * min(1.0, room / _size(overlay.bold, LARGE_PX, notice.large)[0])
         rows.append((notice.large, large, ACCENT, _size(overlay.bold, large, notice.large)))
-    return rows + [(line, TEXT_PX, MUTED, _size(overlay.regular, TEXT_PX, line)) for line in notice.lines]
+    lines = [spaced_hyphens(line) for line in notice.lines]
+    return rows + [(line, TEXT_PX, MUTED, _size(overlay.regular, TEXT_PX, line)) for line in lines]
 
 
 def _size(font: imgui.ImFont, font_px: float, text: str) -> Size:

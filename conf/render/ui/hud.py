@@ -14,7 +14,14 @@ SIGN_GAP = 14.0  # between two recordings
 RECORDING = (0.96, 0.26, 0.21, 1.0)
 HIGHLIGHTED_TEXT = (0.045, 0.055, 0.075, 1.0)
 
+HAIR_SPACE = "\u200a"
+
 Size = tuple[float, float]  # width and height, pixels
+
+
+def spaced_hyphens(text: str) -> str:
+    """Return a text for drawing in which the two hyphens of an option do not look like one dash."""
+    return text.replace("--", f"-{HAIR_SPACE}-")
 
 
 def padded(width: float, height: float) -> Size:
@@ -65,7 +72,7 @@ def draw_toast(
     imgui.set_next_window_bg_alpha(opacity)
     with panel(name, anchor, (0.5, 1.0), _text_size(text, max_width)):
         imgui.push_text_wrap_pos(-1.0 if max_width is None else 0.0)
-        imgui.text_unformatted(text)
+        imgui.text_unformatted(spaced_hyphens(text))
         imgui.pop_text_wrap_pos()
 
 
@@ -137,5 +144,5 @@ def _key_column(overlay: ImGuiOverlay, lines: list[tuple[str, str]]) -> float:
 
 
 def _text_size(text: str, max_width: float | None) -> Size:
-    size = imgui.calc_text_size(text, wrap_width=max_width or -1.0)
+    size = imgui.calc_text_size(spaced_hyphens(text), wrap_width=max_width or -1.0)
     return size.x if max_width is None else min(size.x + 2, max_width), size.y

@@ -2,6 +2,7 @@
 
 from imgui_bundle import imgui
 
+from conf.render.ui.hud import spaced_hyphens
 from conf.render.ui.imgui_overlay import MUTED
 from conf.render.ui.theme import AMBER
 
@@ -19,6 +20,6 @@ def warning(text: str) -> None:
 def _draw_wrapped(text: str, colour: tuple[float, float, float, float]) -> None:
     imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*colour))
     imgui.push_text_wrap_pos(0.0)
-    imgui.text_unformatted(text)
+    imgui.text_unformatted(spaced_hyphens(text))
     imgui.pop_text_wrap_pos()
     imgui.pop_style_color()

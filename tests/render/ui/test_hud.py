@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
+from imgui_bundle import imgui
 
 from conf.render.ui.hud import (
+    HAIR_SPACE,
     draw_help,
     draw_label,
     draw_recording_sign,
@@ -11,6 +13,7 @@ from conf.render.ui.hud import (
     help_size,
     label_size,
     sign_size,
+    spaced_hyphens,
     toast_size,
 )
 from conf.render.ui.imgui_overlay import ImGuiOverlay
@@ -106,3 +109,14 @@ def test_a_clock_counts_whole_seconds(seconds: float, text: str) -> None:
 def test_a_running_figure_keeps_its_width(blank: OffscreenWindow, overlay: ImGuiOverlay) -> None:
     with overlay.frame(blank):
         assert figure_width("1:11") == figure_width("0:47")
+
+
+def test_the_hyphens_of_an_option_are_drawn_apart(blank: OffscreenWindow, overlay: ImGuiOverlay) -> None:
+    assert spaced_hyphens("start with --code a-b") == f"start with -{HAIR_SPACE}-code a-b"
+    blank.begin((1.0, 1.0, 1.0, 1.0))
+    with overlay.frame(blank):
+        imgui.get_foreground_draw_list().add_text(imgui.ImVec2(20, 20), 0xFF000000, spaced_hyphens("--"))
+        row = imgui.ImVec2(20, 20), imgui.calc_text_size(spaced_hyphens("--"))
+    left, right = round(row[0].x), round(row[0].x + row[1].x)
+    columns = (blank.read()[20:60, left:right] < 128).any(axis=(0, 2)).astype(int)
+    assert int((np.diff(columns, prepend=0) == 1).sum()) == 2

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from conf.render.ui.imgui_overlay import ImGuiOverlay, lines_height, panel
+from conf.render.ui.imgui_overlay import MUTED, PANEL, ImGuiOverlay, lines_height, panel
 from conf.render.window.offscreen import OffscreenWindow
 from tests.support.image_measures import box
 
@@ -47,3 +47,13 @@ def test_text_fields_use_the_clipboard_of_the_window(window: OffscreenWindow, ov
         assert imgui.get_clipboard_text() == "from elsewhere"
         imgui.set_clipboard_text("acorn-tulip-river-42")
     assert window.clipboard == "acorn-tulip-river-42"
+
+
+def test_muted_text_is_legible_over_a_white_image() -> None:
+    def luminance(colour: np.ndarray) -> float:  # WCAG 2.1
+        linear = np.where(colour <= 0.03928, colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4)
+        return float(linear @ (0.2126, 0.7152, 0.0722))
+
+    panel_over_white = np.array(PANEL[:3]) * PANEL[3] + (1 - PANEL[3])
+    contrast = (luminance(np.array(MUTED[:3])) + 0.05) / (luminance(panel_over_white) + 0.05)
+    assert contrast >= 4.5
