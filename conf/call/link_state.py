@@ -81,7 +81,7 @@ class LinkMonitor:
             return f"uneven delay, {jitter_ms:.0f} ms"
         rank = PROFILES.index(status.profile) if status.profile in PROFILES else 0
         self._top = min(self._top, rank)
-        return "limit: the link is slow" if rank > self._top else ""
+        return "the link is slow" if rank > self._top else ""
 
     def _received_loss(self, stream: ReceiveLeg, now: float) -> float:
         """Return the percentage of the other's datagrams that was lost in the window."""

@@ -12,6 +12,7 @@ from conf.render.ui.hud import format_clock
 from conf.render.ui.imgui_overlay import MUTED
 
 UNKNOWN = "the other end"
+MAX_HOSTS = 4  # addresses of this machine that are listed
 QUALITY_COLOURS = {
     Quality.NONE: MUTED,
     Quality.GOOD: STATE_COLOURS["receiving"],
@@ -38,11 +39,13 @@ class Waiting:
     address : where one listens, or whom one calls, as HOST:PORT; for a call over a relay, what goes between
     code : to be told to the other, "" at the end that calls
     nameplate : of a call over a relay, "" for a direct one
+    hosts : at which the other reaches this machine, as it types them; none if that is not known
     """
 
     address: str
     code: str = ""
     nameplate: str = ""
+    hosts: tuple[str, ...] = ()
 
     def notice(self, *, name: str, text: str) -> Notice:
         """Return the notice. name : of the last call's other participant, "" before; text : of the last event"""
@@ -55,18 +58,24 @@ class Waiting:
         if self.nameplate:
             return Notice(f"calling {name or self.nameplate} over {self.address}", "", lines)
         if self.code:
-            command = f"conf call HOST --code {self.code}"
-            return Notice(f"waiting for a call at {self.address}", self.code, (*lines, f"the other types:  {command}"))
+            command = f"conf call {self.hosts[0] if self.hosts else 'HOST'} --code {self.code}"
+            lines += (f"the other types:  {command}",)
+            if others := self.hosts[1:MAX_HOSTS]:
+                lines += (f"or instead of {self.hosts[0]}:  {', '.join(others)}",)
+            return Notice(f"waiting for a call at {self.address}", self.code, lines)
         return Notice(f"calling {name or self.address}", "", lines)
 
 
-def remote_notes(remote: RemoteState, *, has_voice: bool) -> list[str]:
-    """Return what is to be known of the other participant. has_voice : whether voice is expected"""
+def remote_notes(remote: RemoteState, *, has_voice: bool, shows_photo: bool = False) -> list[str]:
+    """Return what is to be known of the other participant.
+
+    has_voice : whether voice is expected; shows_photo : whether a photo is drawn already, such as the draft
+    """
     notes = [CAMERA_TEXTS[remote.camera]] if remote.camera in CAMERA_TEXTS else []
     if has_voice and remote.voice in VOICE_TEXTS:
         notes.append(VOICE_TEXTS[remote.voice])
     if remote.portrait_percent is not None and remote.portrait_percent < 100:
-        notes.append(f"portrait {remote.portrait_percent} %")
+        notes.append(f"{'better portrait' if shows_photo else 'portrait'} {remote.portrait_percent} %")
     return notes
 
 
@@ -92,15 +101,16 @@ def status_parts(
     call_s : seconds since the call began, None without a call; path : over which it goes, "" if that is not said
     """
     parts = [LinePart(link.text, QUALITY_COLOURS[link.quality])]
+    voice, keys = stats.voice, LinePart("H: keys", MUTED, optional=True)
     if call_s is None:
-        return [*parts, LinePart("H: keys", MUTED, optional=True)]
+        return [*parts, *([LinePart(SOUND_OFF, WARNING)] if voice is not None and voice.muted else []), keys]
     parts += [LinePart(name or UNKNOWN, None, optional=True), LinePart(format_clock(call_s), None)]
     if path:
         parts.append(LinePart(path, MUTED, optional=True))
     parts.append(LinePart(format_bitrate(stats.traffic.wire_kbps), MUTED, optional=True))
     parts.append(LinePart(f"{stats.fps:.0f} fps", MUTED, optional=True))
-    if (voice := stats.voice) is not None:
+    if voice is not None:
         parts.append(
             LinePart(SOUND_OFF, WARNING) if voice.muted else LinePart(VOICE, MUTED, voice.level, optional=True)
         )
-    return [*parts, LinePart("H: keys", MUTED, optional=True)]
+    return [*parts, keys]

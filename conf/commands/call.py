@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, fields, replace
 from importlib import import_module
+from ipaddress import ip_address
 from pathlib import Path
 from threading import Timer
 from typing import TYPE_CHECKING
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
     from conf.call.loop import CallLoop
     from conf.call.self_view import SelfView
     from conf.call.shared_objects import SharedObjectSender
+    from conf.call.view import Waiting
     from conf.face.deformation.face_model import FaceModel
     from conf.protocol.call_endpoint import CallEndpoint
     from conf.receiver.call_display import LoopOptions
@@ -280,14 +282,10 @@ def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, dra
     from conf.call.composer import CallComposer
     from conf.call.controls import LocalState
     from conf.call.loop import CallLoop, LocalEnd
-    from conf.call.view import Waiting
-    from conf.protocol.address import format_address
     from conf.receiver.call_display import CallDisplay
     from conf.receiver.heads.participant_heads import HeadOptions
 
     is_waiting = end.socket.remote is None
-    direct = options.remote if isinstance(options.remote, tuple) else end.socket.address
-    address = options.route.name if end.socket.nameplate else format_address(direct)
     state = LocalState(portrait=options.portrait, has_microphone=end.voice is not None)
     thread = CaptureThread(end.capture)
     later = Timer(0.0 if is_waiting else IMPORT_DELAY_S, _import_rest)
@@ -297,7 +295,7 @@ def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, dra
         end.endpoint,
         state,
         end.self_view,
-        waiting=Waiting(address, options.code if is_waiting else "", end.socket.nameplate),
+        waiting=_waiting(options, end.socket),
         has_face=lambda: thread.has_face,
         path=lambda: loop.path,
         draw_clock=drawing.draw_clock,
@@ -324,6 +322,24 @@ def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, dra
         for text in display.reports:
             options.display.on_report(text)
     return loop
+
+
+def _waiting(options: CallOptions, socket: Transport) -> Waiting:
+    """Return what is to be said while there is no call."""
+    from conf.call.view import Waiting
+    from conf.protocol.address import RelayAddress, format_address, typed_address
+    from conf.transport.local_addresses import find_route_addresses
+
+    code = options.code if socket.remote is None else ""
+    if socket.nameplate or isinstance(socket.address, RelayAddress):
+        return Waiting(options.route.name, code, socket.nameplate)
+    if isinstance(options.remote, tuple):
+        return Waiting(format_address(options.remote), code)
+    host, port = socket.address[:2]
+    is_everywhere = ip_address(host.partition("%")[0]).is_unspecified
+    hosts = find_route_addresses() if is_everywhere else (host,)
+    place = f"port {port}" if is_everywhere else format_address((host, port))
+    return Waiting(place, code, hosts=tuple(typed_address(host, port) for host in hosts))
 
 
 def _import_rest() -> None:

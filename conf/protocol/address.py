@@ -39,6 +39,11 @@ def format_address(address: Address, /) -> str:
     return f"[{host}]:{port}" if ":" in host else f"{host or '0.0.0.0'}:{port}"
 
 
+def typed_address(host: str, port: int, /) -> str:
+    """Return an address of this machine as the other end types it: the default port is left out."""
+    return host if port == DEFAULT_PORT else format_address((host, port))
+
+
 def host_of(address: Address, /) -> str:
     """Return the host of an address; all peers behind a relay count as one, whatever names they choose."""
     return "the relay" if isinstance(address, RelayAddress) else address[0]

@@ -36,7 +36,7 @@ def test_a_link_without_trouble_is_good() -> None:
     [
         (replace(WELL, loss_percent=12.4), "weak: loss 12 %"),
         (replace(WELL, round_trip_ms=520.0), "weak: delay 520 ms"),
-        (replace(WELL, profile="narrow"), "weak: limit: the link is slow"),
+        (replace(WELL, profile="narrow"), "weak: the link is slow"),
     ],
 )
 def test_a_weak_link_says_why_and_for_long_enough_to_be_read(status: LinkStatus, text: str) -> None:

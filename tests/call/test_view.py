@@ -28,6 +28,11 @@ def test_the_state_of_the_other_is_said(remote: RemoteState, notes: list[str]) -
     assert remote_notes(remote, has_voice=False) == [note for note in notes if note not in spoken]
 
 
+def test_a_photo_that_replaces_another_is_called_better() -> None:
+    remote = RemoteState("Ann", CameraState.ON, VoiceState.TALKING, 40)
+    assert remote_notes(remote, has_voice=True, shows_photo=True) == ["better portrait 40 %"]
+
+
 def test_one_s_own_state_is_said() -> None:
     assert own_notes(LocalState(), has_face=True, in_call=True) == []
     assert own_notes(LocalState(), has_face=False, in_call=True) == ["no face seen"]
@@ -55,12 +60,28 @@ def test_the_line_says_whether_anything_is_heard(muted: bool, text: str) -> None
     assert text in texts(LinkState(Quality.GOOD), 1.0, stats)
 
 
+def test_that_the_sound_is_off_is_said_before_the_call() -> None:
+    stats = CallStats("waiting", 30.0, merge_snapshots([]), voice=VoiceStatus(muted=True))
+    assert texts(LinkState(), None, stats) == ["waiting", "sound off", "H: keys"]
+    audible = CallStats("waiting", 30.0, merge_snapshots([]), voice=VoiceStatus())
+    assert texts(LinkState(), None, audible) == ["waiting", "H: keys"]
+
+
 def test_while_one_waits_the_code_is_shown_large() -> None:
     notice = Waiting("10.0.0.1:5005", "acorn-tulip-river-42").notice(name="", text="")
     assert notice.title == "waiting for a call at 10.0.0.1:5005" and notice.large == "acorn-tulip-river-42"
     assert notice.lines == ("the other types:  conf call HOST --code acorn-tulip-river-42",)
     again = Waiting("10.0.0.1:5005", "acorn-tulip-river-42").notice(name="Ann", text="Ann has hung up")
     assert again.lines[0] == "Ann has hung up" and again.large
+
+
+def test_while_one_waits_the_other_s_command_names_this_machine() -> None:
+    one = Waiting("port 5005", "acorn-tulip-river-42", hosts=("10.0.0.1",)).notice(name="", text="")
+    assert one.title == "waiting for a call at port 5005"
+    assert one.lines == ("the other types:  conf call 10.0.0.1 --code acorn-tulip-river-42",)
+    hosts = ("10.0.0.1", "fd00::1", "10.1.0.1", "10.2.0.1", "10.3.0.1")
+    several = Waiting("port 5005", "acorn-tulip-river-42", hosts=hosts).notice(name="", text="")
+    assert several.lines == (*one.lines, "or instead of 10.0.0.1:  fd00::1, 10.1.0.1, 10.2.0.1")
 
 
 def test_who_calls_sees_whom_and_what_happens() -> None:

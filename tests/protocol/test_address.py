@@ -2,7 +2,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.protocol.address import Address, RelayAddress, format_address, host_of, parse_address, parse_listen_address
+from conf.protocol.address import (
+    Address,
+    RelayAddress,
+    format_address,
+    host_of,
+    parse_address,
+    parse_listen_address,
+    typed_address,
+)
 
 
 @pytest.mark.parametrize(
@@ -46,3 +54,12 @@ def test_a_peer_behind_a_relay_has_no_host_of_its_own() -> None:
     assert [format_address(first), format_address(RelayAddress("4711", ""))] == ["relay/aaaa", "relay"]
     assert host_of(first) == host_of(second) == "the relay"
     assert host_of(("::1", 5005, 0, 0)) == "::1"
+
+
+@pytest.mark.parametrize(
+    ("address", "port", "text"),
+    [("10.0.0.7", 5005, "10.0.0.7"), ("10.0.0.7", 6001, "10.0.0.7:6001"), ("fd00::2", 5005, "fd00::2"),
+     ("fd00::2", 6001, "[fd00::2]:6001")],
+)  # fmt: skip
+def test_addresses_are_shown_as_they_are_typed(address: str, port: int, text: str) -> None:
+    assert typed_address(address, port) == text

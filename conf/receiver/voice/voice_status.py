@@ -47,7 +47,7 @@ class VoiceStatus:
 
 
 def voice_status(streams: Mapping[int, VoiceStream], sound: CallSound | None, now: float) -> VoiceStatus | None:
-    """Return what to show, None if no sound is played or there is nothing to say about a voice."""
+    """Return what to show, None if no sound is played or there is nothing to say about it."""
     if sound is None:
         return None
     mixer = sound.mixer
@@ -56,7 +56,7 @@ def voice_status(streams: Mapping[int, VoiceStream], sound: CallSound | None, no
     known = {s: stream.voice.state for s, stream in streams.items() if s in voices or is_known(stream, now)}
     notes = {session: REASONS[state] for session, state in known.items() if state in REASONS}
     notes |= dict.fromkeys(concealing, CONCEALED)
-    if not voices and not notes:
+    if not voices and not notes and not mixer.muted:
         return None
     level = max((voice.level_dbfs for voice in voices.values()), default=SILENCE_DBFS)
     return VoiceStatus(level, mixer.muted, mixer.volume_db, loudest, notes)

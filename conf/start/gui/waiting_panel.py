@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from imgui_bundle import imgui
 
-from conf.protocol.address import DEFAULT_PORT, format_address
+from conf.protocol.address import typed_address
 from conf.render.ui.imgui_overlay import ACCENT, MUTED, TEXT, ImGuiOverlay
 from conf.render.ui.wrapped_text import hint
 from conf.start.controller import StartController
@@ -97,11 +97,6 @@ class WaitingPanel:
         """Return the label of the button that copies a value, whose identity for ImGui stays the same."""
         is_copied = self._copied == value and now < self._copied_at + COPIED_S
         return f"{COPIED if is_copied else text}###{value}"
-
-
-def typed_address(address: str, port: int, /) -> str:
-    """Return an address of this machine as the other one types it; the default port is left out."""
-    return address if port == DEFAULT_PORT else format_address((address, port))
 
 
 def _draw_progress(controller: StartController, state: StartState, target: CallTarget) -> None:

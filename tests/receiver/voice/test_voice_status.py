@@ -25,6 +25,13 @@ def test_without_sound_or_without_a_voice_nothing_is_shown() -> None:
     assert voice_status({}, rendered({}), NOW) is None
 
 
+def test_that_the_sound_is_off_is_shown_before_any_voice_has_come() -> None:
+    sound = rendered({})
+    sound.mixer.muted = True
+    status = voice_status({}, sound, NOW)
+    assert status is not None and status.muted and not status.notes
+
+
 def test_a_voice_that_is_concealed_for_more_than_a_tenth_of_a_second_is_noted_for_its_caller() -> None:
     streams = {1: Stream(), 2: Stream(SilentVoice(lost=True))}
     sound = rendered(streams)

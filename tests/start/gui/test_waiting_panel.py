@@ -2,7 +2,7 @@
 
 import pytest
 
-from conf.start.gui.waiting_panel import COPIED, COPIED_S, WaitingPanel, typed_address
+from conf.start.gui.waiting_panel import COPIED, COPIED_S, WaitingPanel
 from tests.start.conftest import Stand
 from tests.support.imgui_stage import Stage
 
@@ -56,15 +56,6 @@ def test_a_call_is_cancelled_before_and_hung_up_after_it_is_connected(
     stage.frame(draw)
     stage.click(*stage.find("Hang up", draw, monkeypatch), draw)
     assert stand.calls[0].hung_up == 2
-
-
-@pytest.mark.parametrize(
-    ("address", "port", "text"),
-    [("10.0.0.7", 5005, "10.0.0.7"), ("10.0.0.7", 6001, "10.0.0.7:6001"), ("fd00::2", 5005, "fd00::2"),
-     ("fd00::2", 6001, "[fd00::2]:6001")],
-)  # fmt: skip
-def test_addresses_are_shown_as_they_are_typed(address: str, port: int, text: str) -> None:
-    assert typed_address(address, port) == text
 
 
 @pytest.mark.parametrize("relay", ["", "relay.example"])
