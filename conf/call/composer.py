@@ -82,6 +82,7 @@ class CallComposer(GpuObject):
         self._stats = CallStatsCollector(endpoint, sound)
         self._link = LinkMonitor()
         self._name = ""
+        self._stream: ReceiveLeg | None = None  # of the last frame
         self._began_at: float | None = None
         self._frame: MotionFrame | None = None
         self._owned = (self._overlay, self._own_picture, self._grid)
@@ -102,8 +103,7 @@ class CallComposer(GpuObject):
         stream = next(iter(self._endpoint.streams.values()), None)
         self.controls.has_callers = stream is not None
         self.controls.process_events(now)
-        if stream is not None and self._began_at is None:
-            self._name = ""  # whoever comes now may be somebody else
+        self._follow(stream)
         self._name = self._endpoint.remote_state.name or self._name
         self._began_at = None if stream is None else now if self._began_at is None else self._began_at
         self._window.begin()
@@ -118,10 +118,17 @@ class CallComposer(GpuObject):
         self._window.end()
         self._stats.on_frame_drawn(now)
 
+    def _follow(self, stream: ReceiveLeg | None) -> None:
+        """Forget the other participant's name and photo when a session begins: it may be somebody else's."""
+        if stream is not None and stream is not self._stream:
+            self._name = ""
+            self._grid.forget(OTHER_ID)
+        self._stream = stream
+
     def _draw_other(self, stream: ReceiveLeg | None, now: float) -> None:
         """Draw the other participant; without a call, nothing but a background."""
         if stream is None:
-            self._frame = None
+            self._frame, self.controls.shows_photo = None, False
             self._window.framebuffer.clear(*BACKGROUND)
             return
         playout = stream.motion.frame_at(now)
@@ -171,7 +178,7 @@ class CallComposer(GpuObject):
 
     def _name_plate(self, stream: ReceiveLeg, now: float) -> str:
         has_voice = self._has_sound and is_known(stream, now)
-        notes = remote_notes(self._endpoint.remote_state, has_voice=has_voice)
+        notes = remote_notes(self._endpoint.remote_state, has_voice=has_voice, shows_photo=self.controls.shows_photo)
         return "  ".join([self._name or UNKNOWN, *notes]) if self._name or notes else ""
 
     def _draw_screen(self, screen: CallScreen, now: float) -> None:

@@ -93,6 +93,14 @@ class ParticipantGrid(GpuObject):
         self._portraits[participant].store.receive(data)
         self._objects[participant] = self._objects.get(participant, 0) + 1
 
+    def forget(self, participant: int) -> None:
+        """Release what is known of a participant's looks: somebody else may come in its place."""
+        self._framing.pop(participant, None)
+        self.looks.pop(participant, None)
+        self._objects.pop(participant, None)
+        if portrait := self._portraits.pop(participant, None):
+            portrait.release()
+
     def draw(self, frames: Mapping[int, MotionFrame | None], view: ViewState, now: float) -> dict[int, Viewport]:
         """Draw one image of each participant's frame; None, or no participant, is the neutral face.
 

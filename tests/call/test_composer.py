@@ -205,3 +205,22 @@ def test_a_clip_that_is_written_shows_neither_buttons_nor_oneself(
         stage.draw()
         assert not stage.screen.buttons and stage.screen.own_aspect is None
         stage.composer.release()
+
+
+def test_who_calls_next_has_neither_the_name_nor_the_photo_of_who_called_before(stage: Stage) -> None:
+    stage.connect()
+    first = next(iter(stage.ann.streams.values()))
+    first.received_objects.append(b"an object")
+    stage.draw()
+    assert 0 in stage.composer._grid._portraits and stage.screen.name.startswith("Bob")
+    stage.link.tick = lambda now: None
+    for data, target in stage.bob.close(stage.link.now):
+        stage.link.put(data, B, target)
+    del stage.link.ends[B]
+    stage.link.run(0.5)
+    eve = CallEndpoint(code=CODE, parameters=PARAMETERS, now=stage.link.now, random=seeded("Eve"), remote=A, name="Eve")
+    stage.link.ends[B] = eve  # between two frames, as on a slow machine
+    stage.link.run(2.0)
+    assert stage.ann.streams and next(iter(stage.ann.streams.values())) is not first
+    stage.draw()
+    assert 0 not in stage.composer._grid._portraits and stage.screen.name.startswith("Eve")

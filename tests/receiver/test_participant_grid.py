@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from conf.face.deformation.face_model import FaceModel
 from conf.protocol.messages import MotionFrame
+from conf.receiver.heads.participant_heads import Look
 from conf.receiver.participant_grid import ParticipantGrid, layout_grid
 from conf.receiver.resolution_control import DrawingDetail
 from conf.receiver.stats_overlay import covered_width
@@ -220,4 +221,21 @@ def test_an_inset_is_drawn_over_the_image_and_keeps_its_portrait(window: Offscre
     assert changed[inside].mean() > 0.3 and not changed[~inside].any()
     grid.draw({0: motion()}, ViewState(), 0.1)
     assert -2 in grid._portraits
+    grid.release()
+
+
+def test_nothing_is_left_of_a_participant_who_is_forgotten(
+    window: OffscreenWindow, face: FaceModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    released = Mock()
+    monkeypatch.setattr(
+        "conf.receiver.portrait.portrait_renderer.PortraitRenderer", lambda ctx, store: Mock(release=released)
+    )
+    grid = ParticipantGrid(window, face)
+    grid.receive_portrait_object(0, b"no object")
+    grid.looks = {0: Look(), 1: Look()}
+    grid.forget(0)
+    assert not grid._portraits and grid.looks.keys() == {1}
+    released.assert_called_once_with()
+    grid.forget(0)
     grid.release()
