@@ -4,6 +4,7 @@ import re
 from typing import NamedTuple
 
 DEFAULT_PORT = 5005
+MAX_PORT = 65535
 DEFAULT_RELAY_PORT = 7447  # that of zenoh
 
 
@@ -39,9 +40,9 @@ def format_address(address: Address, /) -> str:
     return f"[{host}]:{port}" if ":" in host else f"{host or '0.0.0.0'}:{port}"
 
 
-def typed_address(host: str, port: int, /) -> str:
-    """Return an address of this machine as the other end types it: the default port is left out."""
-    return host if port == DEFAULT_PORT else format_address((host, port))
+def typed_address(host: str, port: int, /, *, default_port: int = DEFAULT_PORT) -> str:
+    """Return an address as somebody at another machine types it: the default port is left out."""
+    return host if port == default_port else format_address((host, port))
 
 
 def host_of(address: Address, /) -> str:
@@ -66,13 +67,15 @@ def parse_listen_address(text: str, /, *, default_port: int = DEFAULT_PORT) -> t
     Port 0 is any free one. Raises ValueError, with a message for the user.
     """
     port = text.removeprefix(":")
-    if port.isdigit() and int(port) < 65536:
+    if port.isdecimal():
+        if int(port) > MAX_PORT:
+            raise ValueError(f"{text} is no port: give one up to {MAX_PORT}")
         return "", int(port)
     return _host_and_port(text, default_port)
 
 
 def _host_and_port(text: str, default_port: int) -> tuple[str, int]:
     match = _TYPED.fullmatch(text)
-    if match is None or int(match["port"] or default_port) > 65535:
+    if match is None or int(match["port"] or default_port) > MAX_PORT:
         raise ValueError(f"{text} is not HOST:PORT; an IPv6 address is written [HOST]:PORT")
     return match["bracketed"] or match["host"] or match["bare"], int(match["port"] or default_port)

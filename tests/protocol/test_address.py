@@ -63,3 +63,10 @@ def test_a_peer_behind_a_relay_has_no_host_of_its_own() -> None:
 )  # fmt: skip
 def test_addresses_are_shown_as_they_are_typed(address: str, port: int, text: str) -> None:
     assert typed_address(address, port) == text
+
+
+@pytest.mark.parametrize("text", ["65536", ":99999"])
+def test_a_number_that_is_no_port_is_not_a_host_to_listen_at(text: str) -> None:
+    assert parse_listen_address("65535") == ("", 65535)
+    with pytest.raises(ValueError, match=f"^{text} is no port: give one up to 65535$"):
+        parse_listen_address(text)

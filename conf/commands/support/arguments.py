@@ -54,7 +54,10 @@ def join_axis_options(arguments: Sequence[str]) -> list[str]:
 
 def positive_number(text: str) -> float:
     """Return a finite number above 0."""
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
     if not 0 < value < float("inf"):
         raise argparse.ArgumentTypeError(f"{text} is not a positive number")
     return value

@@ -28,9 +28,10 @@ class SuggestingParser(argparse.ArgumentParser):
         return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:
-        """Exit with an error; a mistyped option comes before the complaint that the right one is missing."""
+        """Exit with an error in one line; a mistyped option comes before the complaint that another is missing."""
         unknown = [word for word in self._words if word.startswith("-") and not self._is_known(word)]
-        super().error(self.describe_unknown(unknown) if unknown and "required" in message else message)
+        text = self.describe_unknown(unknown) if unknown and "required" in message else message
+        self.exit(2, f"{self.prog}: error: {text} (see {self.prog} --help)\n")  # without the 14 lines of usage
 
     def describe_unknown(self, words: Sequence[str], /) -> str:
         """Return a text that names unknown words and what is close to the first option among them."""

@@ -42,7 +42,7 @@ def test_nobody_can_be_called_at_port_0(text: str) -> None:
         address(text)
 
 
-@pytest.mark.parametrize("text", ["-1", "0", "inf", "nan"])
+@pytest.mark.parametrize("text", ["-1", "0", "inf", "nan", "x", ""])
 def test_a_number_must_be_positive_and_finite(text: str) -> None:
     assert positive_number("0.5") == 0.5
     with pytest.raises(argparse.ArgumentTypeError, match="is not a positive number"):
