@@ -39,22 +39,23 @@ class Waiting:
     address : where one listens, or whom one calls, as HOST:PORT; for a call over a relay, what goes between
     code : to be told to the other, "" at the end that calls
     nameplate : of a call over a relay, "" for a direct one
+    relay : HOST or HOST:PORT as the other types it, "" in one network
     hosts : at which the other reaches this machine, as it types them; none if that is not known
     """
 
     address: str
     code: str = ""
     nameplate: str = ""
+    relay: str = ""
     hosts: tuple[str, ...] = ()
 
     def notice(self, *, name: str, text: str) -> Notice:
         """Return the notice. name : of the last call's other participant, "" before; text : of the last event"""
-        lines = (text,) if text else ()
+        lines: tuple[str, ...] = (text,) if text else ()
         if self.code and self.nameplate:
-            command = f"conf call {self.code}"
-            return Notice(
-                f"waiting for a call over {self.address}", self.code, (*lines, f"the other types:  {command}")
-            )
+            command = f"conf call {self.code}" + (f" --relay {self.relay}" if self.relay else "")
+            lines += (f"the other types:  {command}",)
+            return Notice(f"waiting for a call over {self.address}", self.code, lines)
         if self.nameplate:
             return Notice(f"calling {name or self.nameplate} over {self.address}", "", lines)
         if self.code:

@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, fields, replace
 from importlib import import_module
-from ipaddress import ip_address
 from pathlib import Path
 from threading import Timer
 from typing import TYPE_CHECKING
@@ -43,6 +42,7 @@ from conf.commands.support.relay_route import (
     open_at,
     open_to,
     route_of,
+    waiting,
 )
 from conf.commands.support.sound import PlayedSound, add_no_sound, add_sound_output
 from conf.errors import ConfError
@@ -53,7 +53,6 @@ if TYPE_CHECKING:
     from conf.call.loop import CallLoop
     from conf.call.self_view import SelfView
     from conf.call.shared_objects import SharedObjectSender
-    from conf.call.view import Waiting
     from conf.face.deformation.face_model import FaceModel
     from conf.protocol.call_endpoint import CallEndpoint
     from conf.receiver.call_display import LoopOptions
@@ -295,7 +294,7 @@ def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, dra
         end.endpoint,
         state,
         end.self_view,
-        waiting=_waiting(options, end.socket),
+        waiting=waiting(end.socket, options.route, options.remote, options.code if is_waiting else ""),
         has_face=lambda: thread.has_face,
         path=lambda: loop.path,
         draw_clock=drawing.draw_clock,
@@ -322,24 +321,6 @@ def _hold(options: CallOptions, end: _End, window: Window, model: FaceModel, dra
         for text in display.reports:
             options.display.on_report(text)
     return loop
-
-
-def _waiting(options: CallOptions, socket: Transport) -> Waiting:
-    """Return what is to be said while there is no call."""
-    from conf.call.view import Waiting
-    from conf.protocol.address import RelayAddress, format_address, typed_address
-    from conf.transport.local_addresses import find_route_addresses
-
-    code = options.code if socket.remote is None else ""
-    if socket.nameplate or isinstance(socket.address, RelayAddress):
-        return Waiting(options.route.name, code, socket.nameplate)
-    if isinstance(options.remote, tuple):
-        return Waiting(format_address(options.remote), code)
-    host, port = socket.address[:2]
-    is_everywhere = ip_address(host.partition("%")[0]).is_unspecified
-    hosts = find_route_addresses() if is_everywhere else (host,)
-    place = f"port {port}" if is_everywhere else format_address((host, port))
-    return Waiting(place, code, hosts=tuple(typed_address(host, port) for host in hosts))
 
 
 def _import_rest() -> None:

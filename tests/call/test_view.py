@@ -95,6 +95,8 @@ def test_over_a_relay_the_code_is_all_that_the_other_types() -> None:
     notice = Waiting("the relay r.example", code, "4711").notice(name="", text="")
     assert notice.large == code and notice.title == "waiting for a call over the relay r.example"
     assert notice.lines == (f"the other types:  conf call {code}",)
+    named = Waiting("the relay r.example", code, "4711", relay="r.example:7000").notice(name="", text="Ann has hung up")
+    assert named.lines == ("Ann has hung up", f"the other types:  conf call {code} --relay r.example:7000")
     assert (
         Waiting("the local network", "", "4711").notice(name="", text="").title == "calling 4711 over the local network"
     )

@@ -5,18 +5,15 @@ import sys
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
-from unittest.mock import Mock
 
 import pytest
 
 from conf.call.figures import CallFigures, SentFigures
-from conf.call.view import Waiting
 from conf.commands.call import (
     BOTH,
     NO_CALL,
     CallOptions,
     _code_to_show,
-    _waiting,
     add_arguments,
     call,
     figures_text,
@@ -26,7 +23,6 @@ from conf.commands.call import (
 from conf.commands.support.capture import CaptureOptions
 from conf.commands.support.display import DisplayOptions
 from conf.errors import CameraError, ConfError, FileFormatError
-from conf.protocol.address import SocketAddress
 from conf.protocol.call_report import CallLog
 from conf.sender.capture.clip import open_clip
 
@@ -169,22 +165,6 @@ def test_who_waits_may_choose_the_code(monkeypatch: pytest.MonkeyPatch) -> None:
         _code_to_show()
     monkeypatch.delenv("CONF_CODE")
     assert _code_to_show() == ""
-
-
-@pytest.mark.parametrize(
-    ("address", "expected"),
-    [
-        (("192.0.2.1", 5005), Waiting("192.0.2.1:5005", CODE, hosts=("192.0.2.1",))),
-        (("0.0.0.0", 5005), Waiting("port 5005", CODE, hosts=("10.0.0.7", "fd00::7"))),
-        (("::", 6001, 0, 0), Waiting("port 6001", CODE, hosts=("10.0.0.7:6001", "[fd00::7]:6001"))),
-    ],
-)
-def test_who_waits_sees_where_it_is_called(
-    monkeypatch: pytest.MonkeyPatch, address: SocketAddress, expected: Waiting
-) -> None:
-    monkeypatch.setattr("conf.transport.local_addresses.find_route_addresses", lambda: ("10.0.0.7", "fd00::7"))
-    socket = Mock(remote=None, address=address, nameplate="")
-    assert _waiting(Mock(remote=None, code=CODE), socket) == expected
 
 
 def test_the_window_may_be_hidden_until_there_is_a_call() -> None:

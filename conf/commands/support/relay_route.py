@@ -7,6 +7,7 @@ import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from ipaddress import ip_address
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ from conf.commands.support.capture import read_code
 from conf.errors import ConfError, NetworkError
 
 if TYPE_CHECKING:
+    from conf.call.view import Waiting
     from conf.transport.interface import Transport
     from conf.transport.relay_settings import Credentials
     from conf.transport.traversal import TraversalTransport
@@ -130,6 +132,27 @@ def describe_waiting(transport: Transport, route: RelayRoute) -> str:
     from conf.protocol.address import format_address
 
     return f"waiting over {route.name}" if transport.nameplate else f"listening on {format_address(transport.address)}"
+
+
+def waiting(transport: Transport, route: RelayRoute, remote: tuple[str, int] | str | None, code: str) -> Waiting:
+    """Return what a window says while there is no call.
+
+    remote : who is called, as of call_target, None for nobody; code : to be told to the other end, "" if it is called
+    """
+    from conf.call.view import Waiting
+    from conf.protocol.address import DEFAULT_RELAY_PORT, RelayAddress, format_address, typed_address
+    from conf.transport.local_addresses import find_route_addresses
+
+    if transport.nameplate or isinstance(transport.address, RelayAddress):
+        relay = typed_address(*route.relay, default_port=DEFAULT_RELAY_PORT) if route.relay else ""
+        return Waiting(route.name, code, transport.nameplate, relay=relay)
+    if isinstance(remote, tuple):
+        return Waiting(format_address(remote), code)
+    host, port = transport.address[:2]
+    is_everywhere = ip_address(host.partition("%")[0]).is_unspecified
+    hosts = find_route_addresses() if is_everywhere else (host,)
+    place = f"port {port}" if is_everywhere else format_address((host, port))
+    return Waiting(place, code, hosts=tuple(typed_address(host, port) for host in hosts))
 
 
 def call_over(route: RelayRoute, code: str) -> TraversalTransport:

@@ -108,5 +108,5 @@ def _draw_progress(controller: StartController, state: StartState, target: CallT
         centred_text("waiting for a call ..." if target.code else OPENING, TEXT)
     else:
         centred_text(f"calling {target.address} ...", TEXT)
-    if controller.messages:
+    if controller.messages and not (target.code and target.code in controller.messages[-1]):  # the code is above
         hint(controller.messages[-1])

@@ -6,9 +6,11 @@ import time
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
+from conf.call.view import Waiting
 from conf.commands.support import relay_route
 from conf.commands.support.relay_route import (
     NO_NAMEPLATE,
@@ -24,8 +26,10 @@ from conf.commands.support.relay_route import (
     open_to,
     route_of,
     wait_over,
+    waiting,
 )
 from conf.errors import ConfError, NetworkError
+from conf.protocol.address import SocketAddress
 from conf.protocol.receiver_endpoint import ReceiverEndpoint
 from conf.protocol.sender_connection import SenderConnection
 from conf.protocol.session.client import SenderSession
@@ -227,3 +231,29 @@ def test_the_options_name_the_relay(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(relay_route.PASSWORD_VARIABLE, "b")
     assert route_of(parser.parse_args([])).password == Path("b")
     assert (ROUTE.name, RelayRoute().name) == ("the relay relay.example", "the local network")
+
+
+@pytest.mark.parametrize(
+    ("address", "expected"),
+    [
+        (("192.0.2.1", 5005), Waiting("192.0.2.1:5005", CODE, hosts=("192.0.2.1",))),
+        (("0.0.0.0", 5005), Waiting("port 5005", CODE, hosts=("10.0.0.7", "fd00::7"))),
+        (("::", 6001, 0, 0), Waiting("port 6001", CODE, hosts=("10.0.0.7:6001", "[fd00::7]:6001"))),
+    ],
+)
+def test_who_waits_sees_where_it_is_called(
+    monkeypatch: pytest.MonkeyPatch, address: SocketAddress, expected: Waiting
+) -> None:
+    monkeypatch.setattr("conf.transport.local_addresses.find_route_addresses", lambda: ("10.0.0.7", "fd00::7"))
+    socket = Mock(remote=None, address=address, nameplate="")
+    assert waiting(socket, RelayRoute(), None, CODE) == expected
+
+
+@pytest.mark.parametrize(("port", "typed"), [(7447, "r.example"), (7000, "r.example:7000")])
+def test_who_waits_over_a_relay_sees_which_one_the_other_names(port: int, typed: str) -> None:
+    route = RelayRoute(("r.example", port))
+    expected = Waiting("the relay r.example", "4711-acorn-tulip-river", "4711", relay=typed)
+    socket = Mock(remote=None, nameplate="4711")
+    assert waiting(socket, route, None, expected.code) == expected
+    route, expected = RelayRoute(), Waiting("the local network", expected.code, "4711")
+    assert waiting(socket, route, None, expected.code) == expected

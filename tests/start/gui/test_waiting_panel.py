@@ -77,3 +77,17 @@ def test_over_a_relay_the_code_appears_when_it_is_known(
     assert [w for w in stage.widgets(draw, monkeypatch) if "Copy" in w] == [f"Copy the code###{RELAY_CODE}"]
     stage.click(*stage.find(f"Copy the code###{RELAY_CODE}", draw, monkeypatch), draw)
     assert copied == [RELAY_CODE]
+
+
+def test_a_message_that_repeats_the_code_is_left_out(
+    stage: Stage, stand: Stand, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hints: list[str] = []
+    monkeypatch.setattr("conf.start.gui.waiting_panel.hint", hints.append)
+    stand.controller.wait_at_port()
+    target = stand.controller.state.target
+    assert target is not None
+    for message in (f"listening on 0.0.0.0:5005, code {target.code}", "a wrong code from 192.0.2.7: 3 more tries"):
+        stand.controller.messages = [message]
+        stage.frame(lambda: WaitingPanel().draw(stand.controller, stage.overlay, 0.0))
+    assert [text for text in hints if "code" in text] == ["a wrong code from 192.0.2.7: 3 more tries"]
