@@ -153,11 +153,13 @@ class CallComposer(GpuObject):
         toast = controls.toast(now)
         if not in_call and toast == self._reported:
             toast = ""  # the notice says it
+        note = "" if stream is None else self._remote_note(stream, now)
         own = own_notes(state, has_face=self._has_face(), in_call=in_call)
         return CallScreen(
             status=status_parts(link, self._name, call_s, stats, path=self._path()),
             stats=stats if controls.view.stats and in_call else None,
-            name=self._name_plate(stream, now) if stream is not None else "",
+            name="" if stream is None else self._name or (UNKNOWN if note else ""),
+            name_note=note,
             own_aspect=self._own_picture.aspect if self._shows_oneself() else None,
             own_caption="  ".join(["what is seen of you" if self._own.sees_sent else "you", *own]),
             messages=[text for text in (self.note, toast) if text],
@@ -176,10 +178,11 @@ class CallComposer(GpuObject):
             view.image is not None or not self._state.shows_face or (seen and view.sent is not None)
         )
 
-    def _name_plate(self, stream: ReceiveLeg, now: float) -> str:
+    def _remote_note(self, stream: ReceiveLeg, now: float) -> str:
+        """Return what is to be known of the other participant."""
         has_voice = self._has_sound and is_known(stream, now)
-        notes = remote_notes(self._endpoint.remote_state, has_voice=has_voice, shows_photo=self.controls.shows_photo)
-        return "  ".join([self._name or UNKNOWN, *notes]) if self._name or notes else ""
+        state, shows_photo = self._endpoint.remote_state, self.controls.shows_photo
+        return "  ".join(remote_notes(state, has_voice=has_voice, shows_photo=shows_photo))
 
     def _draw_screen(self, screen: CallScreen, now: float) -> None:
         overlay, controls = self._overlay, self.controls

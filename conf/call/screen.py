@@ -25,7 +25,7 @@ class CallScreen:
     """The content of a frame; its methods are called inside `overlay.frame`.
 
     status : the line about the call; stats : what it costs, None while that is closed
-    name : of the other participant and what is to be known, "" for nothing
+    name : of the other participant, "" to show no label; name_note : what is to be known of it
     own_aspect : of one's own image, None to show none; own_caption : what is to be known of oneself
     messages : from top to bottom; recordings : key and running seconds of each
     """
@@ -33,6 +33,7 @@ class CallScreen:
     status: list[LinePart]
     stats: CallStats | None = None
     name: str = ""
+    name_note: str = ""
     own_aspect: float | None = None
     own_caption: str = ""
     messages: Sequence[str] = ()
@@ -97,11 +98,19 @@ class CallScreen:
         return [ButtonPlace(button.action, place) for button, place in zip(buttons, places, strict=True)]
 
     def _fitting_buttons(self, overlay: ImGuiOverlay) -> list[Button]:
-        """Return the buttons, without the names of their keys if there is no room for them."""
-        room = overlay.size[0] - 2 * MARGIN * overlay.scale
-        if not self.buttons or toolbar_sizes(self.buttons, overlay.scale)[0][0] <= room:
-            return [*self.buttons]
-        return [replace(button, key="") for button in self.buttons]
+        """Return the buttons for which there is room: without the names of their keys, then without the last but one.
+
+        The last, by which one leaves, is kept longest.
+        """
+        room, buttons = overlay.size[0] - 2 * MARGIN * overlay.scale, [*self.buttons]
+        if buttons and toolbar_sizes(buttons, overlay.scale)[0][0] > room:
+            buttons = [replace(button, key="") for button in buttons]
+        while len(buttons) > 1 and toolbar_sizes(buttons, overlay.scale)[0][0] > room:
+            del buttons[-2]
+        return buttons
 
     def _shown_name(self, overlay: ImGuiOverlay) -> str:
-        return shorten(self.name, NAME_WIDTH * overlay.size[0] - padded(0, 0)[0], figure_width)
+        """Return the text of the label: the note is kept if there is no room for both."""
+        room = NAME_WIDTH * overlay.size[0] - padded(0, 0)[0]
+        note = f"  {self.name_note}" if self.name_note else ""
+        return shorten(shorten(self.name, room - figure_width(note), figure_width) + note, room, figure_width)

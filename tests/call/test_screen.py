@@ -4,7 +4,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from conf.call.controls import CALL_KEYS, LocalState
+from conf.call.controls import BUTTONS, CALL_KEYS, LocalState
 from conf.call.link_state import LinkState, Quality
 from conf.call.screen import CallScreen
 from conf.call.self_picture import SelfPicture
@@ -23,12 +23,14 @@ pytestmark = pytest.mark.slow
 TRAFFIC = TrafficSnapshot(123456, 345, 123, 1300, 0, 29.8, 48.2, 443.7, 230400, 27648.0, 4783.0, 4.12, 67.0)
 STATS = CallStats("receiving", 29.8, TRAFFIC, 50, 1280, 720, 24.0, (MediaBytes(300, 200, 0, 500),) * 4, 30.0)
 LINK = LinkState(Quality.WEAK, "uneven delay, 412 ms")
-NAME = "Annemarie Müller-Lüdenscheidt  no face seen  no room for voice  portrait 40 %"
+NAME = "Annemarie Müller-Lüdenscheidt"
+NAME_NOTE = "no face seen  no room for voice  portrait 40 %"
 NOTE = "nothing can be sent to 192.168.178.123:50005 (Network is unreachable): check this machine's network"
 FULL = CallScreen(
     status=status_parts(LINK, "Annemarie Müller-Lüdenscheidt", 3723.0, replace(STATS, voice=VoiceStatus(-20.0))),
     stats=STATS,
     name=NAME,
+    name_note=NAME_NOTE,
     own_aspect=4 / 3,
     own_caption="what is seen of you  no face seen  muted",
     messages=(NOTE, "saved conf.mp4"),
@@ -43,7 +45,7 @@ def test_nothing_is_drawn_outside_of_rectangles_that_do_not_overlap(gl: None, si
     screen = {
         "call": FULL,
         "help": replace(FULL, help=help_lines(CALL_KEYS)),
-        "waiting": replace(FULL, stats=None, name="", notice=Notice("waiting", "acorn-tulip-river-42", (NAME[:60],))),
+        "waiting": replace(FULL, stats=None, name="", notice=Notice("waiting", "acorn-tulip-river-42", (NOTE[:60],))),
     }[what]
     with OffscreenWindow(*size) as window, ImGuiOverlay(window.ctx) as overlay:
         picture = SelfPicture(window.ctx, SelfView())
@@ -57,7 +59,8 @@ def test_nothing_is_drawn_outside_of_rectangles_that_do_not_overlap(gl: None, si
     single = (layout.status, layout.toolbar, layout.stats, layout.notice, layout.recording, layout.help, layout.own)
     found = [rect for rect in (*single, layout.name, *layout.messages) if rect is not None]
     assert not [pair for pair in combinations(found, 2) if pair[0].overlaps(pair[1])]
-    assert len(places) == (5 if size[0] >= 640 else 0) and layout.status
+    assert [place.action for place in places] == [*BUTTONS[: 5 if size[0] >= 640 else 3], "quit"][:5]
+    assert layout.status
     assert size[0] < 1000 or (layout.own and layout.recording and (layout.help is None) == (what != "help"))
     assert size[0] < 1000 or (layout.notice is None) == (what != "waiting")
     for rect in found:
@@ -87,3 +90,16 @@ def test_keys_are_left_out_of_buttons_that_would_not_fit(gl: None) -> None:
                 assert toolbar
                 widths.append(toolbar.width)
     assert widths[1] < widths[0]
+
+
+def test_in_a_tiny_window_one_can_still_leave(gl: None) -> None:
+    with OffscreenWindow(90, 90) as window, ImGuiOverlay(window.ctx) as overlay, overlay.frame(window):
+        assert [button.action for button in FULL._fitting_buttons(overlay)] == ["quit"]
+
+
+def test_what_is_to_be_known_of_the_other_is_kept_beside_a_long_name(gl: None) -> None:
+    with OffscreenWindow(480, 400) as window, ImGuiOverlay(window.ctx) as overlay, overlay.frame(window):
+        assert (
+            replace(FULL, name=2 * NAME, name_note="portrait 40 %")._shown_name(overlay).endswith("...  portrait 40 %")
+        )
+        assert replace(FULL, name="Bob", name_note="")._shown_name(overlay) == "Bob"
