@@ -1,11 +1,13 @@
 """Measure echo cancellation through the sound system of this machine: a loudspeaker, a simulated room, a microphone.
 
-    python tools/bench/echo_devices.py [--room office] [--seconds 30] [--json]
+    python tools/bench/echo_devices.py [--room office] [--seconds 30] [--save FILE.npz] [--json]
+    python tools/bench/echo_devices.py --replay FILE.npz [--json]
 
 Needs PulseAudio's programs, no sound card: a server of its own has a null sink for the loudspeaker and a pipe for the
 microphone. A process reads what the sink plays, convolves it with the response of the room and writes it, with the
 room's noise, into the pipe: it keeps the loudspeaker's clock, as no resampler of the sound server is between.
-Devices and echo canceller are those of a call. The speech is that of echo.py.
+Devices and echo canceller are those of a call. The speech is that of echo.py. What the devices gave can be kept, and
+measured again without them, with another version of the canceller.
 
 erle_db : echo return loss enhancement in each second in which there was an echo, from the first one on; erle_3s : the
 median from 3 s on; quiet : in how many of those seconds the echo was 30 dB quieter, and how many there were;
@@ -27,9 +29,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from conf.audio.devices import Speaker, open_microphone, open_speaker
+from conf.audio.devices import Microphone, Speaker, open_microphone, open_speaker
 from conf.audio.echo_canceller import EchoCanceller
 from conf.audio.samples import SAMPLE_RATE, AudioBlock, Samples, to_int16
+from tools.bench.device_tape import DeviceTape
 from tools.bench.echo import BLOCK, FAR, FAR_DBFS, read_speech
 from tools.bench.rooms import ROOMS, room_noise, room_response
 from tools.bench.voice_devices import LOUDSPEAKER, RECORD_FORMAT, SINK_STARTS_S, sound_server
@@ -53,6 +56,7 @@ def carry(room: str, pipe: Path) -> None:
         pipe.open("wb", buffering=0) as microphone,
     ):
         assert recorder.stdout
+        print("running", flush=True)
         while len(data := recorder.stdout.read(2 * BLOCK)) == 2 * BLOCK:
             sound = np.convolve(np.frombuffer(data, np.int16).astype(float), response)
             sound[: len(tail)] += tail
@@ -61,16 +65,19 @@ def carry(room: str, pipe: Path) -> None:
             position = (position + BLOCK) % (SAMPLE_RATE - BLOCK)
 
 
-def measure(room: str, seconds: float) -> dict[str, Any]:
-    """Play speech for so long and return the figures."""
+def record(room: str, seconds: float) -> DeviceTape:
+    """Play speech for so long in a room and return what the devices gave."""
     speech = to_int16(read_speech(FAR, FAR_DBFS))
     with sound_server():
         pipe = Path(os.environ["PULSE_SERVER"].removeprefix("unix:")).parent / "room"
         options = [f"source_name={PIPE_SOURCE}", f"file={pipe}", "format=s16le", f"rate={SAMPLE_RATE}", "channels=1"]
         subprocess.run(["pactl", "load-module", "module-pipe-source", *options], check=True, stdout=subprocess.DEVNULL)
         os.environ["PULSE_SOURCE"] = PIPE_SOURCE
-        carrier = subprocess.Popen([sys.executable, __file__, "--room", room, "--pipe", str(pipe)])
+        command = [sys.executable, __file__, "--room", room, "--pipe", str(pipe)]
+        carrier = subprocess.Popen(command, stdout=subprocess.PIPE)
         try:
+            assert carrier.stdout
+            carrier.stdout.readline()  # it runs
             time.sleep(SINK_STARTS_S)
             with open_microphone() as microphone, open_speaker() as speaker:
                 return _listen(
@@ -81,28 +88,38 @@ def measure(room: str, seconds: float) -> dict[str, Any]:
             carrier.wait()
 
 
-def _listen(microphone: Any, speaker: Speaker, speech: Samples, seconds: float) -> dict[str, Any]:
-    canceller, written = EchoCanceller(), 0
-    before: list[AudioBlock] = []
-    after: list[AudioBlock] = []
-    missing, end = 0.0, None
+def _listen(microphone: Microphone, speaker: Speaker, speech: Samples, seconds: float) -> DeviceTape:
+    """Play speech for so long and return what the devices gave."""
+    tape, written = DeviceTape(), 0
+    tape.attach(microphone, speaker)
     began = time.monotonic()
-    while time.monotonic() < began + seconds:
+    while (now := time.monotonic()) < began + seconds:
         while speaker.queued_s < QUEUED_S:
             speaker.write(speech[written : written + BLOCK])
             written += BLOCK
-        played = speaker.read_played()
+        tape.reads.append(now)
+        speaker.read_played()
+        microphone.read()
+        time.sleep(POLL_S)
+    return tape
+
+
+def evaluate(tape: DeviceTape) -> dict[str, Any]:
+    """Return the figures of what the devices gave."""
+    canceller = EchoCanceller()
+    before: list[AudioBlock] = []
+    after: list[AudioBlock] = []
+    missing, end = 0.0, None
+    for recorded, played in tape.replay():
         if played is not None:
-            if end is not None and time.monotonic() > began + SETTLED_S:
+            if end is not None and played.timestamp > tape.reads[0] + SETTLED_S:
                 missing += max(played.timestamp - end, 0.0)
             end = played.end
-        recorded = microphone.read()
         if recorded is not None:
             before.append(recorded)
             after.append(canceller.process(recorded, played))
         elif played is not None:
             canceller._played.append(played)
-        time.sleep(POLL_S)
     origin = before[0].timestamp
     raw, rest = (_track(blocks, origin) for blocks in (before, after))
     figures = erle_by_second(raw, rest)
@@ -143,12 +160,17 @@ def main() -> None:
     parser.add_argument("--room", choices=[*ROOMS], default="office")
     parser.add_argument("--seconds", type=float, default=30.0)
     parser.add_argument("--json", action="store_true")
+    parser.add_argument("--save", type=Path, metavar="FILE.npz", help="keep what the devices gave")
+    parser.add_argument("--replay", type=Path, metavar="FILE.npz", help="measure what --save kept, without devices")
     parser.add_argument("--pipe", type=Path, help=argparse.SUPPRESS)  # the room, in a process of its own
     options = parser.parse_args()
     if options.pipe:
         carry(options.room, options.pipe)
         return
-    result = measure(options.room, options.seconds)
+    tape = DeviceTape.load(options.replay) if options.replay else record(options.room, options.seconds)
+    if options.save:
+        tape.save(options.save)
+    result = evaluate(tape)
     print(json.dumps(result) if options.json else "\n".join(f"{name:10} {value}" for name, value in result.items()))
 
 
