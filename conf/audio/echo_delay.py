@@ -77,8 +77,10 @@ class DelayFinder:
             return False
         return self._judge(*self._find_peak())
 
-    def forget(self) -> None:
-        """Forget what was heard, but not the delay: it may have changed."""
+    def restart(self, delay: int | None, /) -> None:
+        """Forget what was heard. delay : samples, the one in force until another is found"""
+        self.delay = delay
+        self._near[:] = self._far[:] = 0
         self._average[:] = 0
         self._agreed = 0
         self._is_searching = True

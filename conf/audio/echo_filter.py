@@ -21,6 +21,14 @@ _MIN_POWER = np.float32(1e-4)  # of a bin, full scale 1: what is no echo is neve
 # How much of what theory says a block reduces the variance. Theory takes blocks for independent; those of a vowel are
 # not, and the variance fell too early (3 to 5 s after the start the echo was 7 dB louder).
 _TRUST = np.float32(0.35)
+# The estimated echo is regressed on what was recorded, each frequency weighted by the inverse of its power. The slope
+# is 1 if the filter fits, whatever is said here, and near 0 if the echo has jumped.
+_FIT_MEMORY = 0.5  # from block to block: a jump shows after 40 to 60 ms
+_FIT_BINS = slice(13, None)  # from 300 Hz
+_FIT_SMOOTHING = np.full(9, 1 / 9, np.float32)  # of the power, over bins
+_FIT_MIN_POWER = np.float32(1e-3)  # of a bin: quieter frequencies have little weight
+_FIT_MIN_WEIGHT = 40.0  # of the estimated echo, from which the slope tells something
+_GOOD_SLOPE, _LOST_SLOPE = 0.7, 0.5
 _PAD = np.zeros(BLOCK, np.float32)
 
 
@@ -42,6 +50,35 @@ class EchoFilter:
         decay = 10 ** (-6 * np.arange(PARTITIONS) * BLOCK / (SAMPLE_RATE * _DECAY_S))
         prior = (power_ratio / decay.sum() * decay).astype(np.float32)
         self._variance = np.repeat(prior[:, None], BINS, axis=1)
+        self._product = self._weight = 0.0  # of echo and recording, of the echo: their ratio is the slope
+
+    @property
+    def is_fitting(self) -> bool:
+        """Return whether the newest blocks have the echo that was estimated."""
+        return self._weight > _FIT_MIN_WEIGHT and self._product >= _GOOD_SLOPE * self._weight
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Return whether the newest blocks may have another echo: nothing is learned from them."""
+        return self._weight > _FIT_MIN_WEIGHT and self._product < _GOOD_SLOPE * self._weight
+
+    @property
+    def is_lost(self) -> bool:
+        """Return whether they most likely have: as much as was estimated is expected to be left."""
+        return self._weight > _FIT_MIN_WEIGHT and self._product < _LOST_SLOPE * self._weight
+
+    @property
+    def response(self) -> NDArray[np.float32]:
+        """Return the learned response, (PARTITIONS * BLOCK,)."""
+        return np.fft.irfft(self._weights)[:, :BLOCK].ravel().astype(np.float32, copy=False)
+
+    def delay_response(self, samples: float, /) -> None:
+        """Delay what was learned by less than a sample or two; forget how it fitted."""
+        response = self.response
+        phase = np.exp(-2j * np.pi * np.fft.rfftfreq(len(response)) * samples)
+        delayed = np.fft.irfft(np.fft.rfft(response) * phase).reshape(PARTITIONS, BLOCK)
+        self._weights = rfft(delayed, 2 * BLOCK)
+        self._product = self._weight = 0.0
 
     def set_history(self, played: NDArray[np.float32], /) -> None:
         """Set what was played before the next block, ((PARTITIONS + 1) * BLOCK,)."""
@@ -63,8 +100,22 @@ class EchoFilter:
         self.residual_power = shares.sum(axis=0)
         self._near_power = _NEAR_MEMORY * self._near_power + (1 - _NEAR_MEMORY) * power(error)
         total = self.residual_power + self._near_power + _MIN_POWER
-        self._adapt(error / total, shares / total)
+        spectrum = rfft(np.concatenate([_PAD, echo]))
+        self._update_fit(spectrum, error)
+        if self.is_lost:
+            self.residual_power = self.residual_power + power(spectrum)
+        if not self.is_doubtful:
+            self._adapt(error / total, shares / total)
         return echo
+
+    def _update_fit(self, echo: NDArray[np.complex64], error: NDArray[np.complex64]) -> None:
+        echo, error = echo[_FIT_BINS], error[_FIT_BINS]
+        echo_power = power(echo)
+        weights = 1 / (np.convolve(echo_power + power(error), _FIT_SMOOTHING, "same") + _FIT_MIN_POWER)
+        weight = float(weights @ echo_power)
+        product = weight + float(weights @ (echo * error.conj()).real)
+        self._weight = _FIT_MEMORY * self._weight + weight
+        self._product = _FIT_MEMORY * self._product + product
 
     def _adapt(self, error: NDArray[np.complex64], gains: NDArray[np.float32]) -> None:
         """Move the weights by the error over its power; gains : (PARTITIONS, BINS) share of it that each explains."""

@@ -1,5 +1,6 @@
 """The echo of simulated rooms is removed, near voices are kept, times are kept, and nothing happens without an echo."""
 
+from collections.abc import Sequence
 from types import SimpleNamespace
 
 import numpy as np
@@ -129,6 +130,49 @@ def test_a_delay_that_is_found_with_the_first_block_after_a_gap_needs_nothing_he
     canceller._finder = SimpleNamespace(delay=960, update=lambda recorded, played: True)  # type: ignore[assignment]
     blocks = (AudioBlock(START + at, np.zeros(BLOCK, np.int16)) for at in (0.0, 0.02, 3.0))
     assert [len(canceller.process(block, block).samples) for block in blocks] == [BLOCK] * 3
+
+
+def jumping_echo(jumps: Sequence[tuple[float, int]], *, delay: int = 1600) -> Samples:
+    """Return an echo whose delay changes at some times, s, by some samples, as if devices lost sound."""
+    echo = simulate_echo(PLAYED, Scene("office", 0.0), dbfs=-32)
+    recorded = np.zeros(len(echo))
+    for at, samples in [(0.0, 0), *jumps]:
+        delay += samples
+        first = round(at * SAMPLE_RATE)
+        recorded[first:] = np.concatenate([np.zeros(delay), echo])[first : len(echo)]
+    return to_int16(recorded + room_noise(len(recorded)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("jump", [-1600, -480, -11, 11, 320, 1600])  # 0.7 to 100 ms
+def test_an_echo_that_jumps_is_gone_again_after_a_tenth_of_a_second(jump: int) -> None:
+    echo = jumping_echo([(3.0, jump), (5.0, -jump)], delay=2000)
+    output = run(EchoCanceller(), echo)
+    for first, last in ((3.12, 5.0), (5.12, 7.0)):
+        part = slice(round(first * SAMPLE_RATE), round(last * SAMPLE_RATE))
+        assert level_dbfs(output[part]) < level_dbfs(echo[part]) - 30
+
+
+@pytest.mark.slow
+def test_a_near_voice_is_kept_while_the_echo_jumps() -> None:
+    echo = jumping_echo([(4.5, 400), (5.5, -900)]).astype(float)
+    echo[NEAR_FROM:] += NEAR
+    heard = run(EchoCanceller(), to_int16(echo))[NEAR_FROM + LATE :].astype(float)
+    assert stoi(NEAR[: len(heard)].astype(float), heard, SAMPLE_RATE) > 0.9
+
+
+@pytest.mark.slow
+def test_time_stamps_that_tell_of_a_jump_late_do_not_move_the_window() -> None:
+    """A loudspeaker that got nothing to play for 20 ms is noticed half a second later."""
+    echo, canceller, parts = jumping_echo([(4.0, 320)]), EchoCanceller(), []
+    for first in range(0, len(echo), BLOCK):
+        at = START + first / SAMPLE_RATE
+        late_s = 0.02 if first >= 4.5 * SAMPLE_RATE else 0.0
+        played = AudioBlock(at + late_s, PLAYED[first : first + BLOCK])
+        parts.append(canceller.process(AudioBlock(at, echo[first : first + BLOCK]), played).samples)
+    output, later = np.concatenate(parts), round(4.12 * SAMPLE_RATE)
+    assert level_dbfs(output[later:]) < level_dbfs(echo[later:]) - 30
+    assert canceller.delay_s == pytest.approx(0.1, abs=0.001)
 
 
 @pytest.mark.slow

@@ -50,15 +50,14 @@ def test_a_change_is_found() -> None:
     assert changes[1][0] < 3.8
 
 
-def test_what_was_heard_can_be_forgotten_for_a_change_to_be_found_sooner() -> None:
-    scene = Scene("desk", delay_s=0.06, later_delay_s=0.11, change_s=2.0)
-    recorded = to_int16(simulate_echo(PLAYED, scene, dbfs=-32))
+def test_after_a_restart_the_delay_given_stays_until_a_change_is_found() -> None:
+    recorded = to_int16(simulate_echo(PLAYED, Scene("desk", 0.11), dbfs=-32))
     finder = DelayFinder()
-    run(finder, recorded[:36160], PLAYED[:36160])
-    finder.forget()
-    assert finder.delay == pytest.approx(960, abs=8)
-    changes = run(finder, recorded[36160:], PLAYED[36160:])
-    assert changes[0][0] + 2.26 < 3.2 and changes[0][1] == pytest.approx(1760, abs=8)
+    run(finder, recorded[:32000], PLAYED[:32000])
+    finder.restart(960)
+    assert finder.delay == 960
+    changes = run(finder, recorded[32000:], PLAYED[32000:])
+    assert changes[0][0] < 1.1 and changes[0][1] == pytest.approx(1760, abs=8)
 
 
 def test_drifting_clocks_are_followed_without_a_change() -> None:

@@ -91,3 +91,36 @@ def test_after_a_pause_the_history_can_be_set() -> None:
     block = ECHO[half : half + BLOCK].astype(np.float32)
     estimates = [each.process(block, played[half - BLOCK : half + BLOCK]) for each in (heard, resumed)]
     assert estimates[0] == pytest.approx(estimates[1], abs=1e-6)
+
+
+def later(samples: int) -> NDArray[np.float64]:
+    """Return an echo that is late from 3 s on."""
+    return np.concatenate([ECHO[: 3 * SAMPLE_RATE], ECHO[3 * SAMPLE_RATE - samples :]])
+
+
+@pytest.mark.parametrize("near_dbfs", [-90.0, -20.0])
+def test_an_echo_that_jumps_is_noticed_and_not_learned(near_dbfs: float) -> None:
+    near = np.zeros(len(ECHO))
+    near[2 * SAMPLE_RATE :] = whisper(2.0, seed=2, dbfs=near_dbfs) / FULL_SCALE
+    echo_filter, stop = EchoFilter(), 3 * SAMPLE_RATE
+    run(echo_filter, (ECHO + near)[:stop])
+    assert echo_filter.is_fitting and not echo_filter.is_doubtful and not echo_filter.is_lost
+    played = (PLAYED / FULL_SCALE).astype(np.float32)
+    recorded = (later(100)[: len(near)] + near).astype(np.float32)
+    for first in range(stop, stop + 5 * BLOCK, BLOCK):
+        echo_filter.process(recorded[first : first + BLOCK], played[first - BLOCK : first + BLOCK])
+    assert echo_filter.is_lost and echo_filter.is_doubtful and not echo_filter.is_fitting
+    before = echo_filter.response
+    echo_filter.process(recorded[first : first + BLOCK], played[first - BLOCK : first + BLOCK])
+    np.testing.assert_array_equal(echo_filter.response, before)
+
+
+def test_what_was_learned_can_be_delayed_by_a_part_of_a_sample() -> None:
+    echo_filter = EchoFilter()
+    run(echo_filter, ECHO)
+    before = echo_filter.response
+    echo_filter.delay_response(1.0)
+    np.testing.assert_allclose(echo_filter.response[1:], before[:-1], atol=1e-6)
+    echo_filter.delay_response(-0.5)
+    echo_filter.delay_response(-0.5)
+    np.testing.assert_allclose(echo_filter.response[:-1], before[:-1], atol=2e-3)
