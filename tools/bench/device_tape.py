@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from conf.audio.devices import Microphone, Speaker, _ClockedBuffer
 from conf.audio.drift import PLAYED_DROPOUT_S
@@ -30,7 +29,7 @@ class DeviceTape:
     def attach(self, microphone: Microphone, speaker: Speaker) -> None:
         """Keep what comes from two open devices from now on."""
         for buffer, callbacks in ((microphone._captured, self.captured), (speaker._played, self.played)):
-            buffer.write = _keeping(buffer, callbacks)  # type: ignore[method-assign]
+            buffer.write = _keeping(buffer, callbacks)  # type: ignore[method-assign, assignment]
 
     def replay(self) -> Iterator[Read]:
         """Yield what each read returned."""
@@ -45,12 +44,16 @@ class DeviceTape:
 
     def save(self, path: Path) -> None:
         """Write a NumPy archive."""
-        arrays: dict[str, NDArray[np.generic]] = {"reads": np.array(self.reads)}
-        for name, callbacks in (("captured", self.captured), ("played", self.played)):
-            arrays[f"{name}_at"] = np.array([at for at, _ in callbacks])
-            arrays[f"{name}_counts"] = np.array([len(samples) for _, samples in callbacks])
-            arrays[f"{name}_samples"] = np.concatenate([np.zeros(0, np.int16), *(part for _, part in callbacks)])
-        np.savez_compressed(path, **arrays)
+        np.savez_compressed(
+            path,
+            reads=np.array(self.reads),
+            captured_at=np.array([at for at, _ in self.captured]),
+            captured_counts=np.array([len(samples) for _, samples in self.captured]),
+            captured_samples=_joined(self.captured),
+            played_at=np.array([at for at, _ in self.played]),
+            played_counts=np.array([len(samples) for _, samples in self.played]),
+            played_samples=_joined(self.played),
+        )
 
     @classmethod
     def load(cls, path: Path) -> "DeviceTape":
@@ -73,3 +76,7 @@ def _keeping(buffer: _ClockedBuffer, callbacks: list[Callback]) -> Callable[[Sam
         write(samples, end)
 
     return keep
+
+
+def _joined(callbacks: list[Callback]) -> Samples:
+    return np.concatenate([np.zeros(0, np.int16), *(samples for _, samples in callbacks)])
