@@ -26,7 +26,9 @@ FLOWS_PER_MEMBER = 2  # of each protocol: who comes back may have left an old on
 MAX_FLOWS = sys.maxsize if sys.platform != "win32" else 150  # Windows waits for 512 sockets at most
 EXPIRE_S = 1.0
 RESUME_S = 0.02  # how exactly limits of TCP are kept
-FILES_PER_MEMBER = 8
+UDP_FILES, TCP_FILES = 2, 3  # of a flow: the router's end of the connection to it is in this process too
+FILES_PER_MEMBER = FLOWS_PER_MEMBER * (UDP_FILES + TCP_FILES)
+OTHER_FILES = 480  # flows that are pending, and what a program has open
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ class Front:
     def bind(cls, options: "FrontOptions") -> Self:
         """Return the ports of a relay. Raises NetworkError if one of them is in use."""
         host, port = options.listen
-        allow_files(FILES_PER_MEMBER * options.max_members)
+        allow_files(FILES_PER_MEMBER * options.max_members + OTHER_FILES)
         with ExitStack() as stack:
             stun = stack.enter_context(StunResponder.bind(host, port))
             udp = stack.enter_context(UdpSocket.bind(host, port))

@@ -1,8 +1,10 @@
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
@@ -33,6 +35,21 @@ def test_a_relay_carries_a_call_and_ends_with_its_figures(tmp_path: Path) -> Non
         figures = json.loads(output)
         assert process.returncode == 0 and figures["seconds"] > 0
         assert "4711" not in line + output + errors
+
+
+@pytest.mark.slow
+def test_a_relay_imports_no_package_that_the_container_does_not_install() -> None:
+    steps = (Path(__file__).parents[2] / "docs/deploy/Containerfile").read_text()
+    (installed,) = re.findall(r"--constraint \S+ (.*?)\s*\\?$", steps, re.MULTILINE)
+    program = (
+        "import atexit, sys; before = set(sys.modules); from conf.cli import main\n"
+        "atexit.register(lambda: print(*{name.partition('.')[0] for name in set(sys.modules) - before}))\n"
+        f"main(['relay', '--listen', '{LOOPBACK}:{free_port()}', '--seconds', '0.1'])"
+    )
+    output = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True).stdout
+    loaded = set(output.splitlines()[-1].split())
+    distributions = {name for module, names in packages_distributions().items() if module in loaded for name in names}
+    assert distributions == {"conf", *installed.split()}
 
 
 def test_the_ports_of_a_relay() -> None:

@@ -1,20 +1,32 @@
 import os
+import re
 import socket
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from pathlib import Path
 
 import pytest
 import zenoh
 
 from conf.errors import NetworkError
-from conf.relay.front import Front, FrontCounts, FrontOptions, allow_files, find_router_ports
-from conf.relay.router import Router, RouterOptions, RouterState
+from conf.relay.front import (
+    FILES_PER_MEMBER,
+    OTHER_FILES,
+    Front,
+    FrontCounts,
+    FrontOptions,
+    allow_files,
+    find_router_ports,
+)
+from conf.relay.router import MAX_MEMBERS, Router, RouterOptions, RouterState
 from conf.transport.relay_settings import client_settings, make_config
 from conf.transport.stun import encode_request
 from conf.transport.zenoh_transport import RelayTransport
 from tests.support.relay import LOOPBACK, bound_responder, exchange, wait_until
 from tests.support.simulated_sessions import seeded
+
+DEPLOY = Path(__file__).parents[2] / "docs/deploy"
 
 pytestmark = pytest.mark.slow
 
@@ -105,3 +117,9 @@ def test_two_ports_and_as_many_files_as_the_system_allows() -> None:
     assert resource.getrlimit(resource.RLIMIT_NOFILE) == before
     allow_files(before[0] + 1)
     assert before[0] <= resource.getrlimit(resource.RLIMIT_NOFILE)[0] <= before[1]
+
+
+def test_the_systemd_unit_allows_the_files_of_all_members() -> None:
+    unit = (DEPLOY / "conf-relay.service").read_text()
+    (limit,) = re.findall(r"^LimitNOFILE=(\d+)$", unit, re.MULTILINE)
+    assert int(limit) == FILES_PER_MEMBER * MAX_MEMBERS + OTHER_FILES
