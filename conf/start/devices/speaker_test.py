@@ -55,10 +55,13 @@ class SpeakerTest:
     def _use(self, thread: DeviceThread) -> None:
         with self._opener(self._name) as speaker:
             speaker.write(make_test_tone())
-            end = time.monotonic() + speaker.latency_s
-            while time.monotonic() < end and not thread.wait(PERIOD_S):
+            end: float | None = None  # known when the device has asked for the last sample: it may start late
+            while (end is None or time.monotonic() < end) and not thread.wait(PERIOD_S):
+                speaker.check()
                 if (played := speaker.read_played()) is not None:
                     self._meter.update(played.samples, time.monotonic())
+                if end is None and not speaker.queued_s:
+                    end = time.monotonic() + speaker.device_latency_s
 
 
 def make_test_tone() -> Samples:

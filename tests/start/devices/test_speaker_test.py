@@ -12,18 +12,30 @@ from conf.start.devices.speaker_test import AMPLITUDE, NOTE_S, NOTES_HZ, Speaker
 
 
 class FakeSpeaker:
-    """A speaker that plays at once. latency_s : how long the tone lasts"""
+    """A speaker. idle_reads : how often it is asked what it has played before it takes the tone"""
 
-    latency_s = 0.05
+    device_latency_s = 0.05
 
-    def __init__(self) -> None:
+    def __init__(self, idle_reads: int = 0) -> None:
         self.written: list[Samples] = []
-        self.closed = False
+        self.closed = self.is_gone = False
+        self.idle_reads = idle_reads
+
+    @property
+    def queued_s(self) -> float:
+        return 1.0 if self.idle_reads else 0.0
+
+    def check(self) -> None:
+        if self.is_gone:
+            raise AudioError("HDMI plays no sound any more: plug it in again, or name another device.")
 
     def write(self, samples: Samples, /) -> None:
         self.written.append(samples)
 
-    def read_played(self) -> AudioBlock:
+    def read_played(self) -> AudioBlock | None:
+        if self.idle_reads:
+            self.idle_reads -= 1
+            return None
         return AudioBlock(0.0, self.written[-1])
 
     def __enter__(self) -> "FakeSpeaker":
@@ -41,6 +53,21 @@ def test_the_tone_is_played_once() -> None:
     assert test.error == "" and test.level == 0  # of a tone that has ended
     assert test._meter.level > 0.7
     assert test.close()
+
+
+def test_the_tone_is_heard_to_its_end_when_the_device_starts_late() -> None:
+    speaker: Any = FakeSpeaker(idle_reads=5)
+    test = SpeakerTest("HDMI", opener=lambda name: speaker)
+    test._device._thread.join()
+    assert speaker.idle_reads == 0 and test._meter.level > 0.7 and test.error == ""
+
+
+def test_a_speaker_that_is_gone_ends_the_tone_with_a_reason() -> None:
+    speaker: Any = FakeSpeaker(idle_reads=1_000_000)
+    speaker.is_gone = True
+    test = SpeakerTest("HDMI", opener=lambda name: speaker)
+    test._device._thread.join()
+    assert test.error.startswith("HDMI plays no sound any more") and speaker.closed
 
 
 def test_without_a_speaker_there_is_a_reason() -> None:
