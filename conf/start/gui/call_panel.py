@@ -55,7 +55,7 @@ def _draw_address(controller: StartController) -> bool:
         "address",
         controller.state.address if is_needed else "",
         hint=ADDRESS_HINT if is_needed else NO_ADDRESS_HINT,
-        error=controller.state.address_error,
+        error=controller.state.address_error if is_needed else "",
     )
     imgui.end_disabled()
     if is_needed:

@@ -7,7 +7,7 @@ import pytest
 from conf.render.window.input_events import KeyStateChanged, TextInput
 from conf.start.gui.call_panel import WAIT_AT_PORT, draw_call_panel
 from conf.start.recent_calls import RecentCall
-from conf.start.state import CallTarget
+from conf.start.state import NO_ADDRESS, NO_CODE, CallTarget
 from tests.start.conftest import Stand
 from tests.support.imgui_stage import Stage
 
@@ -76,6 +76,24 @@ def test_a_code_with_its_number_in_front_needs_no_address(
     (call,) = stand.calls
     assert call.target == CallTarget(None, 0, "4711-acorn-tulip-river", relay="relay.example", nameplate="4711")
     assert stand.controller.state.address == "10.0.0.7"
+
+
+def test_no_address_is_missed_once_the_code_needs_none(
+    stage: Stage, stand: Stand, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    errors: list[str] = []
+    monkeypatch.setattr("conf.start.gui.widgets.draw_error", errors.append)
+
+    def draw() -> None:
+        errors.clear()
+        draw_call_panel(stand.controller, NOW)
+
+    stand.controller.call()
+    stage.frame(draw)
+    assert errors == [NO_CODE, NO_ADDRESS]
+    stand.controller.state = stand.controller.state.with_field("code", "4711-acorn-tulip-river")
+    stage.frame(draw)
+    assert errors == []
 
 
 def test_one_waits_at_a_port_with_a_button_or_enter(
