@@ -24,7 +24,7 @@ HEAD_OFFSET = 0.12  # of the oval's height: the head's centre above the oval's
 DIRECTIONS = 96  # in which the person's edge is looked for
 MIN_RATIO, MAX_RATIO = 0.85, 1.6  # of the edge's radius to the ellipse's; long hair is wider than a dome
 LOWEST_DIRECTION = -0.35  # sine of an angle: farther down neck and shoulders are the edge
-MIN_DOME = 0.12  # of the oval's width, that a head cut off continues beyond the border at least
+MIN_DOME = 0.22  # of the oval's width, that a head cut off continues beyond the border at least, in the middle
 SOFT_EDGE = 0.07  # of the oval's width, over which the dome's alpha falls to 0
 NECK_BLEND = 0.15  # of the oval's height below the chin, over which the body takes over from the dome
 EDGE_DEPTH = 0.9  # of the edge's radius: where its colour is read
@@ -114,7 +114,7 @@ class _Dome:
                 [np.interp(angles, angles[known], c[known], period=2 * np.pi) for c in edge_colours.T], axis=1
             )
         radius = np.clip(ratio, MIN_RATIO, MAX_RATIO) * ellipse
-        radius = np.maximum(radius, reached + MIN_DOME * size[0] * ~visible)
+        radius = np.maximum(radius, reached + MIN_DOME * size[0] * _bulge(visible))
         chin, chin_height = float(low[1] - middle[1]), float(points[CONTROL_POINT_INDEX["chin_bottom"], 1])
         return cls(face, middle, size, chin, chin_height, angles, radius, reached, edge_colours)
 
@@ -151,6 +151,17 @@ def _edge(
     last = person.shape[1] - 1 - np.argmax(person[:, ::-1], axis=1)
     visible = inside[np.arange(len(last)), np.minimum(last + 1, person.shape[1] - 1)] & person.any(axis=1)
     return np.where(person.any(axis=1), steps[last], steps[0]), visible
+
+
+def _bulge(visible: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return (n,), around a circle: 0 where the edge is visible, 1 in the middle of each arc where it is not."""
+    if not visible.any():
+        return np.ones(len(visible))
+    index, around = np.arange(3 * len(visible)), np.tile(visible, 3)
+    before = np.maximum.accumulate(np.where(around, index, -1))
+    after = np.minimum.accumulate(np.where(around, index, 3 * len(visible))[::-1])[::-1]
+    position = (index - before) / np.maximum(after - before, 1)
+    return np.asarray((4 * position * (1 - position))[len(visible) : 2 * len(visible)])
 
 
 def _tilted(upright: Positions, face: PhotographedFace) -> Positions:
