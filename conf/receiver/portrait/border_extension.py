@@ -53,9 +53,13 @@ def extend_border(
     dome_alpha *= smoothstep((1 - outside) / (1 - END))
     body = smoothstep((dome.chin - offsets[:, 1]) / (NECK_BLEND * dome.size[1]))
     chin_row = int(np.clip(np.ceil((0.5 - dome.chin_height) * height), 0, height - 1))
-    mirrored_y = np.maximum(_mirror(y, height), np.minimum(chin_row, nearest_y))  # no second chin
+    chest_row = min(height - 1, (chin_row + 3 * height) // 4)  # rows above may show the neck
+    mirrored_y = np.maximum(_mirror(y, height), np.minimum(chest_row, nearest_y))
     body_colours = colours[mirrored_y, _mirror(x, width)].astype(np.float64)
-    blurred, space = _blurred_outwards(colours, alpha, margin), min(margin, 2 * (height - chin_row))
+    blurred, space = (
+        _blurred_outwards(colours, alpha, margin, first_row=chest_row),
+        min(margin, 2 * (height - chin_row)),
+    )
     body_colours += (blurred[around] - body_colours) * smoothstep(outside * margin / space)[:, None]
     mixed = dome_colours + (body_colours - dome_colours) * body[:, None]
     extended, extended_alpha = np.pad(colours, ((margin, margin), (margin, margin), (0, 0))), np.pad(alpha, margin)
@@ -65,9 +69,13 @@ def extend_border(
     return extended, extended_alpha, np.array([margin / width, margin / height])
 
 
-def _blurred_outwards(colours: NDArray[np.uint8], alpha: NDArray[np.uint8], margin: int) -> NDArray[np.float32]:
-    """Return the person's colours with a margin, smoother the farther out."""
+def _blurred_outwards(
+    colours: NDArray[np.uint8], alpha: NDArray[np.uint8], margin: int, *, first_row: int
+) -> NDArray[np.float32]:
+    """Return the person's colours from a row downwards with a margin, smoother the farther out."""
     known = alpha > 127
+    if known[first_row:].any():
+        known[:first_row] = False
     if not known.any():
         known = np.ones_like(known)
     values = np.pad(colours.astype(np.float32), ((margin, margin), (margin, margin), (0, 0)))

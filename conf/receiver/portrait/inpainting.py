@@ -13,7 +13,9 @@ HEAD_QUANTILE = 0.35  # of the person's widths in all rows: about the head's
 CLONE_FEATHER = 0.03  # image heights, over which copies of the texture overlap
 CLONE_STEPS = (1.0, 1.35, 1.8, 2.4, 3.2)  # of the head's width, tried in this order
 CLONE_BLEND = 0.3  # of the head's width, over which the side changes from which texture is copied
-UNCERTAIN_BAND = 0.03  # image heights around the person that may hold parts of the person; no source of background
+OUTLINE_BAND = 0.024  # image heights around the outline that may show the person: it is some pixels off
+UNCERTAIN_BAND = 0.04  # the same where colours are the person's: strands of hair
+HAIR_CONTRAST = 4.0  # of the squared distances to the person's and the background's colour: above it is background
 
 
 def person_mask(outline: NDArray[np.float64], size: tuple[int, int], /) -> NDArray[np.uint8]:
@@ -31,30 +33,45 @@ def person_mask(outline: NDArray[np.float64], size: tuple[int, int], /) -> NDArr
     return np.asarray(cv2.GaussianBlur(mask, (0, 0), max(FEATHER * height, 0.5)), dtype=np.uint8)
 
 
-def sure_background(person: NDArray[np.uint8], /) -> NDArray[np.bool_]:
-    """Return (H, W): True outside the person and the uncertain band. person : (H, W) uint8, from person_mask"""
-    radius = max(1, round(UNCERTAIN_BAND * len(person)))
-    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1, 2 * radius + 1))
-    return np.asarray(cv2.dilate((person > 127).astype(np.uint8), disk) == 0)
+def sure_background(pixels: NDArray[np.uint8], person: NDArray[np.uint8], /) -> NDArray[np.bool_]:
+    """Return (H, W): True outside the person and the pixels around it that may show parts of it.
+
+    Those are all near the outline, and farther out, where hair is, the ones whose colour is rather the person's.
+
+    pixels : (H, W, 3) uint8 BGR; person : (H, W) uint8, from person_mask
+    """
+    inside = (person > 127).astype(np.uint8)
+    distance = cv2.distanceTransform(1 - inside, cv2.DIST_L2, 5) / len(person)
+    beyond = (distance > UNCERTAIN_BAND) & (inside == 0)
+    if not beyond.any() or not inside.any():
+        return beyond
+    near = ~beyond & (distance > OUTLINE_BAND)
+    image = pixels.astype(np.float32)
+    to_person, to_background = (
+        np.sum(np.square(image - push_pull_fill(image, known)), axis=2)
+        for known in (cv2.erode(inside, np.ones((3, 3), np.uint8)) > 0, beyond)
+    )
+    return np.asarray(beyond | (near & (to_person > HAIR_CONTRAST * to_background)))
 
 
-def inpaint_background(pixels: NDArray[np.uint8], person: NDArray[np.uint8], /) -> NDArray[np.uint8]:
+def inpaint_background(pixels: NDArray[np.uint8], known: NDArray[np.bool_], /) -> NDArray[np.uint8]:
     """Return the image (H, W, 3) with the person replaced by a plausible background.
 
-    Its colours are interpolated between those around the person, and its texture is copied from beside the person.
+    Its colours are interpolated between those around the person. Behind the person's edge texture is added that is
+    copied from beside the person.
 
-    person : (H, W) uint8, from person_mask
+    known : (H, W) bool, from sure_background
     """
-    known = sure_background(person)
-    if not known.any():
+    if not known.any() or known.all():
         return pixels
     image = pixels.astype(np.float32)
     smooth = _blur_known(image, known)
     texture, weight = _clone_beside(image - smooth, known)
     depth = cv2.distanceTransform((~known).astype(np.uint8), cv2.DIST_L2, 3) / (TEXTURE_DEPTH * len(known))
-    weight *= smoothstep(depth).astype(np.float32)
-    filled = push_pull_fill(smooth, known) + texture * weight[..., None]
-    return np.asarray(np.clip(np.where(known[..., None], image, filled), 0, 255), dtype=np.uint8)
+    weight = (weight * smoothstep(depth).astype(np.float32))[..., None]
+    plain = push_pull_fill(image, known)
+    filled = plain + (push_pull_fill(smooth, known) + texture - plain) * weight
+    return np.asarray(np.clip(filled, 0, 255), dtype=np.uint8)
 
 
 def _blur_known(image: NDArray[np.float32], known: NDArray[np.bool_]) -> NDArray[np.float32]:

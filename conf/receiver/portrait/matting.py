@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.receiver.portrait.inpainting import UNCERTAIN_BAND, inpaint_background, push_pull_fill, sure_background
+from conf.receiver.portrait.inpainting import inpaint_background, push_pull_fill, sure_background
 
 SURE_FOREGROUND = 0.02  # image heights inside the outline; farther in everything is person
 VARIANCE_SIGMA = 0.012  # image heights: neighbourhood in which the background's variance is measured
@@ -24,7 +24,7 @@ PRIOR_WEIGHT = 300.0
 VARIANCE_WEIGHT = 8.0
 RESIDUAL_WEIGHT = 4.0
 MIN_RELIABLE_ALPHA = 0.5  # from here on the unmixed colour is used alone; below, blended with the extrapolated one
-FADE = 0.4  # of the uncertain band: alpha fades to 0 over it
+FADE = 0.012  # image heights: alpha fades to 0 over it, towards the sure background
 
 Image = NDArray[np.float32]
 
@@ -45,8 +45,8 @@ class Matte:
 
 def estimate_matte(pixels: NDArray[np.uint8], person: NDArray[np.uint8], /) -> Matte:
     """Return the matte of an image (H, W, 3) uint8 BGR. person : (H, W) uint8, from person_mask"""
-    backdrop = inpaint_background(pixels, person)
-    outside, inside = sure_background(person), _sure_foreground(person)
+    outside, inside = sure_background(pixels, person), _sure_foreground(person)
+    backdrop = inpaint_background(pixels, outside)
     if not outside.any() or not inside.any():
         return Matte(pixels, person, backdrop)
     image, background = pixels.astype(np.float32), backdrop.astype(np.float32)
@@ -92,7 +92,7 @@ def _sure_foreground(person: NDArray[np.uint8]) -> NDArray[np.bool_]:
 def _fade(outside: NDArray[np.bool_]) -> Image:
     """Return (H, W): 0 in the sure background, rising to 1 over FADE."""
     distance = cv2.distanceTransform((~outside).astype(np.uint8), cv2.DIST_L2, 3)
-    return np.asarray(np.clip(distance / max(FADE * UNCERTAIN_BAND * len(outside), 1), 0, 1), np.float32)
+    return np.asarray(np.clip(distance / max(FADE * len(outside), 1), 0, 1), np.float32)
 
 
 def _to_bytes(values: NDArray[np.floating]) -> NDArray[np.uint8]:

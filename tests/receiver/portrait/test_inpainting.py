@@ -1,8 +1,22 @@
 import numpy as np
+from numpy.typing import NDArray
 
-from conf.receiver.portrait.inpainting import inpaint_background, person_mask
+from conf.receiver.portrait.inpainting import inpaint_background, person_mask, sure_background
 
 SQUARE = np.array([(0.4, 0.4), (0.6, 0.4), (0.6, 0.6), (0.4, 0.6)])
+
+
+def fill(pixels: NDArray[np.uint8], outline: NDArray[np.float64]) -> NDArray[np.uint8]:
+    height, width = pixels.shape[:2]
+    return inpaint_background(pixels, sure_background(pixels, person_mask(outline, (width, height))))
+
+
+def test_strands_of_hair_beyond_the_outline_are_no_background() -> None:
+    pixels = np.full((240, 200, 3), (200, 180, 160), np.uint8)
+    pixels[96:144, 80:120] = pixels[88:96:3, 80:120] = (20, 30, 40)
+    known = sure_background(pixels, person_mask(SQUARE, (200, 240)))
+    assert not known[88:96:3, 90:110].any() and known[84, 100], "hair, and the wall beyond"
+    assert known[96:144, 70:73].all() and not known[100:140, 78:82].any(), "the wall beside, and the outline"
 
 
 def test_the_mask_is_255_inside_the_outline() -> None:
@@ -15,14 +29,15 @@ def test_the_mask_is_255_inside_the_outline() -> None:
 def test_the_person_is_replaced_by_the_background_and_the_rest_is_unchanged() -> None:
     pixels = np.full((80, 100, 3), (200, 100, 50), np.uint8)
     pixels[30:50, 38:62] = (0, 0, 255)
-    filled = inpaint_background(pixels, person_mask(SQUARE, (100, 80)))
+    filled = fill(pixels, SQUARE)
     assert np.abs(filled[40, 50].astype(int) - (200, 100, 50)).max() < 12
     np.testing.assert_array_equal(filled[:20], pixels[:20])
 
 
 def test_an_image_without_background_is_unchanged() -> None:
     pixels = np.zeros((8, 8, 3), np.uint8)
-    assert inpaint_background(pixels, np.full((8, 8), 255, np.uint8)) is pixels
+    known = sure_background(pixels, np.full((8, 8), 255, np.uint8))
+    assert not known.any() and inpaint_background(pixels, known) is pixels
 
 
 def test_stripes_continue_behind_the_person() -> None:
@@ -31,12 +46,12 @@ def test_stripes_continue_behind_the_person() -> None:
     stripes = pixels.copy()
     pixels[20:70, 80:120] = (0, 0, 255)
     outline = np.array([(0.4, 0.25), (0.6, 0.25), (0.6, 0.87), (0.4, 0.87)])
-    filled = inpaint_background(pixels, person_mask(outline, (200, 80)))
+    filled = fill(pixels, outline)
     assert np.abs(filled.astype(int) - stripes)[24:66, 92:108].mean() < 15
 
 
 def test_where_nothing_is_beside_the_person_the_background_is_smooth() -> None:
     pixels = np.random.default_rng(1).integers(0, 256, (80, 100, 3)).astype(np.uint8)
     outline = np.array([(0.0, 0.5), (1.0, 0.5), (1.0, 1.0), (0.0, 1.0)])
-    filled = inpaint_background(pixels, person_mask(outline, (100, 80)))
+    filled = fill(pixels, outline)
     assert filled[60:].astype(float).std() < 15
