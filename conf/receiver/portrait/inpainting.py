@@ -44,7 +44,7 @@ def sure_background(pixels: NDArray[np.uint8], person: NDArray[np.uint8], /) -> 
     distance = cv2.distanceTransform(1 - inside, cv2.DIST_L2, 5) / len(person)
     beyond = (distance > UNCERTAIN_BAND) & (inside == 0)
     if not beyond.any() or not inside.any():
-        return beyond
+        return np.asarray(beyond)
     near = ~beyond & (distance > OUTLINE_BAND)
     image = pixels.astype(np.float32)
     to_person, to_background = (
