@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 ASSETS = Path(__file__).resolve().parents[2] / "conf" / "assets"
 PROFILES = ("live", "rich", "narrow", "voice", "slow")
-STEPS = {"live": 0.0088, "rich": 0.0044, "narrow": 0.0083, "voice": 0.0088, "slow": 0.0102}
+STEPS = {"live": 0.0094, "rich": 0.0044, "narrow": 0.0083, "voice": 0.0094, "slow": 0.0102}
 TABLES = {"live": "live", "rich": "rich", "narrow": "narrow", "voice": "live", "slow": "narrow"}
 SPACES = {"live": "expressions", "rich": "points", "narrow": "points", "voice": "expressions", "slow": "points"}
 COUNTS = {"live": (1,), "rich": (2,), "narrow": (3,), "voice": (1, 2), "slow": (3, 6)}
@@ -311,12 +311,18 @@ class PayloadReader:
     def motion(self, profile: str, at: int, stride: int = 1) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return displacements (n, 3) in FAPU units and pose (6,): rotation, position, log scale."""
         a, frame = self.arrays, self.frames[profile, at]
-        v = self._dequantise(profile, frame)
-        if earlier := self.frames.get((profile, at - stride)):
+        v, name = self._dequantise(profile, frame), TABLES[profile]
+        shift = np.zeros(len(v))
+        for strides in (1, 2):
+            earlier = self.frames.get((profile, at - strides * stride))
+            if earlier is None:
+                break
             d = self._dequantise(profile, earlier) - v
-            shift = np.where(np.abs(d) <= 1, a[f"{TABLES[profile]}_lean"] * d, 0)
-            shift[6:] -= shift[:6] @ a[f"{SPACES[profile]}_coupling"]
-            v = v + shift
+            if strides == 1:
+                shift += np.where(np.abs(d) <= 1, a[f"{name}_lean"] * d, 0)
+            shift += np.clip(d, -1, 1) @ a[f"{name}_history"][strides - 1].astype(float)
+        shift[6:] -= shift[:6] @ a[f"{SPACES[profile]}_coupling"]
+        v = v + shift
         step = STEPS[profile]
         moved = (step * (v[6:] @ a[f"{SPACES[profile]}_synthesis"].astype(float))).reshape(-1, 3)
         for point, steps in frame.residuals.items():

@@ -18,7 +18,8 @@ motion and the result must generalise to other people.
 2. The default reference, used when there is no reference: the mean over people of each person's median.
 3. The context weights: the expected size of a difference, given the age of the reference and the values coded before
    (conf/protocol/codec/syntax.py). Fitted for each value and each of the AGES.
-4. The tables: the frequency of each difference at each scale. And the reconstruction shift of each value.
+4. The tables: the frequency of each difference at each scale. And what the decoder adds to each value
+   (conf/protocol/codec/reconstruction.py), fitted to what is usual: references two frames old, or none.
 
 3 and 4 are trained on the codec's own output: the tracks are coded with every age of reference, and features and
 differences are recorded. The encoder's choices depend on the tables, so this is done twice, from uniform contexts.
@@ -50,22 +51,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.control_points import control_point_indices
-from conf.protocol.codec.encoder import code_frame
+from conf.protocol.codec.encoder import INTER_LAMBDA_FACTOR, code_frame
 from conf.protocol.codec.model import CodecModel, build_models
 from conf.protocol.codec.profiles import LIVE, PROFILES, Profile
-from conf.protocol.codec.reference_frames import FACE_CENTRE, LOG_SCALE, POSE_VALUES, QuantisedFrame
+from conf.protocol.codec.reconstruction import HISTORY
+from conf.protocol.codec.reference_frames import LOG_SCALE, POSE_VALUES, QuantisedFrame
 from conf.protocol.codec.symbol_coder import SymbolWriter, Tables
 from conf.protocol.codec.syntax import FEATURE_COUNT, LOG_ONE, Context
 from tools.bench.codec_link import HELD_OUT, Link, measure, total
 from tools.bench.tracks import Track, TrackReader
-from tools.train.codec_fit import fit_tables, fit_weights, predict_scales
+from tools.train.codec_fit import fit_reconstruction, fit_tables, fit_weights, predict_scales
 from tools.train.codec_space import AGES, FINE, SPACES, Arrays, fit_shared, fit_space
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 MOTION = REPOSITORY.parent / "shared" / "motion"
 OUTPUT = REPOSITORY / "conf" / "assets" / "codec.npz"
 
-SHIFT_PRIOR = 20.0  # steps squared: regularises the reconstruction shift towards 0
 ROUNDS = 2
 TRAINED = [profile for profile in PROFILES.values() if profile.tables == profile.name]
 
@@ -80,7 +81,8 @@ def train(tracks: Tracks, /, *, base: Arrays | None = None) -> Arrays:
     [s]_analysis : (3 n, K) FAPU units to components, eye distances; [s]_synthesis : (K, 3 n) components to FAPU units
     [s]_pose_unit : (6,) log scale, radians, face sizes for a step of one eye distance
     [s]_coupling, [s]_stagger, correction, middle, usual_log_scale : see WIRE.md
-    ages : (A,); for each profile weights (1 + 2 A, 6 + K, F), frequencies, standing (6 + K,), growth
+    ages : (A,); for each profile weights (1 + 2 A, 6 + K, F), frequencies, standing (6 + K,), growth; lean (6 + K,),
+        history (2, 6 + K, 6 + K): see conf/protocol/codec/reconstruction.py
     """
     arrays = fit_shared(tracks[min(tracks)]) if base is None else dict(base)
     trained = TRAINED if base is None else [LIVE]
@@ -106,7 +108,7 @@ def uniform_statistics(profile: Profile, arrays: Arrays, /) -> Arrays:
         f"{profile.name}_weights": weights,
         f"{profile.name}_frequencies": fit_tables(nothing, nothing),
         f"{profile.name}_standing": np.zeros(count, dtype=np.int16),
-        f"{profile.name}_lean": np.zeros(count, dtype=np.float32),
+        **_reconstruction(profile.name, np.zeros((1 + HISTORY * count, count))),
         f"{profile.name}_growth": np.array(
             round(65536 * profile.step * float(arrays[f"{profile.space}_pose_unit"][0])), dtype=np.int32
         ),
@@ -143,13 +145,16 @@ class Observations:
     """The statistics of all tracks, coded with one age of reference.
 
     features : (M, 6 + K, F); differences : (M, 6 + K)
-    distances, errors : (N, 6 + K) steps from each coded frame to the previous one, and to the exact values
+    values : (N, 6 + K) of coded frames, dequantised
+    earlier : (N, HISTORY, 6 + K) the same of the frames before each
+    errors : (N, 6 + K) steps from each coded frame to the exact values
     medians : (T, 6 + K) of the tracks
     """
 
     features: NDArray[np.int64]
     differences: NDArray[np.int64]
-    distances: NDArray[np.float64]
+    values: NDArray[np.float64]
+    earlier: NDArray[np.float64]
     errors: NDArray[np.float64]
     medians: NDArray[np.float64]
 
@@ -168,36 +173,45 @@ def fit_statistics(model: CodecModel, tracks: Sequence[Track], /) -> Arrays:
             weights[row, value] = fit_weights(features, difference)
             scales.append(predict_scales(weights[row, value], features))
             differences.append(difference)
-    usual = [(plain[age].distances, plain[age].errors) for age in (0, 2)]
-    name = model.profile.name
+    usual, name = (plain[0], plain[2]), model.profile.name
+    corrections = fit_reconstruction(
+        *(np.concatenate([getattr(observed, part) for observed in usual]) for part in ("values", "earlier", "errors"))
+    )
     return {
         f"{name}_weights": weights,
         f"{name}_frequencies": fit_tables(np.concatenate(scales), np.concatenate(differences)),
         f"{name}_standing": np.rint(plain[0].medians.mean(axis=0)).astype(np.int16),
-        f"{name}_lean": fit_shift(*(np.concatenate(parts) for parts in zip(*usual, strict=True))),
+        **_reconstruction(name, corrections),
     }
 
 
 def observe(model: CodecModel, tracks: Sequence[Track], age: int, *, second: bool) -> Observations:
     """Code each track with references `age` ticks old, with or without second references."""
     recorder = RecordingModel(**{f.name: getattr(model, f.name) for f in fields(model)})
-    features, differences, distances, errors, medians = [], [], [], [], []
+    features, differences, shown, earlier, errors, medians = [], [], [], [], [], []
+    rd_lambda = model.profile.rd_lambda * (INTER_LAMBDA_FACTOR if age else 1.0)
     for track in tracks:
         coded: list[QuantisedFrame] = []
         for number, frame in enumerate(track.frames):
             recorder.recorded.clear()
-            writer = RecordingWriter(rd_lambda=model.profile.rd_lambda)
+            writer = RecordingWriter(rd_lambda=rd_lambda)
             context = _context(model, coded, age, second=second)
             coded.append(code_frame(writer, recorder, context, frame)[0])
             if number >= age + second:  # earlier frames have no such reference
                 features.append(list(recorder.recorded))
                 differences.append(writer.numbers)
         values = np.array([model.transform.dequantise(frame) for frame in coded])
-        distances.append(values[:-1] - values[1:])
-        errors.append(_errors(model, track, coded, values)[1:])
+        shown.append(values[HISTORY:])
+        earlier.append(np.stack([values[HISTORY - back : -back] for back in range(1, HISTORY + 1)], axis=1))
+        errors.append(_errors(model, track, coded, values)[HISTORY:])
         medians.append(np.median(values, axis=0))
     return Observations(
-        np.array(features), np.array(differences), np.concatenate(distances), np.concatenate(errors), np.array(medians)
+        np.array(features),
+        np.array(differences),
+        np.concatenate(shown),
+        np.concatenate(earlier),
+        np.concatenate(errors),
+        np.array(medians),
     )
 
 
@@ -214,13 +228,13 @@ def _errors(
     return np.asarray(errors)
 
 
-def fit_shift(distances: NDArray[np.float64], errors: NDArray[np.float64], /) -> NDArray[np.float32]:
-    """Return the reconstruction shift (6 + K,) that minimises the squared error of values at most a step away."""
-    near = np.where(np.abs(distances) <= 1, distances, 0.0)
-    shift = np.sum(near * errors, axis=0) / (np.sum(near**2, axis=0) + SHIFT_PRIOR)
-    shift[LOG_SCALE] = 0  # the face centre is measured in it
-    shift[FACE_CENTRE] = 0  # is never constant
-    return np.asarray(np.clip(shift, 0, 0.5), dtype=np.float32)
+def _reconstruction(name: str, coefficients: NDArray[np.float64]) -> Arrays:
+    """Return the arrays of coefficients (1 + HISTORY * V, V)."""
+    count = coefficients.shape[1]
+    return {
+        f"{name}_lean": coefficients[0].astype(np.float16),
+        f"{name}_history": coefficients[1:].reshape(HISTORY, count, count).astype(np.float16),
+    }
 
 
 def _context(model: CodecModel, coded: list[QuantisedFrame], age: int, *, second: bool) -> Context:

@@ -1,9 +1,11 @@
-"""Fit the codec's statistics: the context weights that predict the size of differences, and the tables of each scale.
+"""Fit the codec's statistics: the context weights that predict the size of differences, the tables of each scale, and
+the coefficients with which the decoder estimates what rounding lost.
 
 Strategy. Differences from a prediction have a sharp peak and long tails at every scale; a mixture of two logistic
 distributions with the same centre fits them well. The logarithm of its scale is a weighted sum of the context's
 features. The maximum-likelihood weights are found by gradient descent, for each value and each age of the reference.
-The tables combine the mixture, as a prior, with the counted frequencies.
+The tables combine the mixture, as a prior, with the counted frequencies. The decoder's coefficients are found by ridge
+regression.
 """
 
 import numpy as np
@@ -13,6 +15,8 @@ from scipy.special import expit
 
 from conf.protocol.codec.model import WEIGHT_ONE
 from conf.protocol.codec.range_coder import TOTAL
+from conf.protocol.codec.reconstruction import near
+from conf.protocol.codec.reference_frames import LOG_SCALE
 from conf.protocol.codec.symbol_coder import ESCAPE, MAX_TABLE_MAGNITUDE, SCALES_PER_OCTAVE
 from conf.protocol.codec.syntax import LOG_ONE
 
@@ -22,6 +26,8 @@ SCALES = 21  # indices 0 to 20: from 1/16 of a step to two steps
 PRIOR_COUNT = 300.0  # observations that the mixture counts as in a table
 REGULARISATION = 2e-3  # of the weights, where there are few observations
 MIN_PROBABILITY = 1e-9
+# Steps squared: regularise what the decoder adds towards 0, for the value's own border and for the history of all.
+PREVIOUS_PRIOR, HISTORY_PRIOR = 30.0, 100.0
 
 Floats = NDArray[np.float64]
 
@@ -74,6 +80,24 @@ def fit_tables(scales: NDArray[np.int64], differences: NDArray[np.int64], /) -> 
         counts[:ESCAPE] = (counts[:ESCAPE] + counts[:ESCAPE][::-1]) / 2  # both signs are equally likely
         tables[scale] = _integer_frequencies(shape * PRIOR_COUNT + counts)
     return tables
+
+
+def fit_reconstruction(values: Floats, earlier: Floats, errors: Floats, /) -> Floats:
+    """Return the coefficients (1 + HISTORY * V, V) of each value's error that minimise the squared error.
+
+    values, errors : (N, V) of coded frames, and the distances from there to the exact values, steps
+    earlier : (N, HISTORY, V) the values of the frames before each
+    The first row is that of the value's own distance to the previous frame, the others are those of the history.
+    """
+    distances = earlier - values[:, None]
+    previous = near(distances[:, 0])
+    history = np.clip(distances, -1, 1).reshape(len(values), -1)
+    prior = np.diag([PREVIOUS_PRIOR] + [HISTORY_PRIOR] * history.shape[1])
+    coefficients = np.zeros((len(prior), values.shape[1]))
+    for value in range(LOG_SCALE + 1, values.shape[1]):  # the log scale stays: the face centre is measured in it
+        inputs = np.column_stack([previous[:, value], history])
+        coefficients[:, value] = np.linalg.solve(inputs.T @ inputs + prior, inputs.T @ errors[:, value])
+    return coefficients
 
 
 def _probability(differences: NDArray[np.int64], log_scale: Floats) -> tuple[Floats, Floats]:

@@ -44,17 +44,20 @@ class Space:
 SPACES = {
     "points": Space(24, {"inner_lip": 2.0, "eyelid": 3.0, "brow": 1.5}),
     "expressions": Space(
-        30,
+        26,
         {"inner_lip": 1.5, "eyelid": 2.0},
-        pose_step=0.0074 / 0.0088,  # the step of live before it measured curves, over that of today
+        pose_step=0.0079 / 0.0094,  # the pose's step over that of live
         curve_weight=4.0,
         curve_weights={
-            "brow_knit": 3.5,
+            "brow_knit": 4.0,
             "brow_slant_l": 1.5,
             "brow_slant_r": 1.5,
+            "mouth_opening": 1.2,
+            "upper_lip_thickness": 1.5,
+            "lower_lip_thickness": 1.6,
+            "upper_lip_raise": 1.9,
             "gaze_x": 2.3,
-            "gaze_y": 1.4,
-            "lower_lip_thickness": 1.2,
+            "gaze_y": 1.5,
         },
     ),
 }
@@ -62,10 +65,12 @@ SPACES = {
 
 def fit_shared(tracks: Sequence[Track], /) -> Arrays:
     """Return the arrays that all profiles use."""
+    opening = GRADIENTS[NAMES.index("mouth_opening")] * np.mean([track.lengths for track in tracks], axis=0)
     scales = [np.median([frame.pose[5] for frame in track.frames]) for track in tracks]
     arrays = {
         "middle": MEAN_FACE.mean(axis=0),
         "usual_log_scale": np.median(scales),
+        "opening": opening.reshape(-1) / _eye_distance(),
         "correction": RESIDUAL_STEP / (_weight(SPACES["points"], tracks) * np.sqrt(CONTROL_POINT_COUNT)),
     }
     stored = {name: np.asarray(array, dtype=np.float32) for name, array in arrays.items()}

@@ -53,8 +53,8 @@ class Decoder:
         for position, frame in enumerate(frames):
             number = frame_number + position * header.stride
             references.add(number, frame)
-            previous = references.get(number - header.stride)
-            decoded.append(DecodedFrame(number, *transform.inverse(frame, previous)))
+            earlier = references.before(number, header.stride)
+            decoded.append(DecodedFrame(number, *transform.inverse(frame, earlier)))
         return decoded
 
     def _read(self, payload: bytes, frame_number: int) -> tuple[PayloadHeader, list[QuantisedFrame]]:

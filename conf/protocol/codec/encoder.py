@@ -1,7 +1,7 @@
 """The encoder: motion to payloads, predicted only from acknowledged frames."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,7 +23,8 @@ INTER_LAMBDA_FACTOR = 0.5
 COARSER_FACTORS = (4.0, 10.0)  # tried one after another when the payload is too long
 # Steps: log scale keeps the reference's value within this distance, because the face centre is measured in it.
 LOG_SCALE_HYSTERESIS = 0.7
-SKIP_THRESHOLD = 1.0  # steps: a frame that differs by less in every value need not be sent
+LIP_ATTEMPTS = 4  # at most, to bring the opening of the mouth near enough; two usually do
+SKIP_THRESHOLD = 1.1  # steps: a frame that differs by less in every value need not be sent
 MAX_POSE = 50.0  # radians, image heights or e-folds: larger values are invalid
 
 
@@ -70,6 +71,13 @@ class Encoder:
         for factor in COARSER_FACTORS:
             if len(best.payload) > max_bytes:
                 best = _attempt(model, header, context, frames, factor * rd_lambda)
+        earlier = self._references.before(frame_number, stride)
+
+        def attempt_again(targets: Sequence[MotionFrame]) -> _Attempt:
+            return _attempt(model, header, context, targets, LAMBDA_FACTORS[0] * rd_lambda)
+
+        nearer = _with_lips_nearer(model, best, frames, earlier, attempt_again)
+        best = nearer if len(nearer.payload) <= max_bytes else best
         for position, quantised in enumerate(best.frames):
             self._references.add(frame_number + position * stride, quantised)
         self._newest = best.frames[-1]
@@ -98,10 +106,10 @@ class Encoder:
 
     def decode_own(self, frame_number: int, *, stride: int = 1) -> DecodedFrame | None:
         """Return a frame as a receiver without losses decodes it, or None if it is no longer stored."""
-        frame, previous = self._references.get(frame_number), self._references.get(frame_number - stride)
+        frame, earlier = self._references.get(frame_number), self._references.before(frame_number, stride)
         if frame is None:
             return None
-        return DecodedFrame(frame_number, *self._models[self.profile.name].transform.inverse(frame, previous))
+        return DecodedFrame(frame_number, *self._models[self.profile.name].transform.inverse(frame, earlier))
 
     def _check(self, frames: Sequence[MotionFrame], frame_number: int, stride: int) -> None:
         if frame_number <= self._references.newest:
@@ -173,6 +181,28 @@ def code_frame(
     error = components - coded.values[POSE_VALUES:]
     quantised = replace(context.reference, values=tuple(coded.values))
     return quantised, float(pose_error @ pose_error + error @ error)
+
+
+def _with_lips_nearer(
+    model: CodecModel,
+    best: _Attempt,
+    frames: Sequence[MotionFrame],
+    earlier: Sequence[QuantisedFrame],
+    attempt: Callable[[Sequence[MotionFrame]], _Attempt],
+) -> _Attempt:
+    """Return the attempt with the smallest errors of the mouth's opening; `best` if those are small enough."""
+    opening, targets, smallest = model.lip_opening, frames, math.inf
+    candidate = best
+    for _ in range(LIP_ATTEMPTS):
+        errors = opening.errors(model.transform, frames, candidate.frames, earlier)
+        largest = max(map(abs, errors))
+        if largest < smallest:
+            best, smallest = candidate, largest
+        if not largest:
+            break
+        targets = opening.correct(targets, errors)
+        candidate = attempt(targets)
+    return best
 
 
 def _choose_log_scale(model: CodecModel, context: Context, frame: MotionFrame) -> int:

@@ -12,7 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from conf.protocol.codec.lip_opening import LipOpening
 from conf.protocol.codec.profiles import PROFILES, Profile
+from conf.protocol.codec.reconstruction import Reconstruction
 from conf.protocol.codec.reference_frames import MAX_AGE, QuantisedFrame
 from conf.protocol.codec.symbol_coder import SCALES_PER_OCTAVE, Tables
 from conf.protocol.codec.transform import MotionTransform
@@ -33,6 +35,7 @@ class CodecModel:
     second_reference_rows : the same with a second reference
     weights : [row][value][feature] context weights in units of 1 / WEIGHT_ONE
     scale_coupling : 65536ths by which the face centre, in face sizes, shrinks per step of log scale
+    lip_opening : measures the mouth's opening, for encoders
     """
 
     profile: Profile
@@ -44,6 +47,7 @@ class CodecModel:
     weights: list[list[list[int]]]
     scale_coupling: int
     points: int
+    lip_opening: LipOpening
 
     def scale(self, row: int, index: int, features: tuple[int, ...]) -> int:
         """Return the expected distance of value `index` from its prediction, as an index on the scale grid."""
@@ -66,9 +70,10 @@ def build_models(arrays: Arrays) -> dict[str, CodecModel]:
 def _build_model(profile: Profile, arrays: Arrays) -> CodecModel:
     ages = arrays["ages"].tolist()
     rows = tuple(_row(age, ages) for age in range(MAX_AGE + 1))
+    transform = _build_transform(profile, arrays)
     return CodecModel(
         profile=profile,
-        transform=_build_transform(profile, arrays),
+        transform=transform,
         tables=Tables.from_frequencies(arrays[f"{profile.tables}_frequencies"].tolist()),
         default_reference=QuantisedFrame(tuple(arrays[f"{profile.tables}_standing"].tolist())),
         rows=rows,
@@ -76,6 +81,7 @@ def _build_model(profile: Profile, arrays: Arrays) -> CodecModel:
         weights=arrays[f"{profile.tables}_weights"].tolist(),
         scale_coupling=int(arrays[f"{profile.tables}_growth"]),
         points=len(arrays["correction"]),
+        lip_opening=LipOpening.build(arrays["opening"].astype(np.float64), transform),
     )
 
 
@@ -90,7 +96,10 @@ def _build_transform(profile: Profile, arrays: Arrays) -> MotionTransform:
         residual_steps=arrays["correction"].astype(np.float64),
         coupling=arrays[f"{space}_coupling"].astype(np.float64),
         stagger=arrays[f"{space}_stagger"].astype(np.float64),
-        reconstruction_shift=arrays[f"{profile.tables}_lean"].astype(np.float64),
+        reconstruction=Reconstruction(
+            previous=arrays[f"{profile.tables}_lean"].astype(np.float64),
+            history=arrays[f"{profile.tables}_history"].astype(np.float64),
+        ),
     )
 
 

@@ -37,12 +37,12 @@ class Profile:
 # rich: two frames in a datagram halve the cost of headers and add 33 ms.
 # voice: a frame for each 60 ms of voice. slow: three frames for each 240 ms.
 LIVE = Profile(
-    "live", 15, 1, 0.0088, rd_lambda=0.11, target_bits=64, tables="live", usual_counts=(1,), space="expressions"
+    "live", 15, 1, 0.0094, rd_lambda=0.11, target_bits=64, tables="live", usual_counts=(1,), space="expressions"
 )
 RICH = Profile("rich", 30, 2, 0.0044, rd_lambda=0.05, target_bits=64, tables="rich", usual_counts=(2,))
 NARROWBAND = Profile("narrow", 15, 3, 0.0083, rd_lambda=0.055, target_bits=40, tables="narrow", usual_counts=(3,))
 VOICE = Profile(
-    "voice", 50 / 3, 1, 0.0088, rd_lambda=0.11, target_bits=64, tables="live", usual_counts=(1, 2), space="expressions"
+    "voice", 50 / 3, 1, 0.0094, rd_lambda=0.11, target_bits=64, tables="live", usual_counts=(1, 2), space="expressions"
 )
 SLOW = Profile("slow", 12.5, 3, 0.0102, rd_lambda=0.05, target_bits=40, tables="narrow", usual_counts=(3, 6))
 

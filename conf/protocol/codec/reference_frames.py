@@ -2,8 +2,10 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import takewhile
 
 from conf.errors import ProtocolError
+from conf.protocol.codec.reconstruction import HISTORY
 
 POSE_VALUES = 6
 LOG_SCALE, ROTATION, FACE_CENTRE = 0, slice(1, 4), slice(4, 6)
@@ -52,6 +54,12 @@ class ReferenceFrames:
     def get(self, frame_number: int) -> QuantisedFrame | None:
         """Return the frame, or None if it is not stored."""
         return self._frames.get(frame_number)
+
+    def before(self, frame_number: int, stride: int) -> list[QuantisedFrame]:
+        """Return the frames one, two, ... strides earlier that a frame is shown with, up to the first not stored."""
+        numbers = (frame_number - age * stride for age in range(1, HISTORY + 1))
+        known = takewhile(lambda frame: frame is not None, map(self.get, numbers))
+        return [frame for frame in known if frame is not None]
 
     def require(self, frame_number: int) -> QuantisedFrame:
         """Return the frame. Raises MissingReferenceError if it is not stored."""

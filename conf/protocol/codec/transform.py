@@ -9,18 +9,19 @@ components partly compensate the motion that rounding the pose causes.
 
 Rounding loses the position of a value inside its step. Two methods recover part of it at no cost in bits. In every
 second payload without reference, the values that are rarely constant count from half a step further (*staggered*), so
-that two consecutive frames give more information than one. And a value that was one step away in the previous frame has
-most likely just crossed the border, so it is shifted in that direction (*reconstruction shift*). A receiver that missed
-the previous frame shows the plain value.
-Source: Martin, Cohen 1986 and Gray, Stockham 1993 (dither); Vaishampayan 1993 (staggered quantisers).
+that two consecutive frames give more information than one. And the position is estimated from the two frames before
+(reconstruction.py); a receiver that missed them shows nearly the plain value.
+Source: Gray, Stockham 1993 (dither); Vaishampayan 1993 (staggered quantisers).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, exp, hypot, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.protocol.codec.reconstruction import Reconstruction
 from conf.protocol.codec.reference_frames import FACE_CENTRE, LOG_SCALE, POSE_VALUES, ROTATION, QuantisedFrame
 
 
@@ -36,7 +37,7 @@ class MotionTransform:
     residual_steps : (n, 3) float64, one step of a point residual, FAPU units
     coupling : (6, K) float64, steps of each component that resemble one step of the pose most
     stagger : (6 + K,) float64, offset of the values of a staggered frame, steps
-    reconstruction_shift : (6 + K,) float64, fraction of the distance to the previous frame, if that is at most a step
+    reconstruction : estimates the position of values inside their step
     """
 
     forward_matrix: NDArray[np.float64]
@@ -47,7 +48,7 @@ class MotionTransform:
     residual_steps: NDArray[np.float64]
     coupling: NDArray[np.float64]
     stagger: NDArray[np.float64]
-    reconstruction_shift: NDArray[np.float64]
+    reconstruction: Reconstruction
 
     def log_scale(self, pose: NDArray[np.float64], /) -> float:
         """Return a pose's log scale in steps from the typical one."""
@@ -81,16 +82,17 @@ class MotionTransform:
         return values + self.stagger if frame.staggered else values
 
     def inverse(
-        self, frame: QuantisedFrame, previous: QuantisedFrame | None = None, /
+        self, frame: QuantisedFrame, earlier: Sequence[QuantisedFrame] = (), /
     ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-        """Return displacements (n, 3) in FAPU units and pose (6,). previous : the frame one stride earlier, if known"""
+        """Return displacements (n, 3) in FAPU units and pose (6,).
+
+        earlier : the frames one and two strides earlier, as far as they are known without a gap
+        """
         values = self.dequantise(frame)
-        if previous is not None:
-            distance = self.dequantise(previous) - values
-            shift = np.where(np.abs(distance) <= 1, self.reconstruction_shift * distance, 0.0)
-            # The components were computed for a pose without shift.
-            shift[POSE_VALUES:] -= self.compensate_pose_error(shift[:POSE_VALUES])
-            values += shift
+        shift = self.reconstruction.expected_error(values, [self.dequantise(before) for before in earlier])
+        # The components were computed for a pose without shift.
+        shift[POSE_VALUES:] -= self.compensate_pose_error(shift[:POSE_VALUES])
+        values += shift
         displacements = (values[POSE_VALUES:] @ self.inverse_matrix).reshape(-1, 3)
         for point, steps in frame.residuals.items():
             displacements[point] += self.residual_steps[point] * steps

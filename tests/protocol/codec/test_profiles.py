@@ -10,7 +10,7 @@ HEADERS = 28 + 14  # UDP/IP, framing and seal
 def test_the_profiles_are_those_of_the_wire_format() -> None:
     assert list(PROFILES.values()) == [
         Profile(
-            "live", 15, 1, 0.0088, rd_lambda=0.11, target_bits=64, tables="live", usual_counts=(1,), space="expressions"
+            "live", 15, 1, 0.0094, rd_lambda=0.11, target_bits=64, tables="live", usual_counts=(1,), space="expressions"
         ),
         Profile("rich", 30, 2, 0.0044, rd_lambda=0.05, target_bits=64, tables="rich", usual_counts=(2,)),
         Profile("narrow", 15, 3, 0.0083, rd_lambda=0.055, target_bits=40, tables="narrow", usual_counts=(3,)),
@@ -18,7 +18,7 @@ def test_the_profiles_are_those_of_the_wire_format() -> None:
             name="voice",
             fps=50 / 3,
             frames_per_datagram=1,
-            step=0.0088,
+            step=0.0094,
             rd_lambda=0.11,
             target_bits=64,
             tables="live",

@@ -51,3 +51,12 @@ def test_a_late_frame_is_stored() -> None:
     references.add(90, QuantisedFrame((2,)))
     assert references.newest == 100
     assert references.get(90) == QuantisedFrame((2,))
+
+
+def test_a_frame_is_shown_with_those_before_it_up_to_a_gap() -> None:
+    references = ReferenceFrames()
+    for number in (10, 14, 16, 18):
+        references.add(number, QuantisedFrame((number,)))
+    assert references.before(18, 2) == [QuantisedFrame((16,)), QuantisedFrame((14,))]
+    assert references.before(18, 4) == [QuantisedFrame((14,)), QuantisedFrame((10,))]
+    assert references.before(14, 2) == [], "the frame two strides earlier alone does not help"

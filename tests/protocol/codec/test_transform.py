@@ -1,5 +1,6 @@
 """The transform: it agrees with the independent decoder, and its two directions are inverse."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import exp
 
@@ -9,12 +10,13 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from conf.protocol.codec.model import load_models
+from conf.protocol.codec.reconstruction import Reconstruction
 from conf.protocol.codec.reference_frames import LOG_SCALE, POSE_VALUES, QuantisedFrame
 from tests.protocol.independent_decoder import Frame, PayloadReader
 from tests.support.synthetic_motion import talking
 
 TRANSFORM = load_models()["live"].transform
-COUNT = len(TRANSFORM.reconstruction_shift)
+COUNT = len(TRANSFORM.stagger)
 VALUES = st.lists(st.integers(-60, 60), min_size=COUNT, max_size=COUNT).map(tuple)
 CHANGES = st.lists(st.integers(-2, 2), min_size=COUNT, max_size=COUNT)
 RESIDUALS = st.dictionaries(st.integers(0, 49), st.tuples(*[st.integers(-90, 90)] * 3), max_size=3)
@@ -24,27 +26,34 @@ READER = PayloadReader()
 
 
 def independent_inverse(
-    frame: QuantisedFrame, previous: QuantisedFrame | None = None
+    frame: QuantisedFrame, earlier: Sequence[QuantisedFrame]
 ) -> tuple[np.ndarray[tuple[int, ...], np.dtype[np.float64]], np.ndarray[tuple[int, ...], np.dtype[np.float64]]]:
     """Return displacements and pose of a frame by the independent decoder."""
-    READER.frames = {("live", 1): Frame(list(frame.values), frame.staggered, frame.residuals)}
-    if previous:
-        READER.frames["live", 0] = Frame(list(previous.values), previous.staggered)
-    return READER.motion("live", 1)
+    READER.frames = {("live", 2): Frame(list(frame.values), frame.staggered, frame.residuals)}
+    for age, before in enumerate(earlier, 1):
+        READER.frames["live", 2 - age] = Frame(list(before.values), before.staggered)
+    return READER.motion("live", 2)
 
 
 @pytest.mark.slow
-@given(VALUES, CHANGES, st.booleans(), RESIDUALS)
-@example(SMALL_ROTATION, [0] * COUNT, False, {3: (1, 2, 3)})
-@example(ZERO, [1] * COUNT, False, {})
+@given(VALUES, CHANGES, CHANGES, st.booleans(), RESIDUALS)
+@example(SMALL_ROTATION, [0] * COUNT, [1] * COUNT, False, {3: (1, 2, 3)})
+@example(ZERO, [1] * COUNT, [-1] * COUNT, False, {})
 def test_frames_are_decoded_as_by_the_independent_decoder(
-    values: tuple[int, ...], changes: list[int], staggered: bool, residuals: dict[int, tuple[int, int, int]]
+    values: tuple[int, ...],
+    changes: list[int],
+    earlier_changes: list[int],
+    staggered: bool,
+    residuals: dict[int, tuple[int, int, int]],
 ) -> None:
     frame = QuantisedFrame(values, staggered, residuals)
-    previous = QuantisedFrame(tuple(v + c for v, c in zip(values, changes, strict=True)), staggered)
-    for before in (None, previous):
-        displacements, pose = TRANSFORM.inverse(frame, before)
-        expected = independent_inverse(frame, before)
+    earlier = [
+        QuantisedFrame(tuple(v + c for v, c in zip(values, by, strict=True)), staggered)
+        for by in (changes, earlier_changes)
+    ]
+    for known in range(3):
+        displacements, pose = TRANSFORM.inverse(frame, earlier[:known])
+        expected = independent_inverse(frame, earlier[:known])
         np.testing.assert_allclose(displacements, expected[0], rtol=1e-6, atol=1e-3)
         np.testing.assert_allclose(pose, expected[1], rtol=1e-9, atol=1e-12)
 
@@ -72,21 +81,20 @@ def test_components_are_orthonormal_in_steps() -> None:
     assert np.allclose(TRANSFORM.inverse_matrix @ TRANSFORM.forward_matrix, np.eye(COUNT - POSE_VALUES), atol=1e-5)
 
 
-@pytest.mark.slow
-@given(VALUES, VALUES)
-def test_the_reconstruction_shift_is_at_most_half_a_step(values: tuple[int, ...], before: tuple[int, ...]) -> None:
-    frame, earlier = QuantisedFrame(values), QuantisedFrame(before, staggered=True)
-    distance = TRANSFORM.dequantise(earlier) - TRANSFORM.dequantise(frame)
-    _, plain = TRANSFORM.inverse(frame)
-    _, shifted = TRANSFORM.inverse(frame, earlier)
-    steps = (shifted[:3] - plain[:3]) / TRANSFORM.pose_steps[1:4]
-    assert np.all(np.abs(steps) <= 0.5 + 1e-9)
-    assert np.all(steps * distance[1:4] >= -1e-9)
+def test_the_components_follow_a_pose_that_is_estimated_inside_its_step() -> None:
+    turn = np.zeros(COUNT)
+    turn[1] = 0.4
+    moved = replace(TRANSFORM, reconstruction=Reconstruction(turn, np.zeros((2, COUNT, COUNT))))
+    frame, earlier = QuantisedFrame(ZERO), QuantisedFrame((0, 1, *ZERO[2:]))
+    displacements, pose = moved.inverse(frame, [earlier])
+    assert pose[0] == pytest.approx(0.4 * TRANSFORM.pose_steps[1])
+    expected = -TRANSFORM.compensate_pose_error(turn[:POSE_VALUES]) @ TRANSFORM.inverse_matrix
+    np.testing.assert_allclose(displacements.reshape(-1), expected, atol=1e-4)
 
 
-def test_a_frame_equal_to_the_previous_one_is_not_shifted() -> None:
+def test_a_frame_equal_to_those_before_is_not_shifted() -> None:
     frame = QuantisedFrame(tuple(range(COUNT)))
-    plain, shifted = TRANSFORM.inverse(frame), TRANSFORM.inverse(frame, frame)
+    plain, shifted = TRANSFORM.inverse(frame), TRANSFORM.inverse(frame, [frame, frame])
     assert np.array_equal(plain[0], shifted[0])
     assert np.array_equal(plain[1], shifted[1])
 

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from conf.protocol.codec.range_coder import TOTAL
+from conf.protocol.codec.reconstruction import Reconstruction
+from conf.protocol.codec.reference_frames import LOG_SCALE
 from conf.protocol.codec.symbol_coder import ESCAPE, MAX_TABLE_MAGNITUDE, Tables
 from conf.protocol.codec.syntax import LOG_ONE
-from tools.train.codec_fit import SCALES, fit_tables, fit_weights, predict_scales
+from tools.train.codec_fit import SCALES, fit_reconstruction, fit_tables, fit_weights, predict_scales
 
 
 def test_the_scale_follows_the_feature_that_determines_it() -> None:
@@ -35,3 +37,17 @@ def test_tables_follow_the_counts() -> None:
     table = fit_tables(np.full(len(observed), 7), observed)[7]
     assert table[MAX_TABLE_MAGNITUDE] / TOTAL == pytest.approx(0.9, abs=0.02)
     assert table[MAX_TABLE_MAGNITUDE + 1] == pytest.approx(table[MAX_TABLE_MAGNITUDE - 1], abs=2)
+
+
+def test_the_reconstruction_finds_the_motion_that_rounding_hid() -> None:
+    rng = np.random.default_rng(4)
+    exact = np.cumsum(rng.normal(0, 0.3, (3000, 3)), axis=0)
+    exact[:, 2] = exact[:, 1] / 2  # moves with another one
+    coded = np.rint(exact)
+    values, earlier, errors = coded[2:], np.stack([coded[1:-1], coded[:-2]], axis=1), (exact - coded)[2:]
+    coefficients = fit_reconstruction(values, earlier, errors)
+    reconstruction = Reconstruction(coefficients[0], coefficients[1:].reshape(2, 3, 3))
+    left = errors - [reconstruction.expected_error(v, list(e)) for v, e in zip(values, earlier, strict=True)]
+    assert not coefficients[:, LOG_SCALE].any()
+    assert np.mean(left[:, 1] ** 2) < 0.8 * np.mean(errors[:, 1] ** 2)
+    assert np.mean(left[:, 2] ** 2) < 0.85 * np.mean(errors[:, 2] ** 2)

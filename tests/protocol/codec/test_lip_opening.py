@@ -1,0 +1,65 @@
+"""The opening of the mouth is measured as points move, corrected in one direction, and arrives near what was sent."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from conf.protocol.codec.decoder import Decoder
+from conf.protocol.codec.encoder import Encoder
+from conf.protocol.codec.lip_opening import MAX_ERROR
+from conf.protocol.codec.model import load_models
+from conf.protocol.codec.profiles import PROFILES
+from conf.protocol.codec.reference_frames import QuantisedFrame
+from conf.protocol.messages import MotionFrame
+from tests.support.synthetic_motion import talking
+
+MODELS = load_models()
+LIVE = MODELS["live"]
+OPENING = LIVE.lip_opening
+
+
+def opened(frame: MotionFrame, by: float) -> MotionFrame:
+    """Return a frame with a mouth that is more open, eye distances, and else the same components."""
+    return OPENING.correct([frame], [-by])[0]
+
+
+def opening(frame: MotionFrame) -> float:
+    return float(frame.displacements.reshape(-1) @ OPENING.gradient)
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_the_direction_opens_the_mouth_by_the_length_asked_for(name: str) -> None:
+    own = MODELS[name].lip_opening
+    assert own.direction @ own.gradient == pytest.approx(1)
+    components = own.direction @ MODELS[name].transform.forward_matrix
+    np.testing.assert_allclose(components @ MODELS[name].transform.inverse_matrix, own.direction, rtol=1e-3, atol=0.5)
+
+
+def test_errors_up_to_the_limit_are_none() -> None:
+    frame = QuantisedFrame((0,) * len(LIVE.transform.stagger))
+    displacements, pose = LIVE.transform.inverse(frame)
+    shown = MotionFrame(0.0, displacements, pose)
+    for by, expected in ((0.9 * MAX_ERROR, 0.0), (1.1 * MAX_ERROR, -1.1 * MAX_ERROR), (-0.03, 0.03)):
+        errors = OPENING.errors(LIVE.transform, [opened(shown, by)], [frame], [])
+        assert errors == pytest.approx([expected], abs=1e-5)
+    assert OPENING.correct([shown], [0.0])[0].displacements.tolist() == displacements.tolist()
+
+
+@pytest.mark.slow
+def test_far_fewer_openings_arrive_with_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a mouth that opens and shuts faster than a mouth can."""
+
+    def count_errors() -> int:
+        rng = np.random.default_rng(5)
+        encoder, decoder, far = Encoder(), Decoder(), 0
+        for number, frame in enumerate(talking(150)):
+            source = opened(replace(frame, displacements=frame.displacements * 0), rng.uniform(0, 0.1))
+            encoder.acknowledge(range(number - 1))
+            [shown] = decoder.decode(encoder.encode([source], number), number)
+            far += abs(float(shown.displacements.reshape(-1) @ OPENING.gradient) - opening(source)) > MAX_ERROR
+        return far
+
+    corrected = count_errors()
+    monkeypatch.setattr("conf.protocol.codec.encoder.LIP_ATTEMPTS", 1)  # only the first is measured
+    assert corrected < count_errors() / 2
