@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 ASSETS = Path(__file__).resolve().parents[2] / "conf" / "assets"
 PROFILES = ("live", "rich", "narrow", "voice", "slow")
-STEPS = {"live": 0.0094, "rich": 0.0044, "narrow": 0.0083, "voice": 0.0094, "slow": 0.0102}
+STEPS = {"live": 0.0094, "rich": 0.006, "narrow": 0.0126, "voice": 0.0094, "slow": 0.015}
 TABLES = {"live": "live", "rich": "rich", "narrow": "narrow", "voice": "live", "slow": "narrow"}
-SPACES = {"live": "expressions", "rich": "points", "narrow": "points", "voice": "expressions", "slow": "points"}
 COUNTS = {"live": (1,), "rich": (2,), "narrow": (3,), "voice": (1, 2), "slow": (3, 6)}
 TOTAL = 1 << 15
 
@@ -321,13 +320,13 @@ class PayloadReader:
             if strides == 1:
                 shift += np.where(np.abs(d) <= 1, a[f"{name}_lean"] * d, 0)
             shift += np.clip(d, -1, 1) @ a[f"{name}_history"][strides - 1].astype(float)
-        shift[6:] -= shift[:6] @ a[f"{SPACES[profile]}_coupling"]
+        shift[6:] -= shift[:6] @ a["coupling"]
         v = v + shift
         step = STEPS[profile]
-        moved = (step * (v[6:] @ a[f"{SPACES[profile]}_synthesis"].astype(float))).reshape(-1, 3)
+        moved = (step * (v[6:] @ a["synthesis"].astype(float))).reshape(-1, 3)
         for point, steps in frame.residuals.items():
             moved[point] += a["correction"][point] * steps
-        scaled = v[:6] * step * a[f"{SPACES[profile]}_pose_unit"]
+        scaled = v[:6] * step * a["pose_unit"]
         s = scaled[0] + a["usual_log_scale"]
         x, y, z = scaled[1:4]
         angle = float(np.linalg.norm(scaled[1:4]))
@@ -337,5 +336,5 @@ class PayloadReader:
         return moved, np.array([x, y, z, *position, s])
 
     def _dequantise(self, profile: str, frame: Frame) -> NDArray[np.float64]:
-        offset = self.arrays[f"{SPACES[profile]}_stagger"] if frame.staggered else 0
+        offset = self.arrays["stagger"] if frame.staggered else 0
         return np.array(frame.values, dtype=float) + offset

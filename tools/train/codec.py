@@ -5,16 +5,14 @@
 Strategy. Four parts are trained on facial motion tracks. Each model is simple, because there are only three minutes of
 motion and the result must generalise to other people.
 
-1. The learned spaces. The error of a frame is d' M d with the error d of its displacements and the metric
+1. The learned space. The error of a frame is d' M d with the error d of its displacements and the metric
    M = diag(w^2) + curve_weight / n G' G: w weights each coordinate by the visibility of an error (LIP_WEIGHT, the
    space's vertical weights, DEPTH), and the rows of G are the gradients of curves that describe an expression
    (tools/bench/expression_curves.py). Viewers read expressions from differences of points, which are smaller than the
-   points' motion: a frown moves the brows towards each other by 2 mm. The space "points" has no curves and needs fewer
-   bytes; profiles for slow links use it. Displacements times the square root of M are projected on their principal
-   directions. A step in any direction then causes the same error, so one step size serves
+   points' motion: a frown moves the brows towards each other by 2 mm. Displacements times the square root of M are
+   projected on their principal directions. A step in any direction then causes the same error, so one step size serves
    all directions, as rate-distortion theory requires (reverse water-filling). Directions with little motion cost almost
-   nothing. One step of each pose value moves the points of a mean face as far as one step of a component
-   of the space "points" does.
+   nothing. One step of each pose value moves the points of a mean face by the space's pose_step, in steps.
 2. The default reference, used when there is no reference: the mean over people of each person's median.
 3. The context weights: the expected size of a difference, given the age of the reference and the values coded before
    (conf/protocol/codec/syntax.py). Fitted for each value and each of the AGES.
@@ -61,7 +59,7 @@ from conf.protocol.codec.syntax import FEATURE_COUNT, LOG_ONE, Context
 from tools.bench.codec_link import HELD_OUT, Link, measure, total
 from tools.bench.tracks import Track, TrackReader
 from tools.train.codec_fit import fit_reconstruction, fit_tables, fit_weights, predict_scales
-from tools.train.codec_space import AGES, FINE, SPACES, Arrays, fit_shared, fit_space
+from tools.train.codec_space import AGES, FINE, SPACE, Arrays, fit_shared, fit_space
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 MOTION = REPOSITORY.parent / "shared" / "motion"
@@ -76,18 +74,17 @@ Tracks = Mapping[float, Sequence[Track]]  # by frames a second
 def train(tracks: Tracks, /, *, base: Arrays | None = None) -> Arrays:
     """Return the arrays of the codec's file.
 
-    base : arrays of another file; only the profile live and its space are trained, all else is kept
+    base : arrays of another file; only the space and the profile live are trained, all else is kept
 
-    [s]_analysis : (3 n, K) FAPU units to components, eye distances; [s]_synthesis : (K, 3 n) components to FAPU units
-    [s]_pose_unit : (6,) log scale, radians, face sizes for a step of one eye distance
-    [s]_coupling, [s]_stagger, correction, middle, usual_log_scale : see WIRE.md
+    analysis : (3 n, K) FAPU units to components, eye distances; synthesis : (K, 3 n) components to FAPU units
+    pose_unit : (6,) log scale, radians, face sizes for a step of one eye distance
+    coupling, stagger, opening, correction, middle, usual_log_scale : see WIRE.md
     ages : (A,); for each profile weights (1 + 2 A, 6 + K, F), frequencies, standing (6 + K,), growth; lean (6 + K,),
         history (2, 6 + K, 6 + K): see conf/protocol/codec/reconstruction.py
     """
     arrays = fit_shared(tracks[min(tracks)]) if base is None else dict(base)
     trained = TRAINED if base is None else [LIVE]
-    for name in {profile.space for profile in trained}:
-        arrays |= fit_space(name, SPACES[name], tracks[min(tracks)])
+    arrays |= fit_space(SPACE, tracks[min(tracks)])
     for profile in trained:
         arrays |= uniform_statistics(profile, arrays)
     for _ in range(ROUNDS):
@@ -99,7 +96,7 @@ def train(tracks: Tracks, /, *, base: Arrays | None = None) -> Arrays:
 
 def uniform_statistics(profile: Profile, arrays: Arrays, /) -> Arrays:
     """Return the statistics of a profile before training: all contexts are equal."""
-    count = POSE_VALUES + SPACES[profile.space].components
+    count = POSE_VALUES + SPACE.components
     weights = np.zeros((1 + 2 * len(AGES), count, FEATURE_COUNT), dtype=np.int16)
     weights[:, :, 0] = 12 * LOG_ONE
     weights[0, :POSE_VALUES, 0] = 40 * LOG_ONE
@@ -109,9 +106,7 @@ def uniform_statistics(profile: Profile, arrays: Arrays, /) -> Arrays:
         f"{profile.name}_frequencies": fit_tables(nothing, nothing),
         f"{profile.name}_standing": np.zeros(count, dtype=np.int16),
         **_reconstruction(profile.name, np.zeros((1 + HISTORY * count, count))),
-        f"{profile.name}_growth": np.array(
-            round(65536 * profile.step * float(arrays[f"{profile.space}_pose_unit"][0])), dtype=np.int32
-        ),
+        f"{profile.name}_growth": np.array(round(65536 * profile.step * float(arrays["pose_unit"][0])), dtype=np.int32),
     }
 
 

@@ -1,4 +1,4 @@
-"""Fit the codec's learned spaces: a metric of errors, and the principal directions of motion in it."""
+"""Fit the codec's learned space: a metric of errors, and the principal directions of motion in it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -29,55 +29,54 @@ class Space:
 
     components : enough for separate lid motion; more reduce the error less than a finer step at the same rate
     vertical : weights of vertical errors of points: a blink and a raised brow are short, and their size has a meaning
-    pose_step : one step of the pose over the usual one, because a larger step of curves must not make the pose coarser
+    pose_step : motion of the points by one step of the pose over that by one of a component: their metric has no curves
     curve_weight : of the squared error of a curve over that of a coordinate
     curve_weights : times that, of single curves: those whose motion is smallest beside what it says
     """
 
     components: int
     vertical: Mapping[str, float]
-    pose_step: float = 1.0
-    curve_weight: float = 0.0
+    pose_step: float
+    curve_weight: float
     curve_weights: Mapping[str, float] = field(default_factory=dict)
 
 
-SPACES = {
-    "points": Space(24, {"inner_lip": 2.0, "eyelid": 3.0, "brow": 1.5}),
-    "expressions": Space(
-        26,
-        {"inner_lip": 1.5, "eyelid": 2.0},
-        pose_step=0.0079 / 0.0094,  # the pose's step over that of live
-        curve_weight=4.0,
-        curve_weights={
-            "brow_knit": 4.0,
-            "brow_slant_l": 1.5,
-            "brow_slant_r": 1.5,
-            "mouth_opening": 1.2,
-            "upper_lip_thickness": 1.5,
-            "lower_lip_thickness": 1.6,
-            "upper_lip_raise": 1.9,
-            "gaze_x": 2.3,
-            "gaze_y": 1.5,
-        },
-    ),
-}
+SPACE = Space(
+    26,
+    {"inner_lip": 1.5, "eyelid": 2.0},
+    pose_step=0.84,
+    curve_weight=4.0,
+    curve_weights={
+        "brow_knit": 4.0,
+        "brow_slant_l": 1.8,
+        "brow_slant_r": 1.8,
+        "mouth_opening": 1.2,
+        "upper_lip_thickness": 1.6,
+        "lower_lip_thickness": 2.0,
+        "upper_lip_raise": 2.0,
+        "lid_l": 1.3,
+        "lid_r": 1.3,
+        "gaze_x": 2.3,
+        "gaze_y": 1.5,
+    },
+)
 
 
 def fit_shared(tracks: Sequence[Track], /) -> Arrays:
-    """Return the arrays that all profiles use."""
+    """Return the arrays that do not depend on the space."""
     opening = GRADIENTS[NAMES.index("mouth_opening")] * np.mean([track.lengths for track in tracks], axis=0)
     scales = [np.median([frame.pose[5] for frame in track.frames]) for track in tracks]
     arrays = {
         "middle": MEAN_FACE.mean(axis=0),
         "usual_log_scale": np.median(scales),
         "opening": opening.reshape(-1) / _eye_distance(),
-        "correction": RESIDUAL_STEP / (_weight(SPACES["points"], tracks) * np.sqrt(CONTROL_POINT_COUNT)),
+        "correction": RESIDUAL_STEP / (_weight(SPACE, tracks) * np.sqrt(CONTROL_POINT_COUNT)),
     }
     stored = {name: np.asarray(array, dtype=np.float32) for name, array in arrays.items()}
     return stored | {"ages": np.array(AGES, dtype=np.uint8)}
 
 
-def fit_space(name: str, space: Space, tracks: Sequence[Track], /) -> Arrays:
+def fit_space(space: Space, tracks: Sequence[Track], /) -> Arrays:
     """Return the arrays of a learned space."""
     lengths = np.mean([track.lengths for track in tracks], axis=0)
     root = _metric_root(space, _weight(space, tracks), lengths / _eye_distance())
@@ -92,7 +91,7 @@ def fit_space(name: str, space: Space, tracks: Sequence[Track], /) -> Arrays:
         "coupling": (motions / lengths).reshape(POSE_VALUES, -1) @ analysis,
         "stagger": _stagger(space.components),
     }
-    return {f"{name}_{key}": np.asarray(array, dtype=np.float32) for key, array in arrays.items()}
+    return {key: np.asarray(array, dtype=np.float32) for key, array in arrays.items()}
 
 
 def _eye_distance() -> float:

@@ -24,7 +24,6 @@ COARSER_FACTORS = (4.0, 10.0)  # tried one after another when the payload is too
 # Steps: log scale keeps the reference's value within this distance, because the face centre is measured in it.
 LOG_SCALE_HYSTERESIS = 0.7
 LIP_ATTEMPTS = 4  # at most, to bring the opening of the mouth near enough; two usually do
-SKIP_THRESHOLD = 1.1  # steps: a frame that differs by less in every value need not be sent
 MAX_POSE = 50.0  # radians, image heights or e-folds: larger values are invalid
 
 
@@ -99,7 +98,7 @@ class Encoder:
         model, newest = self._models[self.profile.name], self._newest
         values = model.transform.forward(frame.displacements, frame.pose, log_scale=newest.values[LOG_SCALE])
         values[LOG_SCALE] = model.transform.log_scale(frame.pose)
-        if (np.abs(values - model.transform.dequantise(newest)) > SKIP_THRESHOLD).any():
+        if (np.abs(values - model.transform.dequantise(newest)) > self.profile.skip_threshold).any():
             return True
         known, threshold = newest.residuals, MIN_RESIDUAL_INTRA
         return bool(choose_point_residuals(model, frame.displacements, known, threshold=threshold, bits_spent=0.0))

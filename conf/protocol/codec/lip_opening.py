@@ -2,7 +2,7 @@
 
 Strategy. The opening is a difference of two points, a small part of the error that the encoder keeps low. A millimetre
 between lips that touch opens a shut mouth, and one less hides a short vowel. So the encoder decodes what it is about to
-send, as a receiver without losses will. Where the opening is more than MAX_ERROR off, which is rare, it codes the frame
+send, as a receiver without losses will. Where the opening is too far off, which is rare, it codes the frame
 again with its target moved by the error, along the direction in which the opening changes the components least. The
 payload only grows by what the nearer values cost, and decoders need no rule.
 """
@@ -17,7 +17,10 @@ from conf.protocol.codec.reference_frames import QuantisedFrame
 from conf.protocol.codec.transform import MotionTransform
 from conf.protocol.messages import MotionFrame
 
-MAX_ERROR = 0.0115  # eye distances, 1 mm: the receiver draws less than that from lip to lip as shut
+# Eye distances; 0.0115 is 1 mm. A head draws an opening of up to 0.9 mm as none, and one of 1.75 mm as 1 mm.
+MAX_ERROR = 0.0115
+NEARLY_SHUT = 0.0125  # openings below this are shown ...
+MAX_SHOWN_SHUT = 0.0165  # ... at most this far open
 
 
 @dataclass(frozen=True)
@@ -45,15 +48,16 @@ class LipOpening:
         earlier: Sequence[QuantisedFrame],
         /,
     ) -> list[float]:
-        """Return by how much each frame is shown too far open, eye distances; 0 up to MAX_ERROR.
+        """Return by how much each frame is shown too far open, eye distances; 0 if that is little enough.
 
         coded : the frames as they would be sent; earlier : those one, two, ... strides before the first
         """
         known, errors = list(earlier), []
         for frame, quantised in zip(frames, coded, strict=True):
             shown, _ = transform.inverse(quantised, known)
-            error = float((shown - frame.displacements).reshape(-1) @ self.gradient)
-            errors.append(error if abs(error) > MAX_ERROR else 0.0)
+            sent, received = (float(points.reshape(-1) @ self.gradient) for points in (frame.displacements, shown))
+            opens = sent < NEARLY_SHUT and received > MAX_SHOWN_SHUT
+            errors.append(received - sent if opens or abs(received - sent) > MAX_ERROR else 0.0)
             known.insert(0, quantised)
         return errors
 

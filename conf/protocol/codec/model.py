@@ -86,16 +86,16 @@ def _build_model(profile: Profile, arrays: Arrays) -> CodecModel:
 
 
 def _build_transform(profile: Profile, arrays: Arrays) -> MotionTransform:
-    step, space = profile.step, profile.space
+    step = profile.step
     return MotionTransform(
-        forward_matrix=arrays[f"{space}_analysis"].astype(np.float64) / step,
-        inverse_matrix=step * arrays[f"{space}_synthesis"].astype(np.float64),
-        pose_steps=step * arrays[f"{space}_pose_unit"].astype(np.float64),
+        forward_matrix=arrays["analysis"].astype(np.float64) / step,
+        inverse_matrix=step * arrays["synthesis"].astype(np.float64),
+        pose_steps=step * arrays["pose_unit"].astype(np.float64),
         face_centre=arrays["middle"].astype(np.float64),
         typical_log_scale=float(arrays["usual_log_scale"]),
         residual_steps=arrays["correction"].astype(np.float64),
-        coupling=arrays[f"{space}_coupling"].astype(np.float64),
-        stagger=arrays[f"{space}_stagger"].astype(np.float64),
+        coupling=arrays["coupling"].astype(np.float64),
+        stagger=arrays["stagger"].astype(np.float64),
         reconstruction=Reconstruction(
             previous=arrays[f"{profile.tables}_lean"].astype(np.float64),
             history=arrays[f"{profile.tables}_history"].astype(np.float64),

@@ -14,7 +14,7 @@ class Profile:
     target_bits : above this size of a frame, residuals of single points wait for a later frame
     tables : the profile whose trained tables it uses
     usual_counts : numbers of frames in a datagram that cost few bits
-    space : learned space of its components: "expressions" measures curves of the expression besides points
+    skip_threshold : steps: a frame that differs by less in every value need not be sent
     """
 
     name: str
@@ -25,7 +25,7 @@ class Profile:
     target_bits: int
     tables: str
     usual_counts: tuple[int, ...]
-    space: str = "points"
+    skip_threshold: float = 1.0
 
     @property
     def delay(self) -> float:
@@ -37,13 +37,11 @@ class Profile:
 # rich: two frames in a datagram halve the cost of headers and add 33 ms.
 # voice: a frame for each 60 ms of voice. slow: three frames for each 240 ms.
 LIVE = Profile(
-    "live", 15, 1, 0.0094, rd_lambda=0.11, target_bits=64, tables="live", usual_counts=(1,), space="expressions"
+    "live", 15, 1, 0.0094, rd_lambda=0.10, target_bits=64, tables="live", usual_counts=(1,), skip_threshold=1.15
 )
-RICH = Profile("rich", 30, 2, 0.0044, rd_lambda=0.05, target_bits=64, tables="rich", usual_counts=(2,))
-NARROWBAND = Profile("narrow", 15, 3, 0.0083, rd_lambda=0.055, target_bits=40, tables="narrow", usual_counts=(3,))
-VOICE = Profile(
-    "voice", 50 / 3, 1, 0.0094, rd_lambda=0.11, target_bits=64, tables="live", usual_counts=(1, 2), space="expressions"
-)
-SLOW = Profile("slow", 12.5, 3, 0.0102, rd_lambda=0.05, target_bits=40, tables="narrow", usual_counts=(3, 6))
+RICH = Profile("rich", 30, 2, 0.0060, rd_lambda=0.05, target_bits=64, tables="rich", usual_counts=(2,))
+NARROWBAND = Profile("narrow", 15, 3, 0.0126, rd_lambda=0.065, target_bits=40, tables="narrow", usual_counts=(3,))
+VOICE = Profile("voice", 50 / 3, 1, 0.0094, rd_lambda=0.10, target_bits=64, tables="live", usual_counts=(1, 2))
+SLOW = Profile("slow", 12.5, 3, 0.0150, rd_lambda=0.055, target_bits=40, tables="narrow", usual_counts=(3, 6))
 
 PROFILES = {profile.name: profile for profile in (LIVE, RICH, NARROWBAND, VOICE, SLOW)}

@@ -7,10 +7,10 @@ import pytest
 
 from conf.protocol.codec.decoder import Decoder
 from conf.protocol.codec.encoder import Encoder
-from conf.protocol.codec.lip_opening import MAX_ERROR
+from conf.protocol.codec.lip_opening import MAX_ERROR, MAX_SHOWN_SHUT, NEARLY_SHUT
 from conf.protocol.codec.model import load_models
 from conf.protocol.codec.profiles import PROFILES
-from conf.protocol.codec.reference_frames import QuantisedFrame
+from conf.protocol.codec.reference_frames import POSE_VALUES, QuantisedFrame
 from conf.protocol.messages import MotionFrame
 from tests.support.synthetic_motion import talking
 
@@ -44,6 +44,20 @@ def test_errors_up_to_the_limit_are_none() -> None:
         errors = OPENING.errors(LIVE.transform, [opened(shown, by)], [frame], [])
         assert errors == pytest.approx([expected], abs=1e-5)
     assert OPENING.correct([shown], [0.0])[0].displacements.tolist() == displacements.tolist()
+
+
+@pytest.mark.parametrize(("sent", "shown", "is_error"), [(0.9, 0.9, False), (0.9, 1.05, True), (1.05, 1.2, False)])
+def test_a_mouth_that_is_nearly_shut_is_not_shown_open(sent: float, shown: float, is_error: bool) -> None:
+    """sent, shown : openings, of NEARLY_SHUT and of MAX_SHOWN_SHUT"""
+    displacements, pose = LIVE.transform.inverse(QuantisedFrame((0,) * len(LIVE.transform.stagger)))
+    steps = opened(MotionFrame(0.0, displacements, pose), shown * MAX_SHOWN_SHUT).displacements
+    moved = replace(LIVE.transform, inverse_matrix=LIVE.transform.inverse_matrix.copy())
+    moved.inverse_matrix[0] = steps.reshape(-1)
+    frame = QuantisedFrame((*(0,) * POSE_VALUES, 1, *(0,) * (len(moved.inverse_matrix) - 1)))
+    source = opened(MotionFrame(0.0, displacements * 0, pose), sent * NEARLY_SHUT)
+    [error] = OPENING.errors(moved, [source], [frame], [])
+    assert (error != 0) == is_error
+    assert not is_error or error == pytest.approx(shown * MAX_SHOWN_SHUT - sent * NEARLY_SHUT, abs=1e-4)
 
 
 @pytest.mark.slow

@@ -47,24 +47,18 @@ def test_the_model_holds_the_arrays_of_its_profile(model: CodecModel) -> None:
 
 def test_the_transform_is_scaled_by_the_step(model: CodecModel) -> None:
     arrays, step, transform = READER.arrays, model.profile.step, model.transform
-    space = model.profile.space
-    analysis, synthesis = (arrays[f"{space}_{name}"].astype(float) for name in ("analysis", "synthesis"))
+    analysis, synthesis = (arrays[name].astype(float) for name in ("analysis", "synthesis"))
     components = np.arange(float(len(synthesis))) - 9
     np.testing.assert_allclose(components @ transform.inverse_matrix, step * (components @ synthesis))
     displacements = np.linspace(-80, 90, 150)
     np.testing.assert_allclose(displacements @ transform.forward_matrix, displacements @ analysis / step)
-    np.testing.assert_allclose(transform.pose_steps, arrays[f"{space}_pose_unit"].astype(float) * step)
+    np.testing.assert_allclose(transform.pose_steps, arrays["pose_unit"].astype(float) * step)
 
 
 def test_synthesis_inverts_analysis(model: CodecModel) -> None:
     transform = model.transform
     unit = np.eye(len(transform.inverse_matrix))
     np.testing.assert_allclose(transform.inverse_matrix @ transform.forward_matrix, unit, atol=1e-5)
-
-
-def test_a_step_of_the_pose_is_as_fine_in_both_spaces() -> None:
-    live, points = MODELS["live"].transform.pose_steps, MODELS["rich"].transform.pose_steps
-    np.testing.assert_allclose(live / 0.0079, points / MODELS["rich"].profile.step, rtol=0.02)
 
 
 def test_the_other_arrays_of_the_transform_are_those_of_the_file(model: CodecModel) -> None:
@@ -74,8 +68,8 @@ def test_the_other_arrays_of_the_transform_are_those_of_the_file(model: CodecMod
     stored = {
         "face_centre": "middle",
         "residual_steps": "correction",
-        "coupling": f"{model.profile.space}_coupling",
-        "stagger": f"{model.profile.space}_stagger",
+        "coupling": "coupling",
+        "stagger": "stagger",
         "reconstruction.previous": f"{model.profile.tables}_lean",
         "reconstruction.history": f"{model.profile.tables}_history",
     }

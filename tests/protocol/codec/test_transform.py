@@ -119,6 +119,4 @@ def test_a_pose_error_is_compensated_by_the_coupling() -> None:
     for axis in range(POSE_VALUES):
         error = np.zeros(POSE_VALUES)
         error[axis] = 0.5
-        np.testing.assert_allclose(
-            TRANSFORM.compensate_pose_error(error), READER.arrays["expressions_coupling"][axis] / 2
-        )
+        np.testing.assert_allclose(TRANSFORM.compensate_pose_error(error), READER.arrays["coupling"][axis] / 2)

@@ -1,4 +1,6 @@
-"""The learned spaces: a curve of the expression weighs more in "expressions", and synthesis inverts analysis."""
+"""The learned space: the curves of the expression weigh more than points alone, and synthesis inverts analysis."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ from conf.protocol.messages import MotionFrame
 from tests.support.synthetic_motion import TYPICAL_POSE
 from tools.bench.expression_curves import GRADIENTS, NAMES
 from tools.bench.tracks import Track
-from tools.train.codec_space import SPACES, fit_shared, fit_space
+from tools.train.codec_space import SPACE, fit_shared, fit_space
 
 
 @pytest.fixture(scope="module")
@@ -21,27 +23,25 @@ def tracks() -> list[Track]:
     return [Track("random", frames, np.full(len(frames), 0.2), Fapu(6, 6, 6, 6, 6))]
 
 
-@pytest.mark.parametrize("name", SPACES)
-def test_synthesis_inverts_analysis(name: str, tracks: list[Track]) -> None:
-    arrays = fit_space(name, SPACES[name], tracks)
-    product = arrays[f"{name}_synthesis"] @ arrays[f"{name}_analysis"]
-    np.testing.assert_allclose(product, np.eye(SPACES[name].components), atol=1e-5)
-    assert len(arrays[f"{name}_stagger"]) == 6 + SPACES[name].components
+def test_synthesis_inverts_analysis(tracks: list[Track]) -> None:
+    arrays = fit_space(SPACE, tracks)
+    np.testing.assert_allclose(arrays["synthesis"] @ arrays["analysis"], np.eye(SPACE.components), atol=1e-5)
+    assert len(arrays["stagger"]) == 6 + SPACE.components
 
 
 def test_a_step_along_a_curve_is_shorter_where_curves_are_measured(tracks: list[Track]) -> None:
     """The length in the space of a displacement along the gradient is the number of steps that it takes."""
     gradient = GRADIENTS[NAMES.index("brow_knit")].reshape(-1)
-    length = {}
-    for name, space in SPACES.items():
-        wide = type(space)(150, space.vertical, space.pose_step, space.curve_weight, space.curve_weights)
-        length[name] = np.linalg.norm(gradient @ fit_space(name, wide, tracks)[f"{name}_analysis"])
-    assert length["expressions"] > 2 * length["points"]
+    length = [
+        np.linalg.norm(gradient @ fit_space(replace(SPACE, components=150, curve_weight=weight), tracks)["analysis"])
+        for weight in (SPACE.curve_weight, 0.0)
+    ]
+    assert length[0] > 2 * length[1]
 
 
-def test_the_pose_is_as_fine_in_both_spaces(tracks: list[Track]) -> None:
-    units = {name: fit_space(name, space, tracks)[f"{name}_pose_unit"] for name, space in SPACES.items()}
-    np.testing.assert_allclose(units["expressions"], units["points"] * SPACES["expressions"].pose_step, rtol=1e-6)
+def test_the_step_of_the_pose_is_as_asked(tracks: list[Track]) -> None:
+    fine, coarse = (fit_space(replace(SPACE, pose_step=step), tracks)["pose_unit"] for step in (0.5, 1.0))
+    np.testing.assert_allclose(2 * fine, coarse, rtol=1e-6)
 
 
 def test_all_profiles_share_the_typical_face(tracks: list[Track]) -> None:
