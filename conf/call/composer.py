@@ -156,7 +156,7 @@ class CallComposer(GpuObject):
         note = "" if stream is None else self._remote_note(stream, now)
         own = own_notes(state, has_face=self._has_face(), in_call=in_call)
         return CallScreen(
-            status=status_parts(link, self._name, call_s, stats, path=self._path()),
+            status=status_parts(link, self._name, call_s, stats, path=self._path(), idle=self._waiting.state),
             stats=stats if controls.view.stats and in_call else None,
             name="" if stream is None else self._name or (UNKNOWN if note else ""),
             name_note=note,

@@ -49,6 +49,11 @@ class Waiting:
     relay: str = ""
     hosts: tuple[str, ...] = ()
 
+    @property
+    def state(self) -> str:
+        """In one word, whether one waits to be called or calls."""
+        return "waiting" if self.code else "calling"
+
     def notice(self, *, name: str, text: str) -> Notice:
         """Return the notice. name : of the last call's other participant, "" before; text : of the last event"""
         lines: tuple[str, ...] = (text,) if text else ()
@@ -95,16 +100,21 @@ def own_notes(state: LocalState, *, has_face: bool, in_call: bool) -> list[str]:
 
 
 def status_parts(
-    link: LinkState, name: str, call_s: float | None, stats: CallStats, *, path: str = ""
+    link: LinkState, name: str, call_s: float | None, stats: CallStats, *, path: str = "", idle: str = "waiting"
 ) -> list[LinePart]:
     """Return the figures of the line.
 
-    call_s : seconds since the call began, None without a call; path : over which it goes, "" if that is not said
+    call_s : seconds since the call began, None without a call; idle : the state then, in a word
+    path : over which it goes, "" if that is not said
     """
     parts = [LinePart(link.text, QUALITY_COLOURS[link.quality])]
     voice, keys = stats.voice, LinePart("H: keys", MUTED, optional=True)
     if call_s is None:
-        return [*parts, *([LinePart(SOUND_OFF, WARNING)] if voice is not None and voice.muted else []), keys]
+        return [
+            LinePart(idle, MUTED),
+            *([LinePart(SOUND_OFF, WARNING)] if voice is not None and voice.muted else []),
+            keys,
+        ]
     parts += [LinePart(name or UNKNOWN, None, optional=True), LinePart(format_clock(call_s), None)]
     if path:
         parts.append(LinePart(path, MUTED, optional=True))

@@ -224,3 +224,12 @@ def test_who_calls_next_has_neither_the_name_nor_the_photo_of_who_called_before(
     assert stage.ann.streams and next(iter(stage.ann.streams.values())) is not first
     stage.draw()
     assert 0 not in stage.composer._grid._portraits and stage.screen.name.startswith("Eve")
+
+
+def test_who_calls_is_not_said_to_wait(gl: None, face: FaceModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tests.call.test_composer.WAITING", Waiting("192.0.2.1:5005"))
+    with OffscreenWindow(*SIZE) as window:
+        stage = Stage(window, face, monkeypatch)
+        stage.draw()
+        assert words(stage.screen).startswith("calling | ") and stage.screen.notice
+        stage.composer.release()

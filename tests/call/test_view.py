@@ -86,6 +86,9 @@ def test_while_one_waits_the_other_s_command_names_this_machine() -> None:
 
 def test_who_calls_sees_whom_and_what_happens() -> None:
     notice = Waiting("10.0.0.1:5005").notice(name="", text="nobody has answered for 5 s")
+    assert Waiting("10.0.0.1:5005").state == "calling" and Waiting("10.0.0.1:5005", "acorn-1").state == "waiting"
+    line = status_parts(LinkState(), "", None, STATS, idle="calling")
+    assert [part.text for part in line] == ["calling", "H: keys"]
     assert (notice.title, notice.large, notice.lines) == ("calling 10.0.0.1:5005", "", ("nobody has answered for 5 s",))
     assert Waiting("10.0.0.1:5005").notice(name="Ann", text="").title == "calling Ann"
 
