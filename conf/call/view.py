@@ -107,14 +107,11 @@ def status_parts(
     call_s : seconds since the call began, None without a call; idle : the state then, in a word
     path : over which it goes, "" if that is not said
     """
-    parts = [LinePart(link.text, QUALITY_COLOURS[link.quality])]
     voice, keys = stats.voice, LinePart("H: keys", MUTED, optional=True)
     if call_s is None:
-        return [
-            LinePart(idle, MUTED),
-            *([LinePart(SOUND_OFF, WARNING)] if voice is not None and voice.muted else []),
-            keys,
-        ]
+        sound = [LinePart(SOUND_OFF, WARNING)] if voice is not None and voice.muted else []
+        return [LinePart(idle, MUTED), *sound, keys]
+    parts = [LinePart(link.text, QUALITY_COLOURS[link.quality])]
     parts += [LinePart(name or UNKNOWN, None, optional=True), LinePart(format_clock(call_s), None)]
     if path:
         parts.append(LinePart(path, MUTED, optional=True))
