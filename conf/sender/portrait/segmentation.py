@@ -20,6 +20,8 @@ MIN_HUE, MAX_HUE = 35, 130  # OpenCV's, 0 to 180: from green to blue
 MIN_SATURATION = 20
 HUE_TOLERANCE = 12  # a plain wall varies in brightness, but not in hue
 MAX_KEY_DISTANCE = 22.0  # from the wall's colour, in the a-b plane of Lab
+MIN_WALL_LIGHTNESS = 0.6  # of the wall's darker parts, L of Lab: darker pixels of its hue are clothes
+WALL_SHADE = 0.1  # quantile of the border's lightness
 
 MIN_AREA_PX = 20  # of person and of background: fewer pixels give no colour model
 PADDING = 8  # px, with which the mask is cleaned: at a bare border it would grow
@@ -84,8 +86,10 @@ PROBABLE_FOREGROUND = {
 }  # fmt: skip
 PROBABLE_BACKGROUND = {
     "head": _ellipse(0.82, 0.97, 0.15),
-    "body": [(-2.2, 0.3), (-0.6, -0.1), (0.6, -0.1), (2.2, 0.3), (3.2, 1.5), (3.2, 4.0), (-3.2, 4.0), (-3.2, 1.5)],
-}
+    # Long hair falls beside the neck to the shoulders.
+    "body": [(-2.2, 0.3), (-1.0, 0.0), (-0.85, -0.5), (0.85, -0.5), (1.0, 0.0), (2.2, 0.3), (3.2, 1.5), (3.2, 4.0),
+             (-3.2, 4.0), (-3.2, 1.5)],
+}  # fmt: skip
 # Before a plain wall colour separates the person from the rest; only what lies outside this area is excluded.
 CHROMA_KEY_AREA = {
     "head": _ellipse(1.7, 1.4, 0.15),
@@ -138,12 +142,15 @@ def _chroma_key(image: NDArray[np.uint8], prior: BodyPrior) -> Mask | None:
     is_wall = (np.abs(hue - wall_hue) <= HUE_TOLERANCE) & (saturation >= MIN_SATURATION)
     if not MIN_HUE <= wall_hue <= MAX_HUE or np.mean(is_wall) < MIN_WALL_FRACTION:
         return None
-    chroma = cv2.cvtColor(image, cv2.COLOR_BGR2LAB).astype(np.float32)[..., 1:]
+    lab = cv2.cvtColor(image, cv2.COLOR_BGR2LAB).astype(np.float32)
+    chroma = lab[..., 1:]
     distance = np.linalg.norm(chroma - np.median(chroma[border], axis=0), axis=2)
+    lightness = lab[..., 0]
+    dark = lightness < MIN_WALL_LIGHTNESS * np.quantile(lightness[border], WALL_SHADE)
     face = np.zeros((height, width), np.uint8)
     cv2.fillPoly(face, [prior.oval], 1)
     face_distance = float(np.median(distance[face > 0]))
-    return np.asarray(distance > min(MAX_KEY_DISTANCE, face_distance / 2), dtype=np.uint8)
+    return np.asarray((distance > min(MAX_KEY_DISTANCE, face_distance / 2)) | dark, dtype=np.uint8)
 
 
 def _initial_labels(image: NDArray[np.uint8], prior: BodyPrior) -> Mask:

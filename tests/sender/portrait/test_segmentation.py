@@ -3,7 +3,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from conf.sender.portrait.segmentation import MAX_CORNERS, segment_steps
+from conf.face.portrait import contours
+from conf.sender.portrait.segmentation import MAX_CORNERS, PROBABLE_BACKGROUND, BodyPrior, segment_steps
 from tests.support.drawn_person import SIZE, draw_person
 from tests.support.portrait_subjects import landmarks
 
@@ -35,6 +36,21 @@ def iou(outline: NDArray[np.float64], mask: NDArray[np.bool_]) -> float:
 def test_a_person_before_a_plain_wall_is_segmented_by_colour(wall: tuple[int, int, int]) -> None:
     pixels, mask = person_before(wall)
     assert iou(segment_person(pixels), mask) > 0.85
+
+
+def test_clothes_of_the_walls_hue_but_darker_belong_to_the_person() -> None:
+    pixels, mask = person_before((190, 140, 90))
+    clothes = (pixels == (60, 60, 60)).all(axis=2)
+    pixels[clothes] = (75, 45, 25)  # navy
+    assert clothes.sum() > 3000 and iou(segment_person(pixels), mask) > 0.85
+
+
+def test_beside_the_neck_there_may_be_hair() -> None:
+    oval = landmarks()[list(contours.OVAL), :2]
+    mask = BodyPrior.from_oval(oval).draw(SIZE[::-1], PROBABLE_BACKGROUND)
+    x, y = landmarks()[152, :2].astype(int)
+    width = int(np.ptp(oval[:, 0]))
+    assert mask[y, x - round(0.8 * width)] and mask[y - width // 3, x + round(0.75 * width)]
 
 
 @pytest.mark.slow
