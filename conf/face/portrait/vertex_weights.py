@@ -9,7 +9,7 @@ from conf.face.portrait.contours import OVAL_ROWS
 from conf.face.portrait.photo_mesh import border_extension
 from conf.face.portrait.photographed_face import PhotographedFace
 
-SHOULDER_WEIGHT = 0.35
+SHOULDER_WEIGHTS = (0.35, 0.0)  # sideways, and up or down: people sway with their shoulders, but nod without them
 NECK_CM = 9.0  # length of the transition from head to shoulders
 BELOW_CHIN_CM = 0.5  # where it begins
 HAIR_FALLOFF = (1.7, 3.0)  # of half the oval's width: hair nearer than that follows the head, farther the shoulders
@@ -19,7 +19,7 @@ BORDER = 0.15  # image heights over which the shoulders' weight falls to 0 at th
 def head_weights(
     positions_cm: NDArray[np.float64], positions: NDArray[np.float64], face: PhotographedFace, /
 ) -> NDArray[np.float64]:
-    """Return (V,) skinning weights: 1 for the head, less for the shoulders, 0 for the lower border."""
+    """Return (V, 2) skinning weights for motion sideways and up or down: 1 for the head, 0 for the lower border."""
     chin = CONTROL_POINT_INDEX["chin_bottom"]
     upright = face.upright(positions_cm)
     centre = upright[OVAL_ROWS].mean(axis=0)
@@ -34,4 +34,5 @@ def head_weights(
     space = float(np.clip(0.9 * above_bottom[chin], 1e-3, BORDER))
     body = np.maximum(body, 1 - smoothstep(above_bottom / space))
     to_border = np.minimum(above_bottom, face.aspect / 2 - np.abs(positions[:, 0]))
-    return np.asarray((1 - body) + body * (SHOULDER_WEIGHT * smoothstep(to_border / BORDER)))
+    body, inside = body[:, None], smoothstep(to_border / BORDER)[:, None]
+    return np.asarray((1 - body) + body * inside * SHOULDER_WEIGHTS)

@@ -67,7 +67,7 @@ class PortraitWarp:
         for _ in range(DEPTH_ROUNDS):
             depth[CONTROL_POINT_COUNT:] = (self.mesh.neighbour_mean @ depth)[CONTROL_POINT_COUNT:]
         self._solid = np.column_stack([flat, depth]) @ rotation  # (V, 3) cm, face axes
-        self._head_weights = head_weights(flat, self.mesh.positions, shape)[:, None]
+        self._head_weights = head_weights(flat, self.mesh.positions, shape)  # (V, 2)
         self.fields = split_photo_regions(flat)
         self.on_face = _within_oval(flat)  # (V,) bool
         self._matrix = _expression_matrix(flat, self.fields)
