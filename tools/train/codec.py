@@ -28,9 +28,9 @@ trained on it. The result is deterministic.
 
 Validity of the figures. The tables were not trained on the tracks they are measured with, but the settings (steps,
 lambda, number of components, staggered values) were chosen by the figures of the folds over all tracks, which include
-HELD_OUT; it is also one of the easier parts. Over all 25 tracks in five folds `live` takes 4.10 B per frame at 0.86 %
-and 1.92 % (95th percentile) with acknowledgements two frames old, 8.54 B at 0.87 % and 1.98 % without any. The fold
-with pose_s29 and talk_7 is the hardest: 1.01 %, 2.26 % and 10.1 B. A lasting smile or bent head costs its bits again in
+HELD_OUT; it is also one of the easier parts. Over all 25 tracks in five folds `live` takes 4.43 B per frame at 0.88 %
+and 1.94 % (95th percentile) with acknowledgements two frames old, 9.38 B at 0.91 % and 2.04 % without any. The fold
+with pose_s29 and talk_7 is the hardest: 1.12 %, 2.64 % and 11.5 B. A lasting smile or bent head costs its bits again in
 each frame without reference. Quote the figures of all folds together.
 """
 

@@ -23,7 +23,7 @@ INTER_LAMBDA_FACTOR = 0.5
 COARSER_FACTORS = (4.0, 10.0)  # tried one after another when the payload is too long
 # Steps: log scale keeps the reference's value within this distance, because the face centre is measured in it.
 LOG_SCALE_HYSTERESIS = 0.7
-LIP_ATTEMPTS = 4  # at most, to bring the opening of the mouth near enough; two usually do
+LIP_ATTEMPTS = 3  # at most, to bring the opening of the mouth near enough; two usually do
 MAX_POSE = 50.0  # radians, image heights or e-folds: larger values are invalid
 
 

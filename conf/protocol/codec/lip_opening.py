@@ -13,12 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.protocol.codec.reference_frames import QuantisedFrame
+from conf.protocol.codec.reconstruction import HISTORY
+from conf.protocol.codec.reference_frames import POSE_VALUES, QuantisedFrame
 from conf.protocol.codec.transform import MotionTransform
 from conf.protocol.messages import MotionFrame
 
 # Eye distances; 0.0115 is 1 mm. A head draws an opening of up to 0.9 mm as none, and one of 1.75 mm as 1 mm.
 MAX_ERROR = 0.0115
+MAX_ERROR_STEPS = 1.25  # at least: coarser profiles would correct every second frame
 NEARLY_SHUT = 0.0125  # openings below this are shown ...
 MAX_SHOWN_SHUT = 0.0165  # ... at most this far open
 
@@ -28,17 +30,22 @@ class LipOpening:
     """The opening of the mouth as a linear function of displacements.
 
     gradient : (3 n,) eye distances per FAPU unit
+    by_component : (K,) eye distances per step
+    max_error : eye distances: a larger error is corrected
     direction : (3 n,) FAPU units per eye distance: opens the mouth with the smallest change of the components
     """
 
     gradient: NDArray[np.float64]
+    by_component: NDArray[np.float64]
+    max_error: float
     direction: NDArray[np.float64]
 
     @classmethod
-    def build(cls, gradient: NDArray[np.float64], transform: MotionTransform, /) -> "LipOpening":
-        """Return the opening with its direction in the learned space."""
+    def build(cls, gradient: NDArray[np.float64], transform: MotionTransform, /, *, step: float) -> "LipOpening":
+        """Return the opening with its direction in the learned space. step : of the profile, eye distances"""
         by_component = transform.inverse_matrix @ gradient
-        return cls(gradient, by_component / (by_component @ by_component) @ transform.inverse_matrix)
+        direction = by_component / (by_component @ by_component) @ transform.inverse_matrix
+        return cls(gradient, by_component, max(MAX_ERROR, MAX_ERROR_STEPS * step), direction)
 
     def errors(
         self,
@@ -54,11 +61,13 @@ class LipOpening:
         """
         known, errors = list(earlier), []
         for frame, quantised in zip(frames, coded, strict=True):
-            shown, _ = transform.inverse(quantised, known)
-            sent, received = (float(points.reshape(-1) @ self.gradient) for points in (frame.displacements, shown))
+            sent = float(frame.displacements.reshape(-1) @ self.gradient)
+            received = float(transform.shown_values(quantised, known)[POSE_VALUES:] @ self.by_component)
+            for point, steps in quantised.residuals.items():
+                received += float(self.gradient[3 * point : 3 * point + 3] @ (transform.residual_steps[point] * steps))
             opens = sent < NEARLY_SHUT and received > MAX_SHOWN_SHUT
-            errors.append(received - sent if opens or abs(received - sent) > MAX_ERROR else 0.0)
-            known.insert(0, quantised)
+            errors.append(received - sent if opens or abs(received - sent) > self.max_error else 0.0)
+            known = [quantised, *known[: HISTORY - 1]]
         return errors
 
     def correct(self, frames: Sequence[MotionFrame], errors: Sequence[float], /) -> list[MotionFrame]:

@@ -81,7 +81,7 @@ def _build_model(profile: Profile, arrays: Arrays) -> CodecModel:
         weights=arrays[f"{profile.tables}_weights"].tolist(),
         scale_coupling=int(arrays[f"{profile.tables}_growth"]),
         points=len(arrays["correction"]),
-        lip_opening=LipOpening.build(arrays["opening"].astype(np.float64), transform),
+        lip_opening=LipOpening.build(arrays["opening"].astype(np.float64), transform, step=profile.step),
     )
 
 

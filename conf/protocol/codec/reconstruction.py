@@ -38,8 +38,13 @@ class Reconstruction:
             distance = before - values
             if age == 0:
                 error += self.previous * near(distance)
-            error += np.clip(distance, -1, 1) @ coefficients
+            error += clipped(distance) @ coefficients
         return error
+
+
+def clipped(distance: NDArray[np.float64], /) -> NDArray[np.float64]:
+    """Return distances limited to a step. numpy.clip takes four times as long for so few."""
+    return np.minimum(np.maximum(distance, -1.0), 1.0)
 
 
 def near(distance: NDArray[np.float64], /) -> NDArray[np.float64]:

@@ -13,6 +13,7 @@ references. Logarithms of these are the features; the trained weights turn them 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from conf.errors import ProtocolError
 from conf.protocol.codec.model import CodecModel
@@ -33,11 +34,35 @@ _RESIDUAL_COUNT = weighted_table([3000, 12, 10, 8, 6, 4, 4, 3, 2, 2, 2, 1, 1])
 
 @dataclass(frozen=True)
 class Context:
-    """What a frame is predicted from: a row of the context weights and one or two references."""
+    """What a frame is predicted from: a row of the context weights and one or two references.
+
+    The features that follow from these are the same for each attempt of the encoder.
+    """
 
     row: int
     reference: QuantisedFrame
     second_reference: QuantisedFrame | None = None
+
+    @cached_property
+    def motion_features(self) -> list[int]:
+        """For each value, how far it moved between the references."""
+        return [_log(distance) for distance in self._motion]
+
+    @cached_property
+    def frame_features(self) -> tuple[int, int, int]:
+        """The reference's distance from neutral, and the motion of pose and of components between the references."""
+        motion = self._motion
+        return (
+            _log(sum(map(abs, self.reference.values[POSE_VALUES:]))),
+            _log(sum(motion[:POSE_VALUES])),
+            _log(sum(motion[POSE_VALUES:])),
+        )
+
+    @cached_property
+    def _motion(self) -> list[int]:
+        if self.second_reference is None:
+            return [0] * len(self.reference.values)
+        return [abs(a - b) for a, b in zip(self.reference.values, self.second_reference.values, strict=True)]
 
 
 def first_context(
@@ -68,17 +93,8 @@ class FrameCoder:
         self._model = model
         self._row = context.row
         self._reference = context.reference.values
-        second = context.second_reference
-        before = second.values if second else self._reference
-        motion = [abs(a - b) for a, b in zip(self._reference, before, strict=True)]
-        self._motion_features = [_log(distance) for distance in motion]
-        self._frame_features = (
-            _log(sum(map(abs, self._reference[POSE_VALUES:]))),
-            _log(sum(motion[:POSE_VALUES])),
-            _log(sum(motion[POSE_VALUES:])),
-        )
+        self._motion_features, self._frame_features = context.motion_features, context.frame_features
         self._coded_motion = [0, 0]  # sums of the differences so far, of pose and of components
-        self._predictions = [max(-LIMIT, min(LIMIT, value)) for value in self._reference]
 
     def code(self, targets: Sequence[float]) -> None:
         """Code the next len(targets) values. Raises ProtocolError when a value read is out of range."""
@@ -89,7 +105,7 @@ class FrameCoder:
             features = (LOG_ONE, size, *logs, self._motion_features[index], *self._frame_features)
             scale = model.scale(self._row, index, features)
             in_face_sizes = FACE_CENTRE.start <= index < FACE_CENTRE.stop
-            prediction = self._face_centre(index) if in_face_sizes else self._predictions[index]
+            prediction = self._face_centre(index) if in_face_sizes else self._reference[index]
             difference = coder.number(model.tables, scale, target - prediction)
             if difference:
                 part = index >= POSE_VALUES

@@ -81,6 +81,16 @@ class MotionTransform:
         values = np.array(frame.values, dtype=np.float64)
         return values + self.stagger if frame.staggered else values
 
+    def shown_values(self, frame: QuantisedFrame, earlier: Sequence[QuantisedFrame] = (), /) -> NDArray[np.float64]:
+        """Return the values (6 + K,) of a frame as `inverse` shows them, steps."""
+        values = self.dequantise(frame)
+        if earlier:
+            shift = self.reconstruction.expected_error(values, [self.dequantise(before) for before in earlier])
+            # The components were computed for a pose without shift.
+            shift[POSE_VALUES:] -= self.compensate_pose_error(shift[:POSE_VALUES])
+            values += shift
+        return values
+
     def inverse(
         self, frame: QuantisedFrame, earlier: Sequence[QuantisedFrame] = (), /
     ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
@@ -88,11 +98,7 @@ class MotionTransform:
 
         earlier : the frames one and two strides earlier, as far as they are known without a gap
         """
-        values = self.dequantise(frame)
-        shift = self.reconstruction.expected_error(values, [self.dequantise(before) for before in earlier])
-        # The components were computed for a pose without shift.
-        shift[POSE_VALUES:] -= self.compensate_pose_error(shift[:POSE_VALUES])
-        values += shift
+        values = self.shown_values(frame, earlier)
         displacements = (values[POSE_VALUES:] @ self.inverse_matrix).reshape(-1, 3)
         for point, steps in frame.residuals.items():
             displacements[point] += self.residual_steps[point] * steps
