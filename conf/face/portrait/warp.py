@@ -35,6 +35,7 @@ DEPTH_ROUNDS = 3  # of smoothing: the steep sides of nose and face would fold at
 MAX_DEPTH_CM = 5.0  # behind the oval
 MIN_FACE_CM = 4.0  # width and height of a face's oval
 NECK_REACH_CM = np.array([3.5, 2.0])  # sideways and up or down: farther than that the torso moves with the head
+NECK_GROWTH = 0.12  # of the logarithm of the head's size: nearer or farther the torso moves with it
 ANCHOR_RINGS = (1.45, 1.8)  # of the oval: points that no expression moves
 REGION_SHARPNESS = 0.9  # slope of the transition between the regions, as on the head
 REGION_REACH_CM = {"mouth": 6.0, "eye": 3.0}  # beyond it both regions have equal weights
@@ -112,20 +113,23 @@ class PortraitWarp:
     def _project(self, motion: NDArray[np.float64], pose: HeadPose) -> NDArray[np.float64]:
         """Return the positions (V, 2), maybe with folds. motion : (n, 3) cm since the photo"""
         projected = project(self._solid + self._matrix @ motion.astype(np.float32), pose)
-        torso = self._torso_shift(pose)
-        target = self.mesh.positions + torso + self._head_weights * (projected - torso - self.mesh.positions)
+        torso = self._torso(pose)
+        target = torso + self._head_weights * (projected - torso)
         count = len(PORTRAIT_LANDMARKS)
         target[:count] = enforce_min_gap(target[:count], float(np.exp(pose.log_scale)))
         for eye in self.mesh.eyes:
             eye.apply(target)
         return np.asarray(target)
 
-    def _torso_shift(self, pose: HeadPose) -> NDArray[np.float64]:
-        """Return (2,) image heights: the motion of the head since the photo that the neck alone cannot do."""
+    def _torso(self, pose: HeadPose) -> NDArray[np.float64]:
+        """Return (V, 2), the photo's vertices moved and scaled as far as the neck alone cannot move the head."""
         centre = self.shape.points[OVAL_ROWS].mean(axis=0)[None]
-        shift = (project(centre, pose) - project(centre, self.shape.pose))[0]
+        before, now = project(centre, self.shape.pose)[0], project(centre, pose)[0]
         limits = self.scale * NECK_REACH_CM
-        return np.asarray(shift - limits * _soft_limit((shift / limits)[None], 1.0)[0])
+        shift = now - before - limits * _soft_limit(((now - before) / limits)[None], 1.0)[0]
+        growth = pose.log_scale - self.shape.pose.log_scale
+        growth -= float(_soft_limit(np.array([[growth]]), NECK_GROWTH)[0, 0])
+        return np.asarray(before + shift + np.exp(growth) * (self.mesh.positions - before))
 
     def stillness(self, positions: NDArray[np.float64], /) -> float:
         """Return 1 if the face in positions (V, 2) is where it was photographed, falling to 0 far away."""

@@ -9,7 +9,14 @@ from conf.face.head_pose import HeadPose
 from conf.face.portrait import contours
 from conf.face.portrait.photo_mesh import signed_areas
 from conf.face.portrait.photographed_face import project
-from conf.face.portrait.warp import MAX_ROTATION, NECK_REACH_CM, PortraitWarp, limit_rotation, split_photo_regions
+from conf.face.portrait.warp import (
+    MAX_ROTATION,
+    NECK_GROWTH,
+    NECK_REACH_CM,
+    PortraitWarp,
+    limit_rotation,
+    split_photo_regions,
+)
 from tests.support.synthetic_portrait import POSE, face_points, face_shape
 
 WARP = PortraitWarp(face_shape())
@@ -72,6 +79,15 @@ def test_the_torso_stays_while_the_neck_bends_and_follows_beyond() -> None:
         assert shift == pytest.approx(
             (centimetres - NECK_REACH_CM[0]) * WARP.scale if follows else 0, abs=0.25 * WARP.scale
         )
+
+
+def test_the_torso_grows_with_a_head_that_comes_much_nearer() -> None:
+    bottom = np.argsort(WARP.mesh.positions[:, 1])[:8]
+    for growth, factor in ((0.05, 1.0), (0.5, np.exp(0.5 - NECK_GROWTH))):
+        pose = HeadPose(POSE.rotation, POSE.position, POSE.log_scale + growth)
+        moved = WARP.deform_to(WARP.shape.points[:CONTROL_POINT_COUNT], pose)
+        widths = np.ptp(moved[bottom, 0]), np.ptp(WARP.mesh.positions[bottom, 0])
+        assert widths[0] / widths[1] == pytest.approx(factor, rel=0.06)
 
 
 @pytest.mark.slow
