@@ -14,6 +14,7 @@ from conf.protocol.messages import MotionFrame
 from conf.protocol.portrait.photo import Photo
 from conf.sender.portrait.captured_face import CapturedFace
 from conf.sender.portrait.photo_builder import FULL, PhotoBuilder
+from conf.sender.portrait.recent_frames import RecentFrame
 from conf.sender.tracking.canonical_face import CanonicalFace
 from tests.support.drawn_person import SIZE, draw_person, to_pixels
 from tests.support.synthetic_portrait import POSE, face_points
@@ -50,6 +51,13 @@ def motion(displacements: NDArray[np.floating] | None = None, pose: HeadPose = P
     """Return the motion of a frame."""
     moved = still() if displacements is None else displacements
     return MotionFrame(0.0, moved.astype(np.float32), pose.to_vector())
+
+
+def recent_frame(
+    pixels: NDArray[np.uint8] | None = None, moved: MotionFrame | None = None, penalty: float = 0.0
+) -> RecentFrame:
+    """Return a frame of the drawn person among the recent ones."""
+    return RecentFrame.reduced(captured_face(pixels), motion() if moved is None else moved, penalty, SIZE[1])
 
 
 def canonical() -> CanonicalFace:

@@ -18,6 +18,7 @@ from conf.protocol.portrait.probability_model import BlockModel, PortraitModel
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.portrait.captured_face import CapturedFace
 from conf.sender.portrait.photo_builder import FULL, PhotoBuilder
+from conf.sender.portrait.recent_frames import RecentFrame
 from conf.sender.portrait.reference_photo import ReferencePhoto, patch_residual
 from conf.sender.tracking.canonical_face import load_canonical_face
 from conf.sender.tracking.model_files import fetch_models
@@ -103,12 +104,14 @@ def read_patches(clip: Path) -> list[Patch]:
             assert photo is not None
             reference = ReferencePhoto.from_bytes(encode_object(photo), pixels)
         elif reference is not None and number % PATCH_INTERVAL == 0:
+            frame = RecentFrame.reduced(face, motion, 0.0, FULL.max_height)
             for region, feature in enumerate(FEATURES):
-                if reference.can_patch(face, motion, region):
-                    difference, points = patch_residual(reference, face, motion, feature)
+                if reference.can_patch(frame, region):
+                    difference, points = patch_residual(reference, frame, feature)
                     size = difference.shape[1], difference.shape[0]
-                    key = feature.quantised_descriptor(motion.displacements)
-                    found.append(Patch(0, region, 0, key, points, size, 0, forward_dct(difference)))
+                    found.append(
+                        Patch(0, region, 0, frame.descriptors[region], points, size, 0, forward_dct(difference))
+                    )
     return found
 
 

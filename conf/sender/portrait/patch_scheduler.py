@@ -1,11 +1,14 @@
-"""Decide which feature gets a patch, when and in which slot. Pure: fed with displacements and times.
+"""Decide which feature of which recent frame gets a patch, and in which slot. Pure: fed with frames and times.
 
-Strategy: the descriptor of a feature (`patch_features`) describes its expression. A frame is worth a patch if its
-descriptor is far from those of the photo and of every patch. Slots are few: when all are used, the patch nearest to
-another one is replaced, as it is the most redundant.
+Strategy: the descriptor of a feature (`patch_features`) describes its expression. The receiver shows the image with the
+nearest descriptor, so each recent frame has a cost, which grows with its distance from the nearest image. Of the frames
+of the last ten seconds, the next patch shows the one that reduces the sum of all costs most: an expression that is far
+from all images, or one that is seen often. It need not be seen again when there are bytes for it. Slots are few: when
+all are used, a patch replaces the one whose loss costs least.
+Source: Nemhauser, Wolsey, Fisher 1978 (greedy selection for facility location).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +16,17 @@ from numpy.typing import NDArray
 from conf.face.portrait.patch_features import EYES, FEATURES, MOUTH
 from conf.protocol.portrait.patch import MAX_SLOTS
 from conf.protocol.rate_control.rate_limit import TokenBucket
+from conf.sender.portrait.recent_frames import RecentFrame
 
 PATCH_BYTES = {MOUTH.name: 150, EYES.name: 180}
-MIN_NOVELTY = 6.0  # descriptor steps from the nearest image that the receiver has
+MIN_NOVELTY = 6.0  # descriptor steps of a frame with a patch from the nearest image that the receiver has
+COST_POWER = 0.5  # of the distance: similarity falls fast at first, images that are far away are equally wrong
+PATCH_MEMORY = 3.0  # recent frames that a patch counts as: expressions come back after more than ten seconds
 MAX_WAITING_BYTES = 700  # no new patch while more than this is unacknowledged
 BYTES_PER_SECOND = 115  # long-term limit of patches, however much the face moves
 BURST_BYTES = 1600
+
+Descriptors = NDArray[np.float64]
 
 
 class PatchSet:
@@ -27,28 +35,39 @@ class PatchSet:
     def __init__(self, photo_descriptor: NDArray[np.int8], /, *, slots: int = MAX_SLOTS) -> None:
         self._slots = slots
         self._photo = photo_descriptor.astype(np.float64)
-        self._patches: dict[int, NDArray[np.float64]] = {}  # descriptors by slot
+        self._patches: dict[int, Descriptors] = {}  # by slot
 
-    def novelty(self, descriptor: NDArray[np.int8], /) -> float:
-        """Return the distance, in descriptor steps, from the nearest of the photo and all patches."""
-        return _min_distance(descriptor, [self._photo, *self._patches.values()])
+    def gains(self, frames: Descriptors, /) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+        """Return (N,) by how much a patch of each frame reduces the sum of all costs, and (N,) its slot.
 
-    def assign_slot(self, descriptor: NDArray[np.int8], /) -> int:
-        """Add a patch; return the first free slot, or the slot of the most redundant patch, which it replaces."""
-        free = (slot for slot in range(self._slots) if slot not in self._patches)
-        slot = next(free, None)
-        if slot is None:
-            slot = min(self._patches, key=self._redundancy_distance)
+        frames : (N, k) descriptors. A frame nearer than MIN_NOVELTY to an image has a gain of 0.
+        """
+        slots = list(self._patches)
+        patches = np.array([self._patches[slot] for slot in slots]).reshape(len(slots), len(self._photo))
+        shown = np.concatenate([frames, patches])
+        weights = np.concatenate([np.ones(len(frames)), np.full(len(slots), PATCH_MEMORY)])
+        images = _costs(shown, np.concatenate([self._photo[None], patches]))  # (N + M, 1 + M)
+        nearest = images.min(axis=1)
+        candidates = _costs(shown, frames)  # (N + M, N)
+        free = next((slot for slot in range(self._slots) if slot not in self._patches), None)
+        if free is not None:
+            gains = weights @ np.maximum(nearest[:, None] - candidates, 0)
+            chosen = np.full(len(frames), free, np.intp)
+        else:
+            without = np.stack([np.delete(images, 1 + i, axis=1).min(axis=1) for i in range(len(slots))])  # (M, N + M)
+            sums = np.stack([weights @ np.minimum(each[:, None], candidates) for each in without])  # (M, N)
+            gains = weights @ nearest - sums.min(axis=0)
+            chosen = np.array(slots, np.intp)[sums.argmin(axis=0)]
+        return np.where(nearest[: len(frames)] < MIN_NOVELTY**COST_POWER, 0.0, gains), chosen
+
+    def add(self, slot: int, descriptor: NDArray[np.int8], /) -> None:
+        """Note that a patch with this descriptor is sent in a slot."""
         self._patches[slot] = descriptor.astype(np.float64)
-        return slot
-
-    def _redundancy_distance(self, slot: int) -> float:
-        others = [self._photo, *(patch for other, patch in self._patches.items() if other != slot)]
-        return _min_distance(self._patches[slot], others)
 
 
-def _min_distance(descriptor: NDArray[np.int8] | NDArray[np.float64], others: list[NDArray[np.float64]]) -> float:
-    return float(np.linalg.norm(np.array(others) - descriptor, axis=1).min())
+def _costs(frames: Descriptors, images: Descriptors) -> NDArray[np.float64]:
+    """Return the costs (N, M) of showing each frame (N, k) by each image (M, k)."""
+    return np.asarray(np.linalg.norm(frames[:, None] - images, axis=2) ** COST_POWER)
 
 
 class PatchScheduler:
@@ -57,27 +76,46 @@ class PatchScheduler:
     def __init__(self) -> None:
         self._sets: list[PatchSet] = []
         self._budget = TokenBucket(BYTES_PER_SECOND, BURST_BYTES)
+        self._unfit: dict[tuple[int, int], RecentFrame] = {}  # by region and identity: the feature cannot be cut
 
     def set_photo(self, displacements: NDArray[np.floating]) -> None:
         """Start without patches on a photo that shows these displacements (n, 3), FAPU units."""
         self._sets = [PatchSet(feature.quantised_descriptor(displacements)) for feature in FEATURES]
+        self._unfit.clear()
 
     def next_request(
-        self, displacements: NDArray[np.floating], now: float, *, waiting_bytes: int, can_patch: Callable[[int], bool]
-    ) -> tuple[int, int, NDArray[np.int8]] | None:
-        """Return region, slot and descriptor of the patch to make of a frame, None if it needs none or may have none.
+        self,
+        frames: Sequence[RecentFrame],
+        now: float,
+        /,
+        *,
+        waiting_bytes: int,
+        can_patch: Callable[[RecentFrame, int], bool],
+    ) -> tuple[int, int, RecentFrame] | None:
+        """Return region, slot and frame of the next patch, None if none is worth its bytes or there are none.
 
-        displacements : (n, 3) FAPU units
         waiting_bytes : of all objects, not yet acknowledged
-        can_patch : whether the feature of a region can be cut from the frame; costly, so it is called last
+        can_patch : whether the feature of a region can be cut from a frame; costly, so it is called once at most
         """
-        if waiting_bytes > MAX_WAITING_BYTES:
+        if waiting_bytes > MAX_WAITING_BYTES or not frames:
             return None
-        descriptors = [feature.quantised_descriptor(displacements) for feature in FEATURES]
-        novelties = [patches.novelty(d) for patches, d in zip(self._sets, descriptors, strict=True)]
-        region = int(np.argmax(novelties))
-        max_bytes = PATCH_BYTES[FEATURES[region].name]
-        if novelties[region] < MIN_NOVELTY or not can_patch(region) or not self._budget.consume(max_bytes, now):
+        recent = {id(frame) for frame in frames}
+        self._unfit = {key: frame for key, frame in self._unfit.items() if key[1] in recent}
+        best: tuple[float, int, int, RecentFrame] | None = None
+        for region, (patches, feature) in enumerate(zip(self._sets, FEATURES, strict=True)):
+            if self._budget.time_until(PATCH_BYTES[feature.name], now) > 0:
+                continue
+            gains, slots = patches.gains(np.array([frame.descriptors[region] for frame in frames], np.float64))
+            gains[[(region, id(frame)) in self._unfit for frame in frames]] = 0.0
+            index = int(np.argmax(gains))
+            if gains[index] > (best[0] if best else 0.0):
+                best = float(gains[index]), region, int(slots[index]), frames[index]
+        if best is None:
             return None
-        slot = self._sets[region].assign_slot(descriptors[region])
-        return region, slot, descriptors[region]
+        _, region, slot, frame = best
+        if not can_patch(frame, region):
+            self._unfit[region, id(frame)] = frame
+            return None
+        self._budget.consume(PATCH_BYTES[FEATURES[region].name], now)
+        self._sets[region].add(slot, frame.descriptors[region])
+        return region, slot, frame

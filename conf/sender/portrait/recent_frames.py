@@ -1,15 +1,18 @@
-"""Keep the frames of the last seconds, reduced to the size of a photo, to average photos and to choose views."""
+"""Keep the frames of the last seconds, reduced to the size of a photo: for averages, views and patches."""
 
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.head_pose import HeadPose
+from conf.face.portrait.patch_features import FEATURES
 from conf.protocol.messages import MotionFrame
+from conf.sender.portrait.captured_face import CapturedFace
 
 SAMPLE_INTERVAL_S = 0.15
 MAX_FRAMES = 64  # 10 s; 15 MB at 320x240
@@ -17,17 +20,29 @@ MAX_PENALTY = 1.5  # of image_penalty above another frame's: a hand covers the f
 AVERAGED = 16  # frames of a photo
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RecentFrame:
     """A frame of the last seconds.
 
     pixels : (h, w, 3) uint8 BGR, at most the height of a photo
+    landmarks : (478, 3) px
     penalty : of the image and the face's speed, see `photo_quality`
+    descriptors : of each of FEATURES, (k,) each
     """
 
     pixels: NDArray[np.uint8]
+    landmarks: NDArray[np.floating]
     motion: MotionFrame
     penalty: float
+    descriptors: tuple[NDArray[np.int8], ...]
+
+    @classmethod
+    def reduced(cls, face: CapturedFace, motion: MotionFrame, penalty: float, max_height: int) -> Self:
+        """Return a captured face and its motion, reduced to max_height px."""
+        pixels = reduce_height(face.pixels, max_height)
+        landmarks = face.landmarks * (len(pixels) / len(face.pixels))
+        descriptors = tuple(feature.quantised_descriptor(motion.displacements) for feature in FEATURES)
+        return cls(pixels, landmarks, motion, penalty, descriptors)
 
     @property
     def pose(self) -> HeadPose:
@@ -42,18 +57,26 @@ class RecentFrames:
         """max_height : px, of a photo; larger frames are reduced"""
         self._max_height = max_height
         self._frames: deque[RecentFrame] = deque(maxlen=MAX_FRAMES)
+        self._last: RecentFrame | None = None  # also if it is not sampled
         self._due = float("-inf")
 
-    def sample(self, pixels: NDArray[np.uint8], motion: MotionFrame, penalty: float, now: float) -> None:
-        """Add a frame (H, W, 3) uint8 BGR if a sample is due at `now`, seconds."""
+    def sample(self, face: CapturedFace, motion: MotionFrame, penalty: float, now: float) -> None:
+        """Add a frame if a sample is due at `now`, seconds."""
+        self._last = RecentFrame.reduced(face, motion, penalty, self._max_height)
         if now < self._due:
             return
         self._due = now + SAMPLE_INTERVAL_S
-        self._frames.append(RecentFrame(reduce_height(pixels, self._max_height), motion, penalty))
+        self._frames.append(self._last)
 
     def clear(self) -> None:
         """Drop all frames: they show another scene."""
         self._frames.clear()
+        self._last = None
+
+    def all_and_last(self) -> list[RecentFrame]:
+        """Return all frames, oldest first, then the very last one: a blink may fall between two samples."""
+        frames = list(self._frames)
+        return frames if self._last is None or frames[-1:] == [self._last] else [*frames, self._last]
 
     def like(self, penalty: float) -> list[RecentFrame]:
         """Return the frames that are not much worse than one of this penalty, oldest first."""

@@ -6,19 +6,17 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.head_pose import HeadPose
 from conf.face.portrait.patch_features import EYES, FEATURES, MOUTH, PatchRegion
 from conf.face.portrait.patch_prediction import PatchPredictor
 from conf.face.portrait.photographed_face import PhotographedFace
 from conf.face.portrait.warp import PortraitWarp
-from conf.protocol.messages import MotionFrame
 from conf.protocol.portrait.objects import decode_object
 from conf.protocol.portrait.patch import POINT_STEPS
 from conf.protocol.portrait.photo import Photo
-from conf.sender.portrait.captured_face import CapturedFace
 from conf.sender.portrait.occlusion import AppearanceMatcher
 from conf.sender.portrait.patch_extraction import extract_patch, match_colour
 from conf.sender.portrait.photo_builder import decode_vp8
+from conf.sender.portrait.recent_frames import RecentFrame
 from conf.sender.portrait.scene_change import SceneChangeDetector, angle_between
 
 MIN_PATCH_WEIGHT = 0.25  # below this weight of the patch the residual is faded out
@@ -58,24 +56,23 @@ class ReferencePhoto:
         decoded = decode_vp8(photo.frame)
         return cls(photo, decoded, warp, PatchPredictor(decoded, warp), matcher, scene)
 
-    def can_patch(self, face: CapturedFace, motion: MotionFrame, region: int) -> bool:
+    def can_patch(self, frame: RecentFrame, region: int) -> bool:
         """Whether a feature can be cut from a frame: the head is turned as in the photo, and nothing covers it."""
-        pose = HeadPose.from_vector(motion.pose)
-        if angle_between(self.warp.shape.pose, pose) > MAX_PATCH_TURN:
+        if angle_between(self.warp.shape.pose, frame.pose) > MAX_PATCH_TURN:
             return False
-        correlation = self.matcher.correlation(region, face.pixels, motion.displacements, pose)
+        correlation = self.matcher.correlation(region, frame.pixels, frame.motion.displacements, frame.pose)
         return correlation >= MIN_CORRELATION[FEATURES[region].name]
 
 
 def patch_residual(
-    reference: ReferencePhoto, face: CapturedFace, motion: MotionFrame, feature: PatchRegion, /
+    reference: ReferencePhoto, frame: RecentFrame, feature: PatchRegion, /
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the residual (h, w, 3) of a frame's feature against the photo, and its control points (m, 2), 0 to 1.
 
     The residual is 0 where the patch has no weight. Colours are matched to the photo.
     """
-    px_per_cm = float(np.exp(motion.pose[5])) * len(face.pixels)
-    crop, points, weight = extract_patch(face.pixels, face.landmarks, feature, px_per_cm=px_per_cm)
+    px_per_cm = float(np.exp(frame.motion.pose[5])) * len(frame.pixels)
+    crop, points, weight = extract_patch(frame.pixels, frame.landmarks, feature, px_per_cm=px_per_cm)
     points = np.rint(points * POINT_STEPS) / POINT_STEPS
     size = crop.shape[1], crop.shape[0]
     predicted = reference.predictor.predict(feature, points, size)

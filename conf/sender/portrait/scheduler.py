@@ -74,12 +74,12 @@ class PortraitScheduler:
             self._reference.scene.sample(face.pixels, motion, now)
             self._selector.set_scene_changed(now, changed=self._reference.scene.changed)
         penalty = self._selector.add_frame(face, motion, image_penalty(face.pixels, face.landmarks), now)
-        self._recent.sample(face.pixels, motion, penalty, now)
+        self._recent.sample(face, motion, penalty, now)
         if self._building is None:
             self._start_photo(now)
         if self._reference is not None:
             self._send_neutral(self._reference, face, now)
-            self._send_patch(self._reference, face, motion, now)
+            self._send_patch(self._reference, now)
             self._send_view(self._reference, now)
 
     def _start_photo(self, now: float) -> None:
@@ -116,19 +116,19 @@ class PortraitScheduler:
         update = NeutralPoseUpdate(reference.photo.number, face.neutral, astuple(face.fapu))
         self._objects.send_object(NEUTRAL_SLOT, encode_object(update), priority=NEUTRAL_PRIORITY)
 
-    def _send_patch(self, reference: ReferencePhoto, face: CapturedFace, motion: MotionFrame, now: float) -> None:
+    def _send_patch(self, reference: ReferencePhoto, now: float) -> None:
         request = self._patches.next_request(
-            motion.displacements,
+            self._recent.all_and_last(),
             now,
             waiting_bytes=self._objects.waiting_bytes_before(VIEW_PRIORITY),
-            can_patch=lambda region: reference.can_patch(face, motion, region),
+            can_patch=reference.can_patch,
         )
         if request is None:
             return
-        region, slot, descriptor = request
-        residual, points = patch_residual(reference, face, motion, FEATURES[region])
+        region, slot, frame = request
+        residual, points = patch_residual(reference, frame, FEATURES[region])
         target, max_bytes = (reference.photo.number, region, slot), PATCH_BYTES[FEATURES[region].name]
-        patch = make_patch(residual, points, descriptor, target=target, max_bytes=max_bytes)
+        patch = make_patch(residual, points, frame.descriptors[region], target=target, max_bytes=max_bytes)
         object_slot = PATCH_SLOTS + region * MAX_SLOTS + slot
         self._objects.send_object(object_slot, encode_object(patch), priority=PATCH_PRIORITY)
 

@@ -10,7 +10,7 @@ from conf.protocol.portrait.vp8 import read_frame_size
 from conf.sender.portrait.album import MIN_FRAMES, VIEW_BYTES, Album, ViewChoice, view_steps
 from conf.sender.portrait.photo_builder import encode_vp8
 from conf.sender.portrait.recent_frames import RecentFrame
-from tests.support.portrait_subjects import motion, shaded_person, still
+from tests.support.portrait_subjects import motion, recent_frame, shaded_person, still
 from tests.support.synthetic_portrait import POSE, face_shape
 
 pytestmark = pytest.mark.slow
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.slow
 
 def frame(turn: float = 0.0) -> RecentFrame:
     pose = HeadPose(POSE.rotation + np.array([0.0, turn, 0.0]), POSE.position, POSE.log_scale)
-    return RecentFrame(shaded_person(), motion(still(), pose), 0.0)
+    return recent_frame(shaded_person(), motion(still(), pose))
 
 
 def frames_of(count: int, turn: float = 0.0) -> list[RecentFrame]:

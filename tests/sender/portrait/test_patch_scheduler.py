@@ -10,10 +10,12 @@ from conf.sender.portrait.patch_scheduler import (
     BYTES_PER_SECOND,
     MAX_WAITING_BYTES,
     PATCH_BYTES,
+    PATCH_MEMORY,
     PatchScheduler,
     PatchSet,
 )
-from tests.support.portrait_subjects import still
+from conf.sender.portrait.recent_frames import RecentFrame
+from tests.support.portrait_subjects import motion, recent_frame, shaded_person, still
 
 INNER_LOWER_LIP = [CONTROL_POINT_INDEX[f"inner_lip_lower_{at}"] for at in ("mid", "l", "r")]
 MOUTH_REGION, EYES_REGION = FEATURES.index(MOUTH), FEATURES.index(EYES)
@@ -27,20 +29,27 @@ def face(mouth: float = 0.0, lids: float = 0.0) -> NDArray[np.float64]:
     return displacements
 
 
+def recent(*faces: tuple[float, float]) -> list[RecentFrame]:
+    """Return frames (mouth, lids), oldest first."""
+    pixels = shaded_person()
+    return [recent_frame(pixels, motion(face(mouth, lids))) for mouth, lids in faces]
+
+
 def requests(
-    frames: list[tuple[float, float]], *, waiting_bytes: int = 0, can_patch: bool = True
+    faces: list[tuple[float, float]], *, waiting_bytes: int = 0, can_patch: bool = True
 ) -> list[tuple[int, int]]:
-    """Return (region, slot) for each frame (mouth, lids) that gets a patch."""
+    """Return (region, slot) of the patches asked for while one frame after the other (mouth, lids) arrives."""
     scheduler = PatchScheduler()
     scheduler.set_photo(face())
+    frames = recent(*faces)
     found = []
-    for i, (mouth, lids) in enumerate(frames):
+    for i in range(len(frames)):
         request = scheduler.next_request(
-            face(mouth, lids), i / 15, waiting_bytes=waiting_bytes, can_patch=lambda _: can_patch
+            frames[: i + 1], i / 15, waiting_bytes=waiting_bytes, can_patch=lambda _, __: can_patch
         )
         if request is not None:
-            region, slot, descriptor = request
-            assert (descriptor == FEATURES[region].quantised_descriptor(face(mouth, lids))).all()
+            region, slot, frame = request
+            assert frame in frames[: i + 1]
             found.append((region, slot))
     return found
 
@@ -82,11 +91,11 @@ def test_no_patch_while_bytes_wait_or_the_feature_cannot_be_cut(
 
 def test_patches_keep_to_the_byte_rate_and_a_new_photo_starts_without_patches() -> None:
     scheduler = PatchScheduler()
-    size = PATCH_BYTES[MOUTH.name]
+    size, frames = PATCH_BYTES[MOUTH.name], recent((700, 0))
 
     def ask(now: float) -> bool:
         scheduler.set_photo(face())
-        return scheduler.next_request(face(700), now, waiting_bytes=0, can_patch=lambda _: True) is not None
+        return scheduler.next_request(frames, now, waiting_bytes=0, can_patch=lambda _, __: True) is not None
 
     assert [ask(0.0) for _ in range(BURST_BYTES // size + 1)] == [True] * (BURST_BYTES // size) + [False]
     refilled = (size - BURST_BYTES % size) / BYTES_PER_SECOND
@@ -94,20 +103,55 @@ def test_patches_keep_to_the_byte_rate_and_a_new_photo_starts_without_patches() 
     assert ask(refilled + 0.01)
 
 
+def test_the_gain_is_the_cost_saved_over_all_frames() -> None:
+    patches = PatchSet(descriptor(0, 0))
+    frames = np.array([[20.0, 0.0], [20.0, 0.0], [0.0, 30.0], [3.0, 4.0]])
+    gains, slots = patches.gains(frames)
+    assert gains[:3] == pytest.approx([2 * 20**0.5, 2 * 20**0.5, 30**0.5])
+    assert gains[3] == 0 and set(slots) == {0}  # 5 steps from the photo: not worth a patch
+    patches.add(0, descriptor(20, 0))
+    gains, slots = patches.gains(frames)
+    assert gains == pytest.approx([0.0, 0.0, 30**0.5, 0.0]) and set(slots) == {1}
+
+
+def test_a_patch_replaces_the_one_whose_loss_costs_least() -> None:
+    patches = PatchSet(descriptor(0, 0), slots=3)
+    for slot, values in enumerate(((30, 0), (0, 30), (1, 30))):
+        patches.add(slot, descriptor(*values))
+    gains, slots = patches.gains(np.array([[-30.0, 0.0], [2.0, 29.0]]))
+    assert slots[0] == 1 and gains[0] == pytest.approx(30**0.5 - PATCH_MEMORY)
+    assert gains[1] == 0
+
+
+def test_a_rare_expression_does_not_replace_patches_that_are_all_needed() -> None:
+    patches = PatchSet(descriptor(0, 0), slots=2)
+    patches.add(0, descriptor(30, 0))
+    patches.add(1, descriptor(0, 30))
+    gains, _ = patches.gains(np.array([[-30.0, 0.0]]))
+    assert gains[0] <= 0
+
+
+def test_a_frame_whose_feature_is_covered_is_asked_for_once() -> None:
+    scheduler, frames = PatchScheduler(), recent((700, 0))
+    scheduler.set_photo(face())
+    asked = []
+
+    def covered(frame: RecentFrame, region: int) -> bool:
+        asked.append((frame, region))
+        return False
+
+    for i in range(3):
+        assert scheduler.next_request(frames, i / 15, waiting_bytes=0, can_patch=covered) is None
+    assert asked == [(frames[0], MOUTH_REGION)]
+
+
+def test_an_expression_gets_its_patch_when_there_are_bytes_for_it() -> None:
+    scheduler, frames = PatchScheduler(), recent((700, 0), (0, 0), (0, 0))
+    scheduler.set_photo(face())
+    assert scheduler.next_request(frames, 0, waiting_bytes=MAX_WAITING_BYTES + 1, can_patch=lambda _, __: True) is None
+    request = scheduler.next_request(frames, 1, waiting_bytes=0, can_patch=lambda _, __: True)
+    assert request == (MOUTH_REGION, 0, frames[0])
+
+
 def descriptor(*values: int) -> NDArray[np.int8]:
     return np.array(values, np.int8)
-
-
-def test_novelty_is_the_distance_from_the_nearest_image() -> None:
-    patches = PatchSet(descriptor(0, 0))
-    assert patches.novelty(descriptor(3, 4)) == pytest.approx(5)
-    assert patches.novelty(descriptor(30, 0)) == pytest.approx(30)
-    assert patches.assign_slot(descriptor(30, 0)) == 0
-    assert patches.novelty(descriptor(30, 0)) == 0
-
-
-def test_the_most_redundant_patch_is_replaced() -> None:
-    patches = PatchSet(descriptor(0, 0), slots=3)
-    slots = [patches.assign_slot(descriptor(*values)) for values in ((50, 0), (0, 50), (4, 50))]
-    assert slots == [0, 1, 2]
-    assert patches.assign_slot(descriptor(-50, 0)) in (1, 2)

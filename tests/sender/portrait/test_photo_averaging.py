@@ -7,7 +7,7 @@ from conf.face.portrait.warp import PortraitWarp
 from conf.sender.portrait.photo_averaging import FRAMES_PER_STEP, MeshAligner, average_steps, barycentric_weights
 from conf.sender.portrait.recent_frames import RecentFrame
 from tests.support.drawn_person import SIZE, draw_person
-from tests.support.portrait_subjects import motion
+from tests.support.portrait_subjects import motion, recent_frame
 from tests.support.synthetic_portrait import POSE, face_shape
 
 
@@ -25,7 +25,7 @@ def averaged(photo: NDArray[np.uint8], frames: list[RecentFrame]) -> tuple[NDArr
 
 @pytest.mark.slow
 def test_the_average_of_noisy_frames_is_nearer_to_the_face() -> None:
-    frames = [RecentFrame(noisy(seed), motion(), 0.0) for seed in range(1, 7)]
+    frames = [recent_frame(noisy(seed)) for seed in range(1, 7)]
     result, steps = averaged(noisy(0), frames)
     face = slice(90, 160), slice(130, 200)
     before, after = (np.abs(image[face].astype(float) - draw_person()[face]).mean() for image in (noisy(0), result))
@@ -36,7 +36,7 @@ def test_the_average_of_noisy_frames_is_nearer_to_the_face() -> None:
 def test_what_differs_from_the_photo_has_little_weight() -> None:
     covered = draw_person()
     covered[100:160, 130:200] = (0, 255, 0)
-    result, _ = averaged(draw_person(), [RecentFrame(covered, motion(), 0.0)] * 4)
+    result, _ = averaged(draw_person(), [recent_frame(covered)] * 4)
     assert np.abs(result.astype(float) - draw_person())[100:160, 130:200].mean() < 8
 
 
@@ -46,7 +46,7 @@ def test_a_frame_in_which_the_head_has_moved_is_moved_back() -> None:
     pose = HeadPose(POSE.rotation, POSE.position + np.array([0.1, 0.0]), POSE.log_scale)
     moved = np.roll(draw_person(), 24, axis=1)
     aligned, weight = MeshAligner(warp, warp.mesh.positions, SIZE).align(
-        draw_person(), RecentFrame(moved, motion(pose=pose), 0.0)
+        draw_person(), recent_frame(moved, motion(pose=pose))
     )
     face = slice(100, 150), slice(140, 190)
     assert np.abs(aligned[face] - draw_person()[face]).mean() < 6 and weight[face].mean() > 0.7
@@ -54,7 +54,7 @@ def test_a_frame_in_which_the_head_has_moved_is_moved_back() -> None:
 
 @pytest.mark.slow
 def test_frames_of_another_size_are_ignored() -> None:
-    result, _ = averaged(draw_person(), [RecentFrame(draw_person()[::2, ::2], motion(), 0.0)])
+    result, _ = averaged(draw_person(), [recent_frame(draw_person()[::2, ::2])])
     np.testing.assert_array_equal(result, draw_person())
 
 
