@@ -37,6 +37,7 @@ _LEARNED = 75  # blocks of the microphone that are kept to learn from: 1.5 s
 _SILENCE_POWER = 1e-7  # of a block that was played, full scale 1: -70 dBFS
 _TAIL = PARTITIONS + 30  # blocks after the last sound for which an echo can be heard
 _MIN_SHIFT = 0.2  # samples: closer the filter fits
+_QUIETER = 0.7  # gain from which somebody has turned the volume down
 _SHIFT_BLOCKS = 3  # of what was heard, in which a jump of the echo is looked for
 _WRONG_AFTER = 25  # doubtful blocks without one that fits, after which the room is learned again
 _MIN_RATIO, _MAX_RATIO = 0.01, 10.0
@@ -145,7 +146,7 @@ class EchoCanceller:
         return [self._suppressor.process(*hop, residual_power) for hop in hops]
 
     def _follow_echo(self) -> bool:
-        """Move the window if the echo has certainly jumped; return whether it has."""
+        """Move the window if the echo has certainly jumped or become quieter; return whether it has."""
         heard = list(self._heard)[-_SHIFT_BLOCKS:]
         if len(heard) < _SHIFT_BLOCKS:
             return False
@@ -153,10 +154,15 @@ class EchoCanceller:
         first = heard[0][1] - self._lag - PARTITIONS * BLOCK - REACH
         recorded = np.concatenate([block for block, _ in heard])
         shift = find_shift(recorded, self._played.read(first, count), self._filter.response)
-        if shift is None or abs(shift) < _MIN_SHIFT or self._finder.delay is None:
+        if shift is None or self._finder.delay is None:
             return False
-        whole = round(shift)
-        self._filter.delay_response(shift - whole)
+        has_moved = abs(shift.samples) > _MIN_SHIFT
+        if not has_moved and (shift.gain > _QUIETER or self._doubtful < _SHIFT_BLOCKS):
+            return False
+        self._doubtful = 0
+        whole = round(shift.samples)
+        # The blocks may be partly from before a jump: they say nothing of the volume, nor do the next two.
+        self._filter.change_response(shift.samples - whole, 1.0 if has_moved else shift.gain)
         self._lag += whole
         self._move_heard(whole, len(self._heard) - _SHIFT_BLOCKS)
         self._finder.restart(self._finder.delay + whole)

@@ -72,12 +72,12 @@ class EchoFilter:
         """Return the learned response, (PARTITIONS * BLOCK,)."""
         return np.fft.irfft(self._weights)[:, :BLOCK].ravel().astype(np.float32, copy=False)
 
-    def delay_response(self, samples: float, /) -> None:
-        """Delay what was learned by less than a sample or two; forget how it fitted."""
+    def change_response(self, samples: float, gain: float, /) -> None:
+        """Delay what was learned by less than a sample or two, and make it louder; forget how it fitted."""
         response = self.response
-        phase = np.exp(-2j * np.pi * np.fft.rfftfreq(len(response)) * samples)
-        delayed = np.fft.irfft(np.fft.rfft(response) * phase).reshape(PARTITIONS, BLOCK)
-        self._weights = rfft(delayed, 2 * BLOCK)
+        factor = gain * np.exp(-2j * np.pi * np.fft.rfftfreq(len(response)) * samples)
+        changed = np.fft.irfft(np.fft.rfft(response) * factor).reshape(PARTITIONS, BLOCK)
+        self._weights = rfft(changed, 2 * BLOCK)
         self._product = self._weight = 0.0
 
     def set_history(self, played: NDArray[np.float32], /) -> None:

@@ -5,6 +5,8 @@ of what was played is correlated with what was recorded, both whitened by the re
 the right shift from chance, also while somebody speaks here, where the delay finder needs a second.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,10 +23,17 @@ _MIN_HEIGHT = 11.0
 _MIN_CORRELATION = 0.35  # of whitened sounds at the peak
 
 
+class Shift(NamedTuple):
+    """How an echo differs from what was learned. samples : by which it is later; gain : by which it is louder"""
+
+    samples: float
+    gain: float
+
+
 def find_shift(
     recorded: NDArray[np.float32], played: NDArray[np.float32], response: NDArray[np.float32], /
-) -> float | None:
-    """Return by how many samples the echo is later than the response says, or None if that is not certain.
+) -> Shift | None:
+    """Return how the echo differs from what the response says, or None if that is not certain.
 
     recorded : (n,) of the microphone
     played : (len(response) + REACH + n + REACH,) of the loudspeaker; without a shift, the echo of
@@ -48,7 +57,7 @@ def find_shift(
     is_certain = correlation[peak] > max(_MIN_CORRELATION, _MIN_HEIGHT * np.sqrt(np.mean(correlation**2)))
     if not is_certain or not 0 < peak < 2 * REACH:
         return None
-    return REACH - peak - _vertex(*correlation[peak - 1 : peak + 2])
+    return Shift(REACH - peak - _vertex(*correlation[peak - 1 : peak + 2]), float(products[peak] / energies[peak]))
 
 
 def _smooth(values: NDArray[np.float64], reach: int) -> NDArray[np.float64]:

@@ -154,6 +154,15 @@ def test_an_echo_that_jumps_is_gone_again_after_a_tenth_of_a_second(jump: int) -
 
 
 @pytest.mark.slow
+def test_a_volume_turned_down_is_followed() -> None:
+    echo = echo_of(Scene("office", 0.06)).astype(float)
+    echo[4 * SAMPLE_RATE :] *= 0.4
+    recorded = to_int16(echo + room_noise(len(echo), seed=2))
+    output, later = run(EchoCanceller(), recorded), round(4.12 * SAMPLE_RATE)
+    assert level_dbfs(output[later:]) < level_dbfs(recorded[later:]) - 25
+
+
+@pytest.mark.slow
 def test_a_near_voice_is_kept_while_the_echo_jumps() -> None:
     echo = jumping_echo([(4.5, 400), (5.5, -900)]).astype(float)
     echo[NEAR_FROM:] += NEAR

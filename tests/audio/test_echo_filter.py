@@ -115,12 +115,12 @@ def test_an_echo_that_jumps_is_noticed_and_not_learned(near_dbfs: float) -> None
     np.testing.assert_array_equal(echo_filter.response, before)
 
 
-def test_what_was_learned_can_be_delayed_by_a_part_of_a_sample() -> None:
+def test_what_was_learned_can_be_delayed_by_a_part_of_a_sample_and_made_quieter() -> None:
     echo_filter = EchoFilter()
     run(echo_filter, ECHO)
     before = echo_filter.response
-    echo_filter.delay_response(1.0)
-    np.testing.assert_allclose(echo_filter.response[1:], before[:-1], atol=1e-6)
-    echo_filter.delay_response(-0.5)
-    echo_filter.delay_response(-0.5)
+    echo_filter.change_response(1.0, 0.5)
+    np.testing.assert_allclose(echo_filter.response[1:], before[:-1] / 2, atol=1e-6)
+    echo_filter.change_response(-0.5, 2.0)
+    echo_filter.change_response(-0.5, 1.0)
     np.testing.assert_allclose(echo_filter.response[:-1], before[:-1], atol=2e-3)
