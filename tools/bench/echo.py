@@ -1,6 +1,6 @@
 """Measure echo cancellation in simulated rooms: how much echo is left, what double talk costs the near voice, CPU time.
 
-    python tools/bench/echo.py [ROW...] [--rival] [--seed 1] [--json]
+    python tools/bench/echo.py [ROW...] [--rival] [--seed 1] [--seeds 1] [--json]
 
 Speech is that of the GRID clips and the talking clips in the folder `shared/media` beside the repository. Somebody at
 the other end talks for 18 s; the near voice begins after 6 s and has three sentences. A row is a scene: room, delay,
@@ -13,6 +13,8 @@ canceller adds. CPU is processor time in ms for one second of sound.
 
 The rows `clocks +100` and `clocks -100` pass through the alignment of clocks that the program's devices have; the rows
 `drift` do not. In the rows `lost` the loudspeaker's buffer runs empty for so long after 8 s, as on a busy machine.
+With --seeds N each row is measured N times, with other late reflections, noise and order of the clips; the last line,
+and `worst` of --json, have the worst figures of all rows.
 --rival measures WebRTC's canceller (pywebrtc-audio) on the same sounds, told the true delay.
 """
 
@@ -100,6 +102,7 @@ def scenes() -> dict[str, Scene]:
     rows |= {
         "delay 60 to 120 ms at 8 s": Scene(later_delay_s=0.12),
         "delay 200 to 60 ms at 8 s": Scene(delay_s=0.2, later_delay_s=0.06),
+        "delay 60 to 61 ms at 8 s": Scene(later_delay_s=0.061),
         "lost 10 ms": Scene(later_delay_s=0.07),
         "lost 30 ms": Scene(later_delay_s=0.09),
         "talking clips": Scene(),
@@ -247,6 +250,7 @@ def main() -> None:
     parser.add_argument("rows", nargs="*", metavar="ROW", help="beginnings of names of rows (default: all)")
     parser.add_argument("--rival", action="store_true", help="measure WebRTC's canceller in place of ours")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seeds", type=int, default=1, metavar="N", help="measure with N seeds, from --seed on")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     chosen = {
@@ -261,27 +265,54 @@ def main() -> None:
         print(f"nothing is measured: there is no {missing[0]} in {CLIPS}", file=sys.stderr)
         return
     canceller = cancel_as_webrtc if options.rival else cancel
-    far, near = read_speech(FAR, FAR_DBFS), read_speech(NEAR, NEAR_DBFS)
-    talk = np.tile(read_speech(TALK, FAR_DBFS), 2)[: len(far)]
+    rows = []
+    for seed in range(options.seed, options.seed + options.seeds):
+        for row in measure_all(chosen, canceller, seed):
+            rows.append(row)
+            if not options.json:
+                _print(row)
+    if options.json:
+        print(json.dumps({"rows": [asdict(row) for row in rows], "worst": worst(rows)}))
+    else:
+        print("worst: " + ", ".join(f"{name} {value:.3f}" for name, value in worst(rows).items()))
+
+
+def measure_all(chosen: dict[str, Scene], canceller: Canceller, seed: int) -> Iterator[Row]:
+    """Yield the rows of scenes. seed : of late reflections, noise and, from 2 on, the order of the clips"""
+    far, near, talk = (
+        read_speech(_rotated(names, seed - 1), dbfs)
+        for names, dbfs in ((FAR, FAR_DBFS), (NEAR, NEAR_DBFS), (TALK, FAR_DBFS))
+    )
     length = len(far) // BLOCK * BLOCK
     grid = Speech(to_int16(far[:length]), near, round(NEAR_FROM_S * SAMPLE_RATE))
     speeches = {
-        "talking clips": Speech(to_int16(talk[:length]), near, grid.near_from),
+        "talking clips": Speech(to_int16(np.tile(talk, 2)[:length]), near, grid.near_from),
         "near from the start": Speech(grid.far, near, 0),
     }
-    rows, alone = [], {}
+    alone: dict[int, float] = {}
     for name, scene in chosen.items():
         speech = speeches.get(name, grid)
         if id(speech) not in alone:
-            alone[id(speech)] = score_alone(speech, canceller, options.seed)
-        used = cancel_on_two_clocks if name.startswith(("clocks", "lost")) and not options.rival else canceller
-        rows.append(measure(name, scene, speech, used, alone=alone[id(speech)], seed=options.seed))
-        if not options.json:
-            _print(rows[-1])
-    if options.json:
-        print(json.dumps({"alone": alone[id(grid)] if id(grid) in alone else None, "rows": [asdict(r) for r in rows]}))
-    else:
-        print("STOI of the near voice without an echo: " + ", ".join(f"{value:.3f}" for value in alone.values()))
+            alone[id(speech)] = score_alone(speech, canceller, seed)
+        on_clocks = name.startswith(("clocks", "lost")) and canceller is cancel
+        used = cancel_on_two_clocks if on_clocks else canceller
+        yield measure(name, scene, speech, used, alone=alone[id(speech)], seed=seed)
+
+
+def _rotated(names: tuple[str, ...], count: int) -> tuple[str, ...]:
+    first = count % len(names)
+    return names[first:] + names[:first]
+
+
+def worst(rows: list[Row]) -> dict[str, float]:
+    """Return the worst figures of all rows."""
+    figures = {
+        "erle_3s": min(row.erle_3s for row in rows),
+        "erle_10s": min(row.erle_10s for row in rows),
+        "stoi_loss": max(row.stoi_loss for row in rows),
+    }
+    converged = [row.converged_s for row in rows if row.converged_s is not None]
+    return figures | ({"converged_s": max(converged)} if len(converged) == len(rows) else {})
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ import pytest
 
 from conf.audio.samples import SAMPLE_RATE, Samples
 from tests.support.synthetic_voice import noise, whisper
-from tools.bench.echo import Speech, converged_s, erle, measure, scenes
+from tools.bench.echo import Row, Speech, converged_s, erle, measure, scenes, worst
 from tools.bench.rooms import ROOMS, Scene
 
 
@@ -28,6 +28,12 @@ def test_the_rows_cover_all_rooms_and_delays() -> None:
         (room, delay_s) for room in ROOMS for delay_s in (0.02, 0.06, 0.12, 0.2)
     }
     assert {scene.drift_ppm for scene in rows.values()} >= {-100, 0, 100}
+
+
+def test_the_worst_figures_are_those_of_no_single_row() -> None:
+    rows = [Row("a", 40, 30, 1.5, 0.5, 0.9, 0.1, 10, 20), Row("b", 35, 45, 1.2, 0.5, 0.95, 0.05, 10, 20)]
+    assert worst(rows) == {"erle_3s": 35, "erle_10s": 30, "stoi_loss": 0.1, "converged_s": 1.5}
+    assert "converged_s" not in worst([Row("c", 10, 10, None, 0.5, 0.9, 0.1, 10, 20)])
 
 
 @pytest.mark.slow
