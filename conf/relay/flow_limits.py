@@ -55,7 +55,7 @@ def receiving_limit(factor: float = 1.0) -> FlowLimit:
 class Admission(Generic[Flow]):
     """Which flows of one protocol there are.
 
-    refused : flows that were not admitted, or evicted while they were pending
+    refused : flows that were not admitted, or closed while they were pending
     """
 
     def __init__(self, max_flows: int) -> None:
@@ -101,8 +101,10 @@ class Admission(Generic[Flow]):
         _decrement(self._flows, host_key(host))
 
     def late(self, now: float) -> list[Flow]:
-        """Return the flows that have been pending for too long."""
-        return [flow for flow, (_, since) in self._pending.items() if now - since > PENDING_S]
+        """Return the flows that have been pending for too long, which must be closed, and count them."""
+        late = [flow for flow, (_, since) in self._pending.items() if now - since > PENDING_S]
+        self.refused += len(late)
+        return late
 
 
 def host_key(host: str) -> str:

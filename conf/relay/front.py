@@ -36,8 +36,9 @@ class FrontCounts:
     """Counts so far.
 
     forwarded : UDP datagrams to the router
-    strangers : of no member; excess : above the limit of a member; overflows : dropped by the system as they came too
-    fast, 0 where it does not tell; refused : flows and connections
+    strangers : datagrams of no member, and TCP connections that sent something else before a session was accepted
+    excess : above the limit of a member; overflows : dropped by the system as they came too fast, 0 where it does not
+    tell; refused : flows and connections that were not admitted, or opened no session in time
     tcp_bytes : both ways; tcp_pauses : waits of TCP above its limit
     """
 
@@ -124,7 +125,7 @@ class Front:
         """Return the counts so far."""
         return FrontCounts(
             forwarded=self._udp.forwarded,
-            strangers=self._udp.strangers,
+            strangers=self._udp.strangers + self._tcp.strangers,
             excess=self._udp.excess,
             overflows=self._udp.overflows,
             refused=self._udp.refused + self._tcp.refused,

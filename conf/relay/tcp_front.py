@@ -1,4 +1,7 @@
-"""Carry TCP connections between members and the router, each with a limit and without storing more than it forwards."""
+"""Carry TCP connections between members and the router, each with a limit and without storing more than it forwards.
+
+Until the router has accepted its session, a connection may send what opens one and nothing else.
+"""
 
 import selectors
 import socket
@@ -7,9 +10,10 @@ from contextlib import suppress
 from typing import Any
 
 from conf.relay.flow_limits import PEER_FACTOR, Admission, FlowLimit, receiving_limit, sending_limit
-from conf.relay.udp_front import IS_ANSWER, KIND, LENGTH, OPEN, connect_to_router
+from conf.relay.udp_front import IS_ANSWER, KIND, LENGTH, OPEN, Batches, Opening, connect_to_router
 
 READ_BYTES = 16_384
+MAX_OPENING_BYTES = 4096  # that a pending connection may send at once or without completing a batch; one has under 300
 ACCEPT_BATCH = 32
 BACKLOG = 256
 
@@ -31,11 +35,21 @@ class Connection:
         self.up = Stream(outer, inner, sending_limit(factor))
         self.down = Stream(inner, outer, receiving_limit(factor))
         self.is_accepted = False
+        self.opening, self.batches = Opening(), Batches()
+
+    def opened_with(self, data: bytes) -> bytes | None:
+        """Return what may pass of the bytes that a pending connection has sent; None if they open no session."""
+        if len(self.batches.rest) + len(data) > MAX_OPENING_BYTES:
+            return None
+        found = self.batches.split(data)
+        is_opening = all([self.opening.admits(batch) for batch in found])
+        return b"".join(LENGTH.pack(len(batch)) + batch for batch in found) if is_opening else None
 
 
 class TcpFront:
     """The relay's TCP port.
 
+    strangers : connections that were closed, as what they sent opens no session
     read_bytes : from members and the router; paused : how often a stream had to wait, as it was above its limit
     """
 
@@ -49,7 +63,7 @@ class TcpFront:
         peers: Set[str] = frozenset(),
     ) -> None:
         """listeners : are closed with it; peers : addresses of other relays, which may carry more"""
-        self.read_bytes = self.paused = 0
+        self.strangers = self.read_bytes = self.paused = 0
         self._listeners = listeners
         self._router = router
         self._selector = selector
@@ -143,8 +157,17 @@ class TcpFront:
             if data[LENGTH.size] & (KIND | IS_ANSWER) == OPEN | IS_ANSWER:
                 connection.is_accepted = True
                 self._admission.accept(connection)
-        stream.rest = data
         self.read_bytes += len(data)
+        if stream is connection.up and not connection.is_accepted:
+            opening = connection.opened_with(data)
+            if opening is None:
+                self.strangers += 1
+                raise ConnectionResetError
+            stream.rest = opening
+        elif stream is connection.up and connection.batches.rest:
+            stream.rest, connection.batches.rest = connection.batches.rest + data, b""
+        else:
+            stream.rest = data
         if delay := stream.limit.delay_after(len(data), now):
             self.paused += 1
             stream.paused_until = now + delay

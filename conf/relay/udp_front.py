@@ -24,7 +24,7 @@ LENGTH = struct.Struct("<H")  # in front of a batch on TCP
 # The first byte of a transport message of zenoh: kind, and whether it is an answer.
 KIND, IS_ANSWER = 0x1F, 0x20
 INIT, OPEN = 0x01, 0x02
-MAX_TO_OPEN = 8  # datagrams of a pending flow: two, and what is repeated
+MAX_TO_OPEN = 8  # batches of a pending flow: two, and what is repeated
 CONNECT_S = 1.0
 SO_MEMINFO, MEMINFO_DROPS = 55, 8  # linux/sock_diag.h: an option that Python has no name for
 _MEMINFO = struct.Struct("@9I")
@@ -33,7 +33,7 @@ _MEMINFO = struct.Struct("@9I")
 class Flow:
     """Datagrams between one address and the router."""
 
-    __slots__ = ("address", "batches", "down", "heard_at", "host", "inner", "is_accepted", "outer", "to_open", "up")
+    __slots__ = ("address", "batches", "down", "heard_at", "host", "inner", "is_accepted", "opening", "outer", "up")
 
     def __init__(self, outer: socket.socket, inner: socket.socket, address: Any, factor: float, now: float) -> None:
         self.outer, self.inner, self.address = outer, inner, address
@@ -41,26 +41,35 @@ class Flow:
         self.up, self.down = sending_limit(factor), receiving_limit(factor)
         self.heard_at = now
         self.is_accepted = False
-        self.to_open = MAX_TO_OPEN
+        self.opening = Opening()
         self.batches = Batches()
 
     def is_expected(self, data: bytes) -> bool:
         """Return whether a datagram may come now: while the flow is pending only what opens a session."""
-        if self.is_accepted:
-            return True
-        self.to_open -= 1
-        return self.to_open >= 0 and bool(data) and data[0] & (KIND | IS_ANSWER) in (INIT, OPEN)
+        return self.is_accepted or self.opening.admits(data)
+
+
+class Opening:
+    """What a pending flow may send: batches that open a session, and few of them."""
+
+    def __init__(self) -> None:
+        self._left = MAX_TO_OPEN
+
+    def admits(self, batch: bytes) -> bool:
+        """Return whether a batch may pass, and count it."""
+        self._left -= 1
+        return self._left >= 0 and bool(batch) and batch[0] & (KIND | IS_ANSWER) in (INIT, OPEN)
 
 
 class Batches:
-    """Split a TCP stream of the router into batches."""
+    """Split a TCP stream into batches. rest : the bytes after the last complete one"""
 
     def __init__(self) -> None:
-        self._rest = b""
+        self.rest = b""
 
     def split(self, data: bytes) -> list[bytes]:
         """Return the batches that are complete with these bytes."""
-        data, found, start = self._rest + data, [], 0
+        data, found, start = self.rest + data, [], 0
         while len(data) - start >= LENGTH.size:
             first = start + LENGTH.size
             end = first + LENGTH.unpack_from(data, start)[0]
@@ -68,7 +77,7 @@ class Batches:
                 break
             found.append(data[first:end])
             start = end
-        self._rest = data[start:]
+        self.rest = data[start:]
         return found
 
 
