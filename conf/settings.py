@@ -18,7 +18,7 @@ PATH_VARIABLE = "CONF_SETTINGS"
 VOICE_CHOICES = ("auto", "opus", "codec2", "off")
 MAX_NAME_BYTES = 32  # UTF-8, as in a call
 MAX_FILE_BYTES = 1 << 16
-MAX_KBPS = 1e6
+MIN_KBPS, MAX_KBPS = 1, 1e6  # below it reports and headers take all
 
 _HEADER = "# Settings of conf: defaults of its options. `conf settings` shows them.\n"
 _BOOLEANS = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
@@ -76,8 +76,8 @@ def _boolean(value: object) -> bool:
 
 
 def _kbps(value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= MAX_KBPS:
-        raise ValueError("expected a positive number of kbit/s")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not MIN_KBPS <= value <= MAX_KBPS:
+        raise ValueError(f"expected a number of kbit/s, {MIN_KBPS} or more")
     return float(value)
 
 

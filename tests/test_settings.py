@@ -15,6 +15,7 @@ from conf.settings import (
     MAX_FILE_BYTES,
     MAX_KBPS,
     MAX_NAME_BYTES,
+    MIN_KBPS,
     NAMES,
     PATH_VARIABLE,
     VOICE_CHOICES,
@@ -36,7 +37,7 @@ some_settings = st.builds(
     microphone=st.none() | printable,
     speaker=st.none() | printable,
     portrait=st.none() | st.booleans(),
-    kbps=st.none() | st.floats(0, MAX_KBPS, exclude_min=True),
+    kbps=st.none() | st.floats(MIN_KBPS, MAX_KBPS),
     voice=st.none() | st.sampled_from(VOICE_CHOICES),
     face=st.none() | printable.map(lambda name: Path("/") / name.strip("/.~")),
 )
@@ -92,9 +93,9 @@ def test_any_text_is_settings_or_one_error(text: str) -> None:
         ("camera = -1", "s.toml, line 1: camera: expected a text of one line"),
         ("camera = true", "s.toml, line 1: camera: expected a text of one line"),
         ("# portrait = 1\nportrait = 1", "s.toml, line 2: portrait: expected true or false"),
-        ("kbps = 0", "s.toml, line 1: kbps: expected a positive number of kbit/s"),
-        ("kbps = nan", "s.toml, line 1: kbps: expected a positive number of kbit/s"),
-        ("kbps = true", "s.toml, line 1: kbps: expected a positive number of kbit/s"),
+        ("kbps = 0.9", "s.toml, line 1: kbps: expected a number of kbit/s, 1 or more"),
+        ("kbps = nan", "s.toml, line 1: kbps: expected a number of kbit/s, 1 or more"),
+        ("kbps = true", "s.toml, line 1: kbps: expected a number of kbit/s, 1 or more"),
         ("voice = []", "s.toml, line 1: voice: expected one of auto, opus, codec2, off"),
         ('face = "a.obj"', "s.toml, line 1: face: expected the full path of a file"),
     ],
@@ -131,7 +132,7 @@ def test_an_assignment_is_typed_without_quotes(text: str, expected: tuple[str, o
         ("name", "'name' is not NAME=VALUE"),
         ("nam=", "there is no setting 'nam'"),
         ("portrait=perhaps", "portrait: expected true or false"),
-        ("kbps=fast", "kbps: expected a positive number of kbit/s"),
+        ("kbps=fast", "kbps: expected a number of kbit/s, 1 or more"),
     ],
 )
 def test_a_wrong_assignment_says_what_was_expected(text: str, message: str) -> None:

@@ -1,6 +1,7 @@
 """The network address of a peer: as the socket calls give it, and as a user types it."""
 
 import re
+from ipaddress import AddressValueError, IPv6Address
 from typing import NamedTuple
 
 DEFAULT_PORT = 5005
@@ -78,4 +79,10 @@ def _host_and_port(text: str, default_port: int) -> tuple[str, int]:
     match = _TYPED.fullmatch(text)
     if match is None or int(match["port"] or default_port) > MAX_PORT:
         raise ValueError(f"{text} is not HOST:PORT; an IPv6 address is written [HOST]:PORT")
-    return match["bracketed"] or match["host"] or match["bare"], int(match["port"] or default_port)
+    host = match["bracketed"] or match["host"] or match["bare"]
+    if ":" in host:
+        try:
+            IPv6Address(host)
+        except AddressValueError:
+            raise ValueError(f"{text} is neither HOST:PORT nor an IPv6 address") from None
+    return host, int(match["port"] or default_port)

@@ -70,3 +70,10 @@ def test_a_number_that_is_no_port_is_not_a_host_to_listen_at(text: str) -> None:
     assert parse_listen_address("65535") == ("", 65535)
     with pytest.raises(ValueError, match=f"^{text} is no port: give one up to 65535$"):
         parse_listen_address(text)
+
+
+@pytest.mark.parametrize("text", [":::", "[1:2]:5005", "a:b:c", "fe80::1::2"])
+def test_what_has_colons_is_an_ipv6_address(text: str) -> None:
+    assert parse_address("[fe80::1%eth0]:6001") == ("fe80::1%eth0", 6001)
+    with pytest.raises(ValueError, match=r"is neither HOST:PORT nor an IPv6 address$"):
+        parse_address(text)

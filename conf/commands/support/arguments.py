@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 
 from conf.protocol.address import DEFAULT_RELAY_PORT, parse_address, parse_listen_address
+from conf.settings import MIN_KBPS
 
 AXES = ("x", "-x", "y", "-y", "z", "-z")
 AXIS_OPTIONS = ("--up", "--front")
@@ -61,6 +62,14 @@ def positive_number(text: str) -> float:
     if not 0 < value < float("inf"):
         raise argparse.ArgumentTypeError(f"{text} is not a positive number")
     return value
+
+
+def link_rate(text: str) -> float:
+    """Return a rate in kbit/s at which a call is possible."""
+    rate = positive_number(text)
+    if rate < MIN_KBPS:
+        raise argparse.ArgumentTypeError(f"{text} kbit/s carries no call: give {MIN_KBPS} or more")
+    return rate
 
 
 def pairing_code(text: str) -> str:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from conf.commands import Terminal
-from conf.commands.support.arguments import pairing_code, positive_number
+from conf.commands.support.arguments import link_rate, pairing_code, positive_number
 from conf.commands.support.sound import PlayedSound, add_sound_input, open_sound
 from conf.errors import ConfError
 
@@ -67,12 +67,7 @@ def add_capture(parser: argparse.ArgumentParser, *, code_help: str) -> None:
     source.add_argument("--dpc", type=Path, metavar="FILE", help="a recorded motion instead of a face")
     add("--code", type=pairing_code, help=code_help)
     add("--profile", choices=["auto", "live", "narrow", "rich"], default="auto", help=PROFILES_HELP)
-    add(
-        "--kbps",
-        type=positive_number,
-        metavar="N",
-        help="never more kbit/s than this over any ten seconds, all counted",
-    )
+    add("--kbps", type=link_rate, metavar="N", help="never more kbit/s than this over any ten seconds, all counted")
     add("--calibrate", action="store_true", help="use the first detected face as the neutral pose")
     add("--portrait", action="store_true", help="allow images of the person to be sent (default: none ever)")
     add("--no-portrait", dest="portrait", action="store_false", help="send no image, though the settings allow it")

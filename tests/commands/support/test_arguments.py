@@ -9,6 +9,7 @@ from conf.commands.support.arguments import (
     add_seconds,
     address,
     join_axis_options,
+    link_rate,
     listen_address,
     pairing_code,
     positive_number,
@@ -47,6 +48,15 @@ def test_a_number_must_be_positive_and_finite(text: str) -> None:
     assert positive_number("0.5") == 0.5
     with pytest.raises(argparse.ArgumentTypeError, match="is not a positive number"):
         positive_number(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"), [("0.9", "0.9 kbit/s carries no call: give 1 or more"), ("x", "x is not a positive number")]
+)
+def test_a_link_must_carry_a_call(text: str, message: str) -> None:
+    assert link_rate("1") == 1.0
+    with pytest.raises(argparse.ArgumentTypeError, match=f"^{message}$"):
+        link_rate(text)
 
 
 def test_a_pairing_code_is_normalised() -> None:
