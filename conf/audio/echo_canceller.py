@@ -58,6 +58,7 @@ class EchoCanceller:
         self._quiet = _TAIL  # blocks since the loudspeaker's last sound
         self._rested = True
         self._power_ratio = 0.0  # of the echo to what was played, roughly
+        self._shift: float | None = None  # found in the block before; chance finds none twice
         self._doubtful = 0  # blocks since the last one that fitted
 
     @property
@@ -154,8 +155,10 @@ class EchoCanceller:
         first = heard[0][1] - self._lag - PARTITIONS * BLOCK - REACH
         recorded = np.concatenate([block for block, _ in heard])
         shift = find_shift(recorded, self._played.read(first, count), self._filter.response)
-        if shift is None or self._finder.delay is None:
+        before, self._shift = self._shift, shift.samples if shift else None
+        if shift is None or before is None or abs(shift.samples - before) > 1 or self._finder.delay is None:
             return False
+        self._shift = None
         has_moved = abs(shift.samples) > _MIN_SHIFT
         if not has_moved and (shift.gain > _QUIETER or self._doubtful < _SHIFT_BLOCKS):
             return False
