@@ -52,7 +52,7 @@ def describe_event(event: Event, *, name: str, is_calling: bool, nameplate: str 
             return f"a wrong code from {host_of(address)}: {left} more tries for now"
         case Refused(refusal=refusal, wait_s=None):
             raise NetworkError(REFUSALS[refusal])
-        case Refused(refusal=refusal, wait_s=float(wait)):
+        case Refused(refusal=refusal, wait_s=wait):
             return REFUSALS[refusal].format(wait=wait)
         case Connected(address=address):
             return f"connected with {name or (OTHER if nameplate else host_of(address))}"

@@ -182,7 +182,7 @@ def describe_event(event: Event, *, nameplate: str = "", is_awaited: bool = True
             raise NetworkError(WRONG_WORDS.format(nameplate=nameplate) if nameplate else WRONG_CODE)
         case Refused(refusal=refusal, wait_s=None):
             raise NetworkError(REFUSALS[refusal])
-        case Refused(refusal=refusal, wait_s=float(wait)):
+        case Refused(refusal=refusal, wait_s=wait):
             return REFUSALS[refusal].format(wait=wait)
         case Connected():
             return "connected"

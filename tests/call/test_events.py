@@ -38,6 +38,7 @@ THERE = ("10.0.0.7", 5005)
         ),
         (Refused(Refusal.IN_CALL, 3.0), "", "the other end is in a call: trying again in 3 s"),
         (Refused(Refusal.LOCKED, 12.0), "", "too many wrong codes: the other end listens again in 12 s"),
+        (Refused(Refusal.LOCKED, 255), "", "too many wrong codes: the other end listens again in 255 s"),
     ],
 )
 def test_events_have_a_sentence(event: Event, name: str, text: str) -> None:

@@ -245,6 +245,7 @@ def test_step_runs_in_the_loop_of_another_program() -> None:
         (SessionEnded(1, LossReason.IDLE), "the receiver is gone: calling again"),
         (NoAnswer(5.0), "nobody has answered for 5 s: is `conf receive` running there, of the same version? trying on"),
         (Refused(Refusal.LOCKED, 12.0), "too many wrong codes: the receiver listens again in 12 s"),
+        (Refused(Refusal.LOCKED, 255), "too many wrong codes: the receiver listens again in 255 s"),
         (Refused(Refusal.BUSY, 3.0), "the receiver is busy: trying again in 3 s"),
         (Refused(Refusal.IN_CALL, 3.0), "the other end is in a call: trying again in 3 s"),
         (AddressChanged(1, RECEIVER), ""),

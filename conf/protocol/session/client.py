@@ -216,7 +216,7 @@ class SenderSession:
         self._events.append(events.Connected(result.session, address))
 
     def _on_refused(self, result: HandshakeRefused, now: float) -> None:
-        wait = max(result.number, MIN_WAIT_S) if result.refusal in _TEMPORARY else None
+        wait = max(float(result.number), MIN_WAIT_S) if result.refusal in _TEMPORARY else None
         if result.refusal is Refusal.WRONG_CODE:
             self._events.append(events.WrongCode(result.number, self._remote))
         else:
