@@ -93,7 +93,7 @@ def track(name: str) -> Motion:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("profile", "max_kbps"), [("live", 5.4), ("narrow", 2.3)])
+@pytest.mark.parametrize(("profile", "max_kbps"), [("live", 5.4), ("narrow", 2.33)])
 @pytest.mark.parametrize("loss", [0.0, 0.05])
 def test_two_ways_cost_less_a_direction_than_one_way(profile: str, max_kbps: float, loss: float) -> None:
     call = TwoWayCall(RateOptions(profile), motions=(track("talk_1"), track("talk_4")), losses=Losses(loss))

@@ -5,8 +5,9 @@
 Without a track, all of shared/motion. The curves are those of tools/bench/expression_curves.py. Each is compared with
 the landmarks, head pose removed, at four stages: points before the codec, points after it, and the vertices of the head
 at the control points, without and with the codec. Brows of vertices are measured from the vertex at the bridge of the
-nose and compared with landmarks measured from there: on both it follows the brows by a quarter. The control points have
-no bridge, so brows of points are compared where the head pose puts them. The result is the median over the tracks whose
+nose and compared with landmarks measured from there: on both it follows the brows by a quarter to a third. The control
+points have no bridge, and brows are sent to fit that of the head: those of points are compared, as all else of them,
+where the head pose puts them. The result is the median over the tracks whose
 person moves.
 """
 
@@ -111,7 +112,7 @@ class DrawnHead:
         corners, brows = (face.control_points[points].mean(axis=0) for points in (_INNER_CORNERS, _INNER_BROWS))
         bridge = corners + _BRIDGE_HEIGHT * (brows - corners)
         around = tree.query_ball_point(bridge, _BRIDGE_WIDTH_CM + tree.query(bridge)[0])
-        self._bridge: int = min(around, key=lambda vertex: abs(face.mesh.vertices[vertex, :2] - bridge[:2]).sum())
+        self.bridge: int = min(around, key=lambda vertex: abs(face.mesh.vertices[vertex, :2] - bridge[:2]).sum())
 
     def draw(self, displacements: NDArray[np.floating], sender: Fapu, /) -> tuple[NDArray[np.float64], float]:
         """Return the (n, 3) positions at the control points, cm, and the distance from lip to lip, cm.
@@ -120,7 +121,7 @@ class DrawnHead:
         """
         vertices = self.face.deform(displacements, sender=sender)
         positions = vertices[self._vertices].astype(np.float64)
-        positions[_BROWS] -= vertices[self._bridge]
+        positions[_BROWS] -= vertices[self.bridge]
         return positions, self._lips.measure(vertices)
 
 

@@ -1,24 +1,20 @@
 """From tracked landmarks to motion for sending: head pose removed, smoothed, relative to the neutral pose, in FAPU.
 
-Strategy: the fifty control points become displacements that mean the same on any face. Three need care. Lids: the
+Strategy: the fifty control points become displacements that mean the same on any face. Four need care. Lids: the
 tracker's lid landmarks never meet, so the gap of the shut eye is subtracted, and a shut eye is exactly shut. Lips
 likewise. Pupils: they are measured relative to the corners of their eye, so they show the rotation of the eyeball only.
+Brows: see brow_reference.py.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import (
-    CONTROL_POINT_COUNT,
-    CONTROL_POINT_LANDMARKS,
-    EYE_CORNERS,
-    PUPILS,
-    control_point_indices,
-)
+from conf.face.control_points import CONTROL_POINT_COUNT, EYE_CORNERS, PUPILS, control_point_indices
 from conf.face.deformation.constraints.lip_contact import send_lips_shut
 from conf.face.fapu import UNITS_PER_DISTANCE, Fapu
 from conf.face.head_pose import HeadPose
 from conf.protocol.messages import MotionFrame
+from conf.sender.motion.brow_reference import points_with_brows_from_bridge
 from conf.sender.motion.eye_openness import LOWER, UPPER, EyeOpennessEstimator
 from conf.sender.motion.neutral_pose import NeutralPoseEstimator
 from conf.sender.motion.one_euro_filter import OneEuroFilter
@@ -74,7 +70,7 @@ class MotionExtractor:
         """Return the motion of a frame captured at `timestamp`, seconds."""
         aligned, pose = remove_head_pose(tracked.landmarks, self._canonical, self._size)
         smooth_pose = self._pose_filter.smooth(pose.to_vector(), timestamp)
-        raw_points = aligned[CONTROL_POINT_LANDMARKS]
+        raw_points = points_with_brows_from_bridge(aligned)
         self._points = self._points_filter.smooth(raw_points, timestamp)
         if self._set_neutral_next:
             self._set_neutral_next = False
@@ -124,7 +120,7 @@ def _per_point(default: float, **by_prefix: float) -> NDArray[np.float64]:
 
 # Cutoffs in Hz, and betas in Hz per cm (radian, image height, e-fold) per second. Chosen on clips: speech moves lips at
 # 5 Hz, a blink lasts 0.2 s, and both pass nearly unchanged; of a still face's jitter, 0.2 mm at 320x240, half is left.
-_MIN_CUTOFF = _per_point(2.0, inner_lip=5.0, outer_lip=5.0, cupids_bow=5.0, eyelid=6.0, pupil=4.0)
+_MIN_CUTOFF = _per_point(2.0, brow=3.0, inner_lip=5.0, outer_lip=5.0, cupids_bow=5.0, eyelid=6.0, pupil=4.0)
 _BETA = _per_point(3.0, inner_lip=6.0, outer_lip=6.0, cupids_bow=6.0, eyelid=20.0, pupil=6.0)
 _POSE_MIN_CUTOFF = np.array([1.4, 1.4, 1.4, 2.8, 2.8, 1.4])
 _POSE_BETA = np.array([120.0, 120.0, 120.0, 360.0, 360.0, 120.0])
