@@ -81,8 +81,7 @@ class VoiceCall:
         """Rate of the worst WINDOW_S."""
         times = np.array([at for at, _ in self.sent])
         sizes = np.array([size for _, size in self.sent])
-        window = min(WINDOW_S, self.seconds)
-        return max(float(sizes[(times >= at) & (times < at + window)].sum()) for at in times) * 8 / window / 1000
+        return max(float(sizes[(times >= at) & (times < at + WINDOW_S)].sum()) for at in times) * 8 / WINDOW_S / 1000
 
 
 class LoopedSound:
