@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 ASSETS = Path(__file__).resolve().parents[2] / "conf" / "assets"
 PROFILES = ("live", "rich", "narrow", "voice", "slow")
-STEPS = {"live": 0.0094, "rich": 0.006, "narrow": 0.0126, "voice": 0.0094, "slow": 0.015}
+STEPS = {"live": 0.0094, "rich": 0.006, "narrow": 0.0136, "voice": 0.0094, "slow": 0.015}
 TABLES = {"live": "live", "rich": "rich", "narrow": "narrow", "voice": "live", "slow": "narrow"}
 COUNTS = {"live": (1,), "rich": (2,), "narrow": (3,), "voice": (1, 2), "slow": (3, 6)}
 TOTAL = 1 << 15

@@ -90,7 +90,7 @@ def test_twelve_ended_calls_and_one_present() -> None:
     assert report.frames_received == sum(caller.frames_received for caller in report.callers)
     assert report.connected_s == pytest.approx(sum(caller.connected_s for caller in report.callers), abs=0.01)
     assert report.wire_kbps == pytest.approx(report.wire_bytes * 8 / 1000 / report.connected_s)
-    assert 4.0 < report.wire_kbps < 12.0  # one call at a time
+    assert 3.5 < report.wire_kbps < 12.0  # one call at a time
     assert report.ratio == pytest.approx(report.raw_kbps / report.wire_kbps)
     for row in report.callers:
         assert row.ratio == pytest.approx(row.raw_kbps / row.wire_kbps, rel=1e-3)
@@ -105,7 +105,7 @@ def test_after_the_last_call_the_meter_is_zero_and_the_report_is_not() -> None:
     meter = world.receiver.snapshot(world.now)
     assert set(vars(replace(meter, rejected=0)).values()) == {0, MediaBytes()}
     before = world.receiver.report(world.now)
-    assert before.frames_received > 30 and before.wire_kbps > 3.0 and before.jitter_ms >= 0
+    assert before.frames_received > 25 and before.wire_kbps > 3.0 and before.jitter_ms >= 0
     assert world.receiver.report(world.now + 1000.0) == before, "time without a call changes no rate"
 
 
@@ -117,7 +117,7 @@ def test_a_silent_caller_keeps_its_counts_but_has_no_rate_jitter_or_delay() -> N
     caller.line.down = True
     world.run(6.0)
     meter = world.receiver.snapshot(world.now)
-    assert meter.frames_received > 30
+    assert meter.frames_received > 25
     assert (meter.wire_kbps, meter.raw_kbps, meter.jitter_ms, meter.playout_delay_ms) == (0.0, 0.0, 0.0, 0.0)
 
 

@@ -134,7 +134,7 @@ def test_every_body_is_as_wire_md_describes(capture: Capture) -> None:
             if body[0] == 0:
                 assert fields[1:] == [320, 240, 1500, 50, 6400, 4200, 2000, 5100, 1100]
     assert kinds[0] == 0 and kinds[-2:] == [4, 4]
-    assert kinds.count(0x80) > 100 and kinds.count(3) >= 1
+    assert kinds.count(0x80) > 90 and kinds.count(3) >= 1
 
 
 @pytest.mark.slow
@@ -154,7 +154,7 @@ def test_every_payload_is_the_motion_that_was_captured(call: tuple[World, Simula
             poses.append(np.abs(pose - frame.pose))
             errors.append(displacements[:, :2] - frame.displacements[:, :2])
             moves.append(frame.displacements[:, :2])
-    assert len(errors) > 110
+    assert len(errors) > 90
     assert (np.max(poses, axis=0) < [0.05, 0.05, 0.03, 0.01, 0.01, 0.03]).all()
     assert float(np.square(errors).mean()) < 0.15 * float(np.square(moves).mean())  # a grimace takes some frames
 

@@ -93,7 +93,7 @@ def track(name: str) -> Motion:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("profile", "max_kbps"), [("live", 5.4), ("narrow", 2.33)])
+@pytest.mark.parametrize(("profile", "max_kbps"), [("live", 5.4), ("narrow", 2.3)])
 @pytest.mark.parametrize("loss", [0.0, 0.05])
 def test_two_ways_cost_less_a_direction_than_one_way(profile: str, max_kbps: float, loss: float) -> None:
     call = TwoWayCall(RateOptions(profile), motions=(track("talk_1"), track("talk_4")), losses=Losses(loss))
@@ -117,7 +117,7 @@ def test_lips_and_voice_are_due_at_the_same_time() -> None:
     for _ in range(100):
         call.run(0.05)
         playout = call.b.receive.motion.frame_at(call.now)
-        assert playout is not None and playout.age_s < 0.25
+        assert playout is not None and playout.age_s < 0.3
         newest = call.b.played[-1]
         assert 0 <= playout.frame.timestamp - newest.timestamp <= 0.03 + newest.format.frame_ms / 1000
         assert playout.frame.pose[1] == pytest.approx(

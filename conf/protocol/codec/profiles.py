@@ -41,7 +41,7 @@ LIVE = Profile(
     "live", 15, 1, 0.0094, rd_lambda=0.10, target_bits=64, tables="live", usual_counts=(1,), skip_threshold=1.15
 )
 RICH = Profile("rich", 30, 2, 0.0060, rd_lambda=0.05, target_bits=64, tables="rich", usual_counts=(2,))
-NARROWBAND = Profile("narrow", 15, 3, 0.0126, rd_lambda=0.065, target_bits=40, tables="narrow", usual_counts=(3,))
+NARROWBAND = Profile("narrow", 15, 3, 0.0136, rd_lambda=0.065, target_bits=40, tables="narrow", usual_counts=(3,))
 VOICE = Profile("voice", 50 / 3, 1, 0.0094, rd_lambda=0.10, target_bits=64, tables="live", usual_counts=(1, 2))
 SLOW = Profile("slow", 12.5, 3, 0.0150, rd_lambda=0.055, target_bits=40, tables="narrow", usual_counts=(3, 6))
 

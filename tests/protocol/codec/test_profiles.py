@@ -13,7 +13,7 @@ def test_the_profiles_are_those_of_the_wire_format() -> None:
             "live", 15, 1, 0.0094, rd_lambda=0.10, target_bits=64, tables="live", usual_counts=(1,), skip_threshold=1.15
         ),
         Profile("rich", 30, 2, 0.006, rd_lambda=0.05, target_bits=64, tables="rich", usual_counts=(2,)),
-        Profile("narrow", 15, 3, 0.0126, rd_lambda=0.065, target_bits=40, tables="narrow", usual_counts=(3,)),
+        Profile("narrow", 15, 3, 0.0136, rd_lambda=0.065, target_bits=40, tables="narrow", usual_counts=(3,)),
         Profile("voice", 50 / 3, 1, 0.0094, rd_lambda=0.10, target_bits=64, tables="live", usual_counts=(1, 2)),
         Profile("slow", 12.5, 3, 0.015, rd_lambda=0.055, target_bits=40, tables="narrow", usual_counts=(3, 6)),
     ]

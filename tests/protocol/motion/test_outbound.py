@@ -144,7 +144,9 @@ def test_frames_share_a_datagram_if_the_profile_or_the_bundling_asks_for_it() ->
     numbers = [n for o in motion for n in o.frame_numbers]
     assert numbers == sorted(set(numbers)) and len(numbers) > 50
     outbound.set_profile(LIVE, bundling=2)
-    assert {len(o.frame_numbers) for o in run(outbound, frames(60, 10.0)) if o.frame_numbers} == {2}
+    bundled = [o.frame_numbers for o in run(outbound, frames(60, 10.0)) if o.frame_numbers]
+    waiting = bundled[0] if bundled[0][0] < 60 else ()  # it was to go with frames that the profile before grouped
+    assert {len(group) for group in bundled if group != waiting} == {2}
 
 
 def test_uneven_steps_are_not_put_in_one_datagram() -> None:
