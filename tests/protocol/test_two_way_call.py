@@ -117,7 +117,7 @@ def test_lips_and_voice_are_due_at_the_same_time() -> None:
     for _ in range(100):
         call.run(0.05)
         playout = call.b.receive.motion.frame_at(call.now)
-        assert playout is not None and playout.age_s < 0.3
+        assert playout is not None and playout.age_s < 0.4, "only the turning points hold still"
         newest = call.b.played[-1]
         assert 0 <= playout.frame.timestamp - newest.timestamp <= 0.03 + newest.format.frame_ms / 1000
         assert playout.frame.pose[1] == pytest.approx(
