@@ -18,7 +18,7 @@ def results(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_a_package_stands_for_its_modules() -> None:
     assert run.modules_of("protocol/session/sequence") == ["protocol/session/sequence"]
-    assert run.modules_of("sender/motion")[0] == "sender/motion/extractor"
+    assert "sender/motion/extractor" in run.modules_of("sender/motion")
     with pytest.raises(SystemExit, match="conf/protocol/nothing is no module and no package"):
         run.modules_of("protocol/nothing")
 
