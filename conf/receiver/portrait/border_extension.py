@@ -55,12 +55,13 @@ def extend_border(
     chin_row = int(np.clip(np.ceil((0.5 - dome.chin_height) * height), 0, height - 1))
     chest_row = min(height - 1, (chin_row + 3 * height) // 4)  # rows above may show the neck
     mirrored_y = np.maximum(_mirror(y, height), np.minimum(chest_row, nearest_y))
-    body_colours = colours[mirrored_y, _mirror(x, width)].astype(np.float64)
-    blurred, space = (
-        _blurred_outwards(colours, alpha, margin, first_row=chest_row),
-        min(margin, 2 * (height - chin_row)),
-    )
-    body_colours += (blurred[around] - body_colours) * smoothstep(outside * margin / space)[:, None]
+    mirrored_x = _mirror(x, width)
+    body_colours = colours[mirrored_y, mirrored_x].astype(np.float64)
+    neck = _neck(colours, alpha, face, chest_row)
+    blurred = _blurred_outwards(colours, (alpha > 127) & ~neck, margin, first_row=chest_row)
+    space = min(margin, 2 * (height - chin_row))
+    share = np.maximum(smoothstep(outside * margin / space), neck[mirrored_y, mirrored_x])
+    body_colours += (blurred[around] - body_colours) * share[:, None]
     mixed = dome_colours + (body_colours - dome_colours) * body[:, None]
     extended, extended_alpha = np.pad(colours, ((margin, margin), (margin, margin), (0, 0))), np.pad(alpha, margin)
     extended[around] = np.clip(np.rint(mixed), 0, 255)
@@ -69,11 +70,33 @@ def extend_border(
     return extended, extended_alpha, np.array([margin / width, margin / height])
 
 
+def _neck(
+    colours: NDArray[np.uint8], alpha: NDArray[np.uint8], face: PhotographedFace, first_row: int
+) -> NDArray[np.bool_]:
+    """Return (H, W): True where, from a row downwards, a person is nearer in colour to the face than to the clothes.
+
+    Mirrored at the border, what a neckline shows of the neck would be a second one.
+    """
+    x, y = _pixels(project(face.points, face.pose)[OVAL_ROWS], alpha.shape)
+    left, right = np.clip((x.min(), x.max()), 0, alpha.shape[1])
+    person = alpha > 127
+    clothes, skin = np.zeros_like(person), np.zeros_like(person)
+    clothes[first_row:, :left] = clothes[first_row:, right:] = True
+    skin[max(0, y.min()) : max(0, y.max()), left:right] = True
+    neck = np.zeros_like(person)
+    if (clothes & person).any() and (skin & person).any():
+        image = colours[first_row:].astype(np.float64)
+        to_skin, to_clothes = (
+            np.linalg.norm(image - np.median(colours[where & person], axis=0), axis=2) for where in (skin, clothes)
+        )
+        neck[first_row:, left:right] = (to_skin < to_clothes)[:, left:right]
+    return neck & person
+
+
 def _blurred_outwards(
-    colours: NDArray[np.uint8], alpha: NDArray[np.uint8], margin: int, *, first_row: int
+    colours: NDArray[np.uint8], known: NDArray[np.bool_], margin: int, *, first_row: int
 ) -> NDArray[np.float32]:
-    """Return the person's colours from a row downwards with a margin, smoother the farther out."""
-    known = alpha > 127
+    """Return the colours of known pixels (H, W) from a row downwards with a margin, smoother the farther out."""
     if known[first_row:].any():
         known[:first_row] = False
     if not known.any():

@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
 
 from conf.face.interpolation import smoothstep
 
@@ -87,7 +88,8 @@ def _clone_beside(
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return the texture (H, W, 3) copied from known pixels, (H, W) bool, to the others, and its weight (H, W), 0 to 1.
 
-    It is copied along rows by the smallest of some distances that lead out of the person, towards the nearer side.
+    It is copied along rows by the smallest of some distances that lead out of the person, towards the nearer side. It
+    is only as strong as on the other side: what stands out on one side alone is an object, not a texture.
     """
     gaps = np.count_nonzero(~known, axis=1)
     head = float(np.quantile(gaps[gaps > 0], HEAD_QUANTILE))
@@ -95,14 +97,25 @@ def _clone_beside(
     available = np.clip(depth, 0, 1).astype(np.float32)
     centre, columns = np.mean(np.nonzero(~known)[1]), np.arange(known.shape[1])
     left = smoothstep((centre - columns) / (CLONE_BLEND * head) + 0.5).astype(np.float32)
+    strengths = [_row_strength(texture, known & side) for side in (columns < centre, columns >= centre)]
     copied, weight, everywhere = np.zeros_like(texture), np.zeros_like(available), np.ones_like(left)
     for factor in CLONE_STEPS:
         step = round(head * factor)
         for shift, side in ((step, left), (-step, 1 - left), (step, everywhere), (-step, everywhere)):
             share = _shift(available, shift) * side * (1 - weight)
-            copied += _shift(texture, shift) * share[..., None]
+            own = strengths[0 if shift > 0 else 1]
+            copied += _shift(texture, shift) * (share * np.minimum(*strengths) / np.maximum(own, 1e-3))[..., None]
             weight += share
     return copied / np.maximum(weight, 1e-3)[..., None], weight
+
+
+def _row_strength(texture: NDArray[np.float32], where: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Return (H, 1): the root mean square of a texture (H, W, 3) in and around each row, in a mask (H, W)."""
+    sigma = max(0.5, TEXTURE_SIGMA * len(texture))
+    energy = np.mean(np.square(texture), axis=2)
+    sums = np.stack([np.sum(values, axis=1, where=where) for values in (energy, np.ones_like(energy))])
+    total, count = gaussian_filter1d(sums, sigma, axis=1)[..., None]
+    return np.asarray(np.sqrt(total / np.maximum(count, 1e-3)), np.float32)
 
 
 def _shift(values: NDArray[np.float32], columns: int) -> NDArray[np.float32]:

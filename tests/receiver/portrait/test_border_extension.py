@@ -76,6 +76,15 @@ def test_the_body_continues_below_the_border() -> None:
     assert np.abs(extended[-m + 5, m + 172].astype(int) - CLOTHES).max() < 10
 
 
+def test_a_neckline_shows_the_neck_only_once() -> None:
+    colours, alpha = draw(HIGH)
+    colours[225:, 160:184] = SKIN  # an open collar that the border cuts off
+    extended, _, margin = extend_border(colours, alpha, HIGH)
+    m = round(float(margin[1]) * 240)
+    below = extended[-m + 2 : -m + 14, m + 165 : m + 180].astype(int)
+    assert np.abs(below - CLOTHES).max() < 30
+
+
 @pytest.mark.parametrize("value", [0, 255])
 def test_an_image_without_person_or_without_background_is_extended_too(value: int) -> None:
     colours, alpha = draw(HIGH)

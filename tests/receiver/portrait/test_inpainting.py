@@ -55,3 +55,12 @@ def test_where_nothing_is_beside_the_person_the_background_is_smooth() -> None:
     outline = np.array([(0.0, 0.5), (1.0, 0.5), (1.0, 1.0), (0.0, 1.0)])
     filled = fill(pixels, outline)
     assert filled[60:].astype(float).std() < 15
+
+
+def test_an_object_beside_the_person_appears_once() -> None:
+    pixels = np.full((80, 200, 3), 120, np.uint8)
+    pixels[30:60, 10:60:4] = (0, 0, 255)  # a picture on the wall, left of the person alone
+    pixels[20:70, 80:120] = 0
+    outline = np.array([(0.4, 0.25), (0.6, 0.25), (0.6, 0.87), (0.4, 0.87)])
+    filled = fill(pixels, outline)
+    assert np.abs(filled.astype(int) - 120)[30:60, 88:112].max() < 15
