@@ -162,6 +162,16 @@ def test_a_volume_turned_down_is_followed() -> None:
     assert level_dbfs(output[later:]) < level_dbfs(recorded[later:]) - 25
 
 
+def run_with_late_stamps(canceller: EchoCanceller, echo: np.ndarray, *, from_s: float, late_s: float) -> np.ndarray:
+    """Return what is left of an echo when the time stamps of the played sound are late from a time on."""
+    parts = []
+    for first in range(0, len(echo), BLOCK):
+        at = START + first / SAMPLE_RATE
+        played = AudioBlock(at + (late_s if first >= from_s * SAMPLE_RATE else 0.0), PLAYED[first : first + BLOCK])
+        parts.append(canceller.process(AudioBlock(at, echo[first : first + BLOCK]), played).samples)
+    return np.concatenate(parts)
+
+
 @pytest.mark.slow
 def test_a_near_voice_is_kept_while_the_echo_jumps() -> None:
     echo = jumping_echo([(4.5, 400), (5.5, -900)]).astype(float)
@@ -173,13 +183,8 @@ def test_a_near_voice_is_kept_while_the_echo_jumps() -> None:
 @pytest.mark.slow
 def test_time_stamps_that_tell_of_a_jump_late_do_not_move_the_window() -> None:
     """A loudspeaker that got nothing to play for 20 ms is noticed half a second later."""
-    echo, canceller, parts = jumping_echo([(4.0, 320)]), EchoCanceller(), []
-    for first in range(0, len(echo), BLOCK):
-        at = START + first / SAMPLE_RATE
-        late_s = 0.02 if first >= 4.5 * SAMPLE_RATE else 0.0
-        played = AudioBlock(at + late_s, PLAYED[first : first + BLOCK])
-        parts.append(canceller.process(AudioBlock(at, echo[first : first + BLOCK]), played).samples)
-    output, later = np.concatenate(parts), round(4.12 * SAMPLE_RATE)
+    echo, canceller = jumping_echo([(4.0, 320)]), EchoCanceller()
+    output, later = run_with_late_stamps(canceller, echo, from_s=4.5, late_s=0.02), round(4.12 * SAMPLE_RATE)
     assert level_dbfs(output[later:]) < level_dbfs(echo[later:]) - 30
     assert canceller.delay_s == pytest.approx(0.1, abs=0.001)
 
@@ -187,13 +192,8 @@ def test_time_stamps_that_tell_of_a_jump_late_do_not_move_the_window() -> None:
 @pytest.mark.slow
 def test_a_loudspeaker_that_got_nothing_to_play_for_a_while_keeps_what_was_learned() -> None:
     echo = echo_of(Scene("desk", 0.06, later_delay_s=0.07, change_s=4.0))
-    canceller, parts = EchoCanceller(), []
-    for first in range(0, len(echo), BLOCK):
-        at = START + first / SAMPLE_RATE
-        late_s = 0.01 if first >= 4 * SAMPLE_RATE else 0.0
-        played = AudioBlock(at + late_s, PLAYED[first : first + BLOCK])
-        parts.append(canceller.process(AudioBlock(at, echo[first : first + BLOCK]), played).samples)
-    output, later = np.concatenate(parts), round(4.4 * SAMPLE_RATE)
+    output = run_with_late_stamps(EchoCanceller(), echo, from_s=4.0, late_s=0.01)
+    later = round(4.4 * SAMPLE_RATE)
     assert level_dbfs(output[later:]) < level_dbfs(echo[later:]) - 30
 
 

@@ -137,7 +137,7 @@ def describe_waiting(transport: Transport, route: RelayRoute) -> str:
 def waiting(transport: Transport, route: RelayRoute, remote: tuple[str, int] | str | None, code: str) -> Waiting:
     """Return what a window says while there is no call.
 
-    remote : who is called, as of call_target, None for nobody; code : to be told to the other end, "" if it is called
+    remote : who is called, as of call_target, None for nobody; code : what the other end types, "" if it is called
     """
     from conf.call.view import Waiting
     from conf.protocol.address import DEFAULT_RELAY_PORT, RelayAddress, format_address, typed_address

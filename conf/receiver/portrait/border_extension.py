@@ -60,8 +60,8 @@ def extend_border(
     neck = _neck(colours, alpha, face, chest_row)
     blurred = _blurred_outwards(colours, (alpha > 127) & ~neck, margin, first_row=chest_row)
     space = min(margin, 2 * (height - chin_row))
-    share = np.maximum(smoothstep(outside * margin / space), neck[mirrored_y, mirrored_x])
-    body_colours += (blurred[around] - body_colours) * share[:, None]
+    smooth = np.maximum(smoothstep(outside * margin / space), neck[mirrored_y, mirrored_x])
+    body_colours += (blurred[around] - body_colours) * smooth[:, None]
     mixed = dome_colours + (body_colours - dome_colours) * body[:, None]
     extended, extended_alpha = np.pad(colours, ((margin, margin), (margin, margin), (0, 0))), np.pad(alpha, margin)
     extended[around] = np.clip(np.rint(mixed), 0, 255)

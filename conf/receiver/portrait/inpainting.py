@@ -102,10 +102,10 @@ def _clone_beside(
     for factor in CLONE_STEPS:
         step = round(head * factor)
         for shift, side in ((step, left), (-step, 1 - left), (step, everywhere), (-step, everywhere)):
-            share = _shift(available, shift) * side * (1 - weight)
+            added = _shift(available, shift) * side * (1 - weight)
             own = strengths[0 if shift > 0 else 1]
-            copied += _shift(texture, shift) * (share * np.minimum(*strengths) / np.maximum(own, 1e-3))[..., None]
-            weight += share
+            copied += _shift(texture, shift) * (added * np.minimum(*strengths) / np.maximum(own, 1e-3))[..., None]
+            weight += added
     return copied / np.maximum(weight, 1e-3)[..., None], weight
 
 

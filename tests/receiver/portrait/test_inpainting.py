@@ -50,7 +50,7 @@ def test_stripes_continue_behind_the_person() -> None:
     assert np.abs(filled.astype(int) - stripes)[24:66, 92:108].mean() < 15
 
 
-def test_where_nothing_is_beside_the_person_the_background_is_smooth() -> None:
+def test_a_person_as_wide_as_the_image_hides_a_smooth_background() -> None:
     pixels = np.random.default_rng(1).integers(0, 256, (80, 100, 3)).astype(np.uint8)
     outline = np.array([(0.0, 0.5), (1.0, 0.5), (1.0, 1.0), (0.0, 1.0)])
     filled = fill(pixels, outline)
