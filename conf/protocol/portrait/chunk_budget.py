@@ -11,10 +11,14 @@ STARTUP_BYTES = 12_000  # of chunks; their headers do not count, as a still face
 # startup any more, so that the rates below hold from the tenth second of a call on.
 STARTUP_S = 7.8
 STARTUP_RATE_FACTOR = 3.9
-# Then motion and chunks together have 7.1 kbit/s by default; chunks have 1.1 even if motion, or voice, needs more.
-JOINT_RATE_FACTOR = 1.775
+# Then motion and chunks together have 7.02 kbit/s by default, with the burst at most 7.2 over any twenty seconds. What
+# lively motion took beyond it is saved later. Where that debt exceeds some seconds of the joint rate, the motion has
+# voice or a profile beside it that always needs more: then chunks have 1.1 kbit/s.
+JOINT_RATE_FACTOR = 1.755
 MIN_RATE_FACTOR = 0.275
 JOINT_BURST_S = 0.4  # of the joint rate: what a still face leaves is used later
+JOINT_DEBT_S = 3.0  # of the joint rate
+NEAR_DEBT_S = 0.2  # from the greatest debt within which it counts as reached: motion fills it frame by frame
 BURST_CHUNKS = 3  # token-bucket burst, in chunks
 MIN_LINK_RATE = 1950.0  # bytes a second of the slowest link that a call with a portrait is meant for: 16 kbit/s
 MAX_ADDED_DELAY_S = 1 / 15  # on such a link: a frame's time
@@ -64,10 +68,12 @@ class ChunkBudget:
 
     def __init__(self, kbps: float = DEFAULT_KBPS) -> None:
         rate, burst = kbps * 125, BURST_CHUNKS * CHUNK_BYTES
+        joint = JOINT_RATE_FACTOR * rate
         self.bytes_sent = 0
         self._chunks = TokenBucket(rate, burst)
         self._link = TokenBucket(STARTUP_RATE_FACTOR * rate, burst)  # chunks and motion
-        self._joint = TokenBucket(JOINT_RATE_FACTOR * rate, JOINT_BURST_S * JOINT_RATE_FACTOR * rate)  # the same
+        self._joint = TokenBucket(joint, JOINT_BURST_S * joint, max_debt=JOINT_DEBT_S * joint)  # the same
+        self._max_debt = (JOINT_DEBT_S - NEAR_DEBT_S) * joint
         self._least = TokenBucket(MIN_RATE_FACTOR * rate, burst)
         self._queue = QueueDelayModel(max(STARTUP_RATE_FACTOR * rate, MIN_LINK_RATE))
         self._startup_left = STARTUP_BYTES
@@ -108,12 +114,12 @@ class ChunkBudget:
         return self._link.consume(total, now)
 
     def _consume_joint(self, total: int, now: float) -> bool:
-        """Take from the chunks' own rate, and from the joint one or, where motion has all of that, the least one."""
+        """Take from the chunks' own rate, and from the joint one or, where that is never enough, the least one."""
         if self._chunks.time_until(total, now) > 0:
             return False
         if self._joint.consume(total, now):
             self._least.force_take(total, now)
-        elif self._least.consume(total, now):
+        elif self._joint.debt(now) >= self._max_debt and self._least.consume(total, now):
             self._joint.force_take(total, now)
         else:
             return False

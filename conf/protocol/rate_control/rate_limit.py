@@ -11,9 +11,11 @@ MIN_BURST_BYTES = 96  # a handshake must pass under any limit
 class TokenBucket:
     """Allow `rate` units a second, and `capacity` at once after a pause: in any T seconds rate T + capacity."""
 
-    def __init__(self, rate: float, capacity: float) -> None:
+    def __init__(self, rate: float, capacity: float, *, max_debt: float | None = None) -> None:
+        """max_debt : units that `force_take` may remove beyond what the bucket holds; the capacity if None"""
         self.rate = rate
         self.capacity = capacity
+        self._max_debt = capacity if max_debt is None else max_debt
         self._tokens = capacity
         self._filled_at: float | None = None
 
@@ -26,9 +28,14 @@ class TokenBucket:
         return True
 
     def force_take(self, amount: float, now: float) -> None:
-        """Remove `amount` even if the bucket holds less; the debt never exceeds the capacity."""
+        """Remove `amount` even if the bucket holds less, down to the maximum debt."""
         self._fill(now)
-        self._tokens = max(self._tokens - amount, -self.capacity)
+        self._tokens = max(self._tokens - amount, -self._max_debt)
+
+    def debt(self, now: float) -> float:
+        """Return the units that were removed beyond what the bucket held and have not been refilled, at least 0."""
+        self._fill(now)
+        return max(0.0, -self._tokens)
 
     def time_until(self, amount: float, now: float) -> float:
         """Return the seconds until the bucket holds `amount`; infinite if it never will."""

@@ -68,6 +68,14 @@ def test_a_forced_amount_becomes_a_debt_of_at_most_the_capacity() -> None:
     assert bucket.time_until(10, 100.0) == 2.0
 
 
+def test_a_bucket_can_owe_more_than_it_holds() -> None:
+    bucket = TokenBucket(2, 10, max_debt=40)
+    bucket.force_take(30, 0.0)
+    assert bucket.debt(0.0) == 20 and bucket.time_until(10, 0.0) == 15.0
+    bucket.force_take(1000, 0.0)
+    assert bucket.debt(0.0) == 40 and bucket.debt(15.0) == 10 and bucket.debt(30.0) == 0
+
+
 def test_a_clock_that_goes_back_gives_nothing() -> None:
     bucket = TokenBucket(10, 10)
     assert bucket.consume(10, 100.0)
