@@ -185,7 +185,7 @@ def test_lively_motion_and_chunks_keep_their_joint_rate_over_twenty_seconds(seed
     """Motion of 6 kbit/s in the mean, in seconds of 4.8 and of 7.4: its peaks are saved by the chunks afterwards."""
     generator, budget = random.Random(seed), ChunkBudget()
     start = exhaust_startup(budget)
-    sent = []
+    sent: list[int] = []
     for _ in range(40):
         motion = generator.choice((40, 40, 60))
         for _ in range(FPS):
