@@ -3,7 +3,7 @@
 Strategy: the fifty control points become displacements that mean the same on any face. Four need care. Lids: the
 tracker's lid landmarks never meet, so the gap of the shut eye is subtracted, and a shut eye is exactly shut. Lips
 likewise. Pupils: they are measured relative to the corners of their eye, so they show the rotation of the eyeball only.
-Brows: see brow_reference.py.
+Brows: see brow_reference.py. What the way to the drawing takes of small movements is added: see pre_emphasis.py.
 """
 
 import numpy as np
@@ -18,6 +18,7 @@ from conf.sender.motion.brow_reference import points_with_brows_from_bridge
 from conf.sender.motion.eye_openness import LOWER, UPPER, EyeOpennessEstimator
 from conf.sender.motion.neutral_pose import NeutralPoseEstimator
 from conf.sender.motion.one_euro_filter import OneEuroFilter
+from conf.sender.motion.pre_emphasis import emphasise, emphasise_openness
 from conf.sender.tracking.canonical_face import CanonicalFace, remove_head_pose
 from conf.sender.tracking.tracker import TrackedFace
 
@@ -105,8 +106,8 @@ def to_displacements(
     for pupil, corners in zip(PUPILS, EYE_CORNERS, strict=True):
         moved[pupil] -= moved[corners].mean(axis=0)
         moved[pupil, 2] = 0.0
-    units = moved / fapu.lengths()
-    units[UPPER, 1] = units[LOWER, 1] + (openness - 1) * UNITS_PER_DISTANCE
+    units = emphasise(moved / fapu.lengths())
+    units[UPPER, 1] = units[LOWER, 1] + (emphasise_openness(openness) - 1) * UNITS_PER_DISTANCE
     return units
 
 

@@ -17,6 +17,7 @@ from conf.face.head_pose import HeadPose
 from conf.sender.motion.brow_reference import points_with_brows_from_bridge
 from conf.sender.motion.extractor import MotionExtractor, _per_point, off_axis_angle, to_displacements
 from conf.sender.motion.mean_face import MEAN_FACE
+from conf.sender.motion.pre_emphasis import BROW_GAIN_X, LID_GAIN, PUPIL_GAIN_X
 from conf.sender.tracking.blendshape_network import INDEX as SHAPE
 from conf.sender.tracking.blendshape_network import BlendshapeNetwork
 from conf.sender.tracking.canonical_face import FLIP, CanonicalFace, remove_head_pose
@@ -150,7 +151,7 @@ def test_each_group_of_points_has_its_own_filter(
         moved = MEAN_FACE.copy()
         moved[points, 0] += step
         motion = extractor.update(tracked_face(canonical, moved), i / 25)
-        expected = reference.smooth(step, i / 25)
+        expected = reference.smooth(step, i / 25) * {"pupil": PUPIL_GAIN_X, "brow_top": BROW_GAIN_X}.get(prefix, 1.0)
         found = (motion.displacements * extractor.fapu.lengths())[points, 0]
         assert found == pytest.approx([expected] * len(points), abs=2e-4)
 
@@ -193,7 +194,7 @@ def test_pupils_are_measured_relative_to_their_own_eye() -> None:
     moved[points_named("pupil_r")] += (0.3, 0.0, 0.4)  # the eyeball rotates
     units = to_displacements(moved, MEAN_FACE, fapu, np.ones(2))
     assert np.allclose(units[CONTROL_POINT_INDEX["pupil_l"]], 0)
-    assert units[CONTROL_POINT_INDEX["pupil_r"]] == pytest.approx([0.3 / fapu.es0 * 1024, 0, 0])
+    assert units[CONTROL_POINT_INDEX["pupil_r"]] == pytest.approx([PUPIL_GAIN_X * 0.3 / fapu.es0 * 1024, 0, 0])
 
 
 def test_the_openness_places_the_upper_lid_over_the_lower_one() -> None:
@@ -201,7 +202,7 @@ def test_the_openness_places_the_upper_lid_over_the_lower_one() -> None:
     moved[LOWER_LIDS, 1] += 0.1
     units = to_displacements(moved, MEAN_FACE, Fapu.measure(MEAN_FACE), np.array([0.25, 1.5]))
     assert units[LOWER_LIDS, 1].min() > 0
-    assert units[UPPER_LIDS, 1] - units[LOWER_LIDS, 1] == pytest.approx([-768, 512])
+    assert units[UPPER_LIDS, 1] - units[LOWER_LIDS, 1] == pytest.approx([-768 * LID_GAIN, 512 * LID_GAIN])
 
 
 def test_the_first_face_is_the_neutral_pose_if_set_before(canonical: CanonicalFace) -> None:
@@ -265,7 +266,7 @@ def test_restart_resets_the_filters_and_the_clock(canonical: CanonicalFace) -> N
     brow = CONTROL_POINT_INDEX["brow_top_l"]
     assert abs(neutral_after - neutral).max() > 0
     found = motion.displacements[brow, 0] * extractor.fapu.lengths()[brow, 0]
-    assert found == pytest.approx(moved[brow, 0] - neutral_after[brow, 0], abs=1e-3)
+    assert found == pytest.approx(BROW_GAIN_X * (moved[brow, 0] - neutral_after[brow, 0]), abs=1e-3)
 
 
 def test_the_angle_between_the_head_and_the_camera() -> None:
