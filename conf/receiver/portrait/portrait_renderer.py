@@ -21,6 +21,7 @@ from conf.face.portrait.patch_mapping import PatchMapping
 from conf.face.rotations import rotation_vector
 from conf.receiver.portrait.border_extension import extend_border
 from conf.receiver.portrait.portrait_store import PortraitStore, ReceivedPatch, ReceivedPhoto, ReceivedView
+from conf.receiver.portrait.shut_lids import ShutLid, predict_shut_lids
 from conf.render.camera import ViewState, view_rotation
 from conf.render.gpu_object import GpuObject
 from conf.render.shader_programs import load_program
@@ -153,6 +154,8 @@ class _PhotoScene(GpuObject):
             triangles=np.array([[0, 1, 2], [0, 2, 3]]), texture=load_texture(ctx, photo.matte.backdrop),
         )  # fmt: skip
         self._owned = (self._person, self._mouth, self._backdrop, self._positions, backdrop_positions)
+        self._lids = [(lid, *self._load_lid(lid)) for lid in predict_shut_lids(photo.pixels, warp)]
+        self._owned += tuple(item for _, buffer, layer in self._lids for item in (layer, buffer))
         self._mappings = [PatchMapping(region, warp) for region in FEATURES]
         self._patches: dict[tuple[int, int], tuple[ReceivedPatch, TexturedLayer]] = {}
         self._views: dict[int, tuple[ReceivedView, TexturedLayer]] = {}
@@ -193,6 +196,7 @@ class _PhotoScene(GpuObject):
             descriptor = self._draw_patches(index, displacements, stillness)
             if region is MOUTH:
                 self._darken_mouth(descriptor, displacements)
+        self._draw_lids(positions)
 
     def _draw_views(self, displacements: NDArray[np.floating], pose: HeadPose) -> None:
         """Blend the views over the photo's face, those most whose shape is nearest to the current one."""
@@ -225,6 +229,16 @@ class _PhotoScene(GpuObject):
             candidates[index][1].draw()
         return np.asarray(weights @ descriptors)
 
+    def _draw_lids(self, positions: NDArray[np.float64]) -> None:
+        """Cover eyes that are closer shut than in the photo with predicted lids."""
+        self._program["fade"] = 0.0
+        for lid, buffer, layer in self._lids:
+            vertices, opacity = lid.grid(positions)
+            if opacity > 0:
+                buffer.write(vertices.astype("f4").tobytes())
+                self._program["opacity"] = opacity
+                layer.draw()
+
     def _darken_mouth(self, shown: NDArray[np.float64], displacements: NDArray[np.floating]) -> None:
         """Darken the mouth where it is open wider than in the images shown, because stretched teeth look wrong."""
         units = float(MOUTH.descriptor(displacements)[0] - shown[0] * DESCRIPTOR_STEP)
@@ -237,6 +251,14 @@ class _PhotoScene(GpuObject):
         for _, layer in (*self._patches.values(), *self._views.values()):
             layer.release()
         super().release()
+
+    def _load_lid(self, lid: ShutLid) -> tuple[moderngl.Buffer, TexturedLayer]:
+        buffer = self._ctx.buffer(reserve=len(lid.uvs) * 8)
+        layer = TexturedLayer(
+            self._ctx, self._program, buffer, uvs=lid.uvs, alphas=np.ones(len(lid.uvs)),
+            triangles=lid.triangles, texture=load_texture(self._ctx, lid.colours, lid.alpha),
+        )  # fmt: skip
+        return buffer, layer
 
     def _load_view(self, view: ReceivedView) -> TexturedLayer:
         alphas = self._view_alpha * ((view.uvs > 0) & (view.uvs < 1)).all(axis=1)
