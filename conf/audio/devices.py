@@ -155,6 +155,11 @@ class Speaker(_Device):
         return len(self._buffer) / DEVICE_RATE
 
     @property
+    def next_request_s(self) -> float:
+        """Return the time until the device takes sound again, s, 0 if that is overdue."""
+        return self.request_s - min(self._clock() - self._called, self.request_s)
+
+    @property
     def latency_s(self) -> float:
         """Return the time until a sample written now is heard, s."""
         return self.queued_s + self.device_latency_s - min(self._clock() - self._called, self.request_s)

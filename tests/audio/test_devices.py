@@ -238,7 +238,9 @@ def test_written_sound_is_played_after_the_latency_and_kept_for_echo_cancellatio
     speaker.write(tone(500, 0.2))
     assert speaker.queued_s == pytest.approx(0.2)
     assert speaker.latency_s == pytest.approx(0.2 + 0.001 + PULSE_SPEAKER_MS / 1000)
+    assert speaker.next_request_s == pytest.approx(speaker.request_s)
     clock.now += 0.004  # time passes, and the device asks for nothing yet
+    assert speaker.next_request_s == pytest.approx(speaker.request_s - 0.004)
     assert speaker.latency_s == pytest.approx(0.2 + 0.001 + PULSE_SPEAKER_MS / 1000 - 0.004)
     clock.now -= 0.004
     played = pull(speaker, 20, clock)

@@ -3,6 +3,7 @@
 Drawing a frame may take longer than the loudspeaker's sound lasts; therefore the thread.
 """
 
+import math
 import threading
 import time
 from collections import deque
@@ -16,12 +17,13 @@ from conf.errors import AudioError
 from conf.receiver.voice.voice_mixer import VoiceMixer
 from conf.stoppable_thread import StoppableThread
 
-BLOCK = SAMPLE_RATE // 100  # samples rendered at a time: 10 ms
+BLOCK = SAMPLE_RATE // 100  # samples: 10 ms, in multiples of which sound is rendered
 RESERVE_S = 0.0125  # of sound beyond the device's next request; more on a machine that keeps this thread waiting
 MAX_TARGET_S = 0.24
 TARGET_GROWTH = 1.5  # each time that the device ran out of sound
 TARGET_DECAY = 0.9997  # with each block of BLOCK samples: half of it is gone after 23 s
-POLL_S = 0.005
+POLL_S = 0.005  # while the device's next request is overdue
+REQUEST_MARGIN_S = 0.002  # from the time of a request until it is looked for
 RETRY_S = 2.0  # between two attempts to open a loudspeaker that is gone
 MAX_TAPPED = 500  # blocks that wait to be recorded: 5 s
 MAX_SKIPPED_S = 1.0  # of sound that a stopped program does not make up for
@@ -56,6 +58,7 @@ class SoundOutput(Protocol):
 
     queued_s : of what was written and has not gone to the device
     request_s : of what the device takes at a time
+    next_request_s : until it takes sound again, 0 if that is overdue
     device_latency_s : from a request until the last sample of the sound that answers it is heard
     latency_s : until a sample written now is heard
     check, write : raise AudioError if the device is gone
@@ -66,6 +69,8 @@ class SoundOutput(Protocol):
 
     @property
     def queued_s(self) -> float: ...
+    @property
+    def next_request_s(self) -> float: ...
     @property
     def latency_s(self) -> float: ...
     def check(self) -> None: ...
@@ -130,23 +135,31 @@ class LoudspeakerSound:
         self._output.check()
         if self._has_played and not self._output.queued_s:
             self._target_s = min(self._target_s * TARGET_GROWTH, MAX_TARGET_S)
-        while self._output.queued_s < self._target_s:
+        while (missing_s := self._target_s - self._output.queued_s) > 0:
             heard_at = self._clock() + self._output.latency_s
             delay_s = self._output.device_latency_s + self._target_s
+            blocks = math.ceil(missing_s * SAMPLE_RATE / BLOCK)  # at once: half of the time goes into the calls
             with self.lock:
-                samples = self.mixer.render(heard_at, BLOCK, output_delay_s=delay_s)
+                samples = self.mixer.render(heard_at, blocks * BLOCK, output_delay_s=delay_s)
             if (tapped := self._tapped) is not None:
                 tapped.append(AudioBlock(heard_at, samples))
             self._output.write(self.mixer.audible(samples))
             self._has_played = True
-            self._target_s = max(self._target_s * TARGET_DECAY, self._min_target_s)
+            self._target_s = max(self._target_s * TARGET_DECAY**blocks, self._min_target_s)
+
+    @property
+    def wait_s(self) -> float:
+        """The seconds until the next `fill`: only a request of the device takes sound."""
+        if self.fault:
+            return RETRY_S
+        return max(self._output.next_request_s + REQUEST_MARGIN_S, POLL_S)
 
     @property
     def _min_target_s(self) -> float:
         return self._output.request_s + RESERVE_S
 
     def _run(self) -> None:
-        while not self._thread.wait(RETRY_S if self.fault else POLL_S):
+        while not self._thread.wait(self.wait_s):
             try:
                 if self.fault and self._reopen:
                     output = self._reopen()

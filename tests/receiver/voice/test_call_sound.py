@@ -7,7 +7,16 @@ import pytest
 
 from conf.audio.samples import SAMPLE_RATE, AudioBlock, Samples
 from conf.errors import AudioError
-from conf.receiver.voice.call_sound import BLOCK, MAX_TARGET_S, RESERVE_S, ClipSound, LoudspeakerSound
+from conf.receiver.voice.call_sound import (
+    BLOCK,
+    MAX_TARGET_S,
+    POLL_S,
+    REQUEST_MARGIN_S,
+    RESERVE_S,
+    RETRY_S,
+    ClipSound,
+    LoudspeakerSound,
+)
 from conf.receiver.voice.voice_mixer import VoiceMixer
 
 TARGET_S = RESERVE_S + 0.0075
@@ -35,6 +44,7 @@ class FakeOutput:
     def __init__(self) -> None:
         self.queue = np.zeros(0, np.int16)
         self.closed = self.gone = False
+        self.next_request_s = 0.0
 
     @property
     def queued_s(self) -> float:
@@ -67,13 +77,23 @@ def test_the_queue_is_filled_to_its_target_and_times_follow_each_other() -> None
     sound = LoudspeakerSound(mixer, output, clock=lambda: 100.0)
     sound.fill()
     assert len(output.queue) == TARGET_S * SAMPLE_RATE
-    assert [at for at, _, _ in mixer.asked] == pytest.approx([100.05, 100.06])
-    assert [delay for _, _, delay in mixer.asked] == pytest.approx([TARGET_S + 0.05] * 2)
+    assert mixer.asked == [(pytest.approx(100.05), 2 * BLOCK, pytest.approx(TARGET_S + 0.05))]
     sound.fill()
-    assert len(mixer.asked) == 2
+    assert len(mixer.asked) == 1
     assert output.play(BLOCK).tolist() == list(range(BLOCK))
     sound.fill()
-    assert len(mixer.asked) == 3
+    assert mixer.asked[1:] == [(pytest.approx(100.06), BLOCK, pytest.approx(TARGET_S + 0.05))]
+
+
+def test_the_next_fill_waits_for_the_devices_request() -> None:
+    output = FakeOutput()
+    output.next_request_s = 0.02
+    sound = LoudspeakerSound(CountingMixer(), output)
+    assert sound.wait_s == pytest.approx(0.02 + REQUEST_MARGIN_S)
+    output.next_request_s = 0.0  # overdue: it comes at any time
+    assert sound.wait_s == POLL_S
+    sound.fault = "the loudspeaker is gone"
+    assert sound.wait_s == RETRY_S
 
 
 def test_after_the_device_ran_out_of_sound_more_is_kept_ready_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -102,9 +122,11 @@ def test_what_is_heard_is_recorded_at_full_volume() -> None:
     sound.record(True)
     sound.fill()
     assert not output.play(BLOCK).any()
-    assert [block.timestamp for block in sound.recorded(0.055)] == pytest.approx([0.05])
+    sound.fill()
+    (block,) = sound.recorded(0.055)
+    assert block.timestamp == pytest.approx(0.05) and block.samples.tolist() == list(range(2 * BLOCK))
     (block,) = sound.recorded(1.0)
-    assert block.timestamp == pytest.approx(0.06) and block.samples.tolist() == list(range(BLOCK, 2 * BLOCK))
+    assert block.timestamp == pytest.approx(0.06) and block.samples.tolist() == list(range(2 * BLOCK, 3 * BLOCK))
     sound.record(False)
     sound.fill()
     assert sound.recorded(1.0) == []
