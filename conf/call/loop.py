@@ -13,6 +13,7 @@ from conf.call.shared_objects import SharedObjectSender
 from conf.errors import NetworkError
 from conf.protocol.call_endpoint import CallEndpoint
 from conf.protocol.session.events import Connected, LossReason, SessionEnded
+from conf.protocol.voice.formats import VoiceState
 from conf.receiver.call_display import CallDisplay
 from conf.receiver.voice.call_sound import CallSound
 from conf.sender.face_capture import CaptureMode, send_motion
@@ -22,6 +23,7 @@ from conf.transport.exchange import DatagramExchange
 from conf.transport.interface import Transport
 
 POLL_S = 0.03  # what was captured waits no longer; the display draws as often
+TALKING_POLL_S = 0.06  # while motion waits for the next voice packet anyway
 LEAVING_POLL_S = 0.02
 CAMERA_RETRY_S = 3.0  # between two attempts to open a camera that is missing
 
@@ -113,7 +115,8 @@ class CallLoop:
         self._voice.poll(self._local.capture.source_time(now), self._endpoint, now)
         self._exchange.send(now)
         self._handle_events(now)
-        due = now + min(POLL_S, self._voice.wait_s(now))
+        poll_s = TALKING_POLL_S if self._endpoint.voice_state is VoiceState.TALKING else POLL_S
+        due = now + min(poll_s, self._voice.wait_s(now))
         if self._display is None:
             return due
         local = self._local.capture.note or self._voice.note

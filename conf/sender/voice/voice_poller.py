@@ -7,7 +7,7 @@ from conf.protocol.voice.formats import VoiceState
 from conf.sender.voice.voice_sender import VoiceOutlet
 
 VOICE_POLL_S = 0.004  # while a packet may be complete; the frames that wait go with it
-IDLE_POLL_S = 0.03  # while no packet can be complete
+IDLE_POLL_S = 0.06  # while no packet can be complete: the duration of a usual one
 
 
 class Voice(Protocol):

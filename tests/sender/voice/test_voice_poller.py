@@ -51,12 +51,12 @@ def test_while_no_packet_can_be_complete_it_is_polled_less_and_then_in_time(outl
     voice, polls = FakeVoice(), []
     poller, now = VoicePoller(voice), 0.0
     while now < 0.6:
-        voice.due_in_s = 0.06 - now % 0.06
+        voice.due_in_s = 0.08 - now % 0.08
         poller.poll(now, outlet, now)
         polls.append(now)
         now += max(poller.wait_s(now), 1e-3)
-    assert 20 <= len(polls) <= 30
-    complete = [0.06 * n for n in range(1, 10)]
+    assert 15 <= len(polls) <= 23
+    complete = [0.08 * n for n in range(1, 7)]
     assert all(min(at - due for at in polls if at >= due - 1e-6) <= VOICE_POLL_S + 1e-6 for due in complete)
 
 
