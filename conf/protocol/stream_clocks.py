@@ -105,10 +105,10 @@ class PlayoutClock:
         for transits in self._transits.values():
             while transits and transits[0][0] < now - OFFSET_WINDOW_S:
                 transits.popleft()
-        arrays = [np.array([t for _, t in transits]) for transits in self._transits.values() if transits]
-        offset = float(min(transits.min() for transits in arrays))
+        sorted_transits = [sorted(t for _, t in transits) for transits in self._transits.values() if transits]
+        offset = min(transits[0] for transits in sorted_transits)
         quantile = 1 - MAX_LATE_FRACTION
-        lateness = max(float(np.quantile(transits - offset, quantile, method="lower")) for transits in arrays)
+        lateness = max(transits[int(quantile * (len(transits) - 1))] - offset for transits in sorted_transits)
         change = min(lateness + MARGIN_S, MAX_DELAY_S + self.packet_s) - self.delay_s
         self.delay_s += change if change > 0 else change * DELAY_DECAY
         self._offset = offset
