@@ -106,8 +106,9 @@ class VoiceProcessor:
         return [self._process_block(timestamp, piece) for timestamp, piece in pieces]
 
     def _process_block(self, timestamp: float, samples: Samples) -> VoiceBlock:
-        level, probability = level_dbfs(samples), 0.0
-        if self._filter is not None:
+        if self._filter is None:
+            level, probability = level_dbfs(samples), 0.0
+        else:
             scaled = samples.astype(np.float32) * np.float32(_INITIAL_GAIN / FULL_SCALE)
             filtered = np.asarray(self._filter.process(scaled), np.float32)
             level = level_dbfs(_from_float(filtered))
