@@ -13,13 +13,14 @@ MODULES = {path.relative_to(ROOT).as_posix(): path for path in sorted(ROOT.rglob
 
 # What each package may import from conf, besides itself and COMMON. Packages to the right know nothing of others:
 # cli -> commands -> animator, receiver, sender, mesh_fitting -> output, render, transport -> face, protocol, audio.
-COMMON = {"atomic_write", "disk_cache", "errors", "lazy", "stoppable_thread", "__version__"}
+COMMON = {"atomic_write", "disk_cache", "errors", "lazy", "stoppable_thread", "thread_priority", "__version__"}
 MAY_IMPORT = {
     "errors": set(),
     "atomic_write": set(),
     "lazy": set(),
     "disk_cache": set(),
     "stoppable_thread": set(),
+    "thread_priority": set(),
     "settings": set(),
     "audio": set(),
     "face": set(),

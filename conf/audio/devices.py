@@ -22,6 +22,7 @@ from conf.audio.resampling import Resampler
 from conf.audio.ring_buffer import CaptureBuffer, PlaybackBuffer
 from conf.audio.samples import SAMPLE_RATE, AudioBlock, Samples
 from conf.errors import AudioError
+from conf.thread_priority import raise_thread_priority
 
 NULL_DEVICE = "null"  # the name of a microphone of silence and a speaker that nobody hears, in real time
 DEVICE_RATE = 48000
@@ -123,10 +124,13 @@ class Microphone(_Device):
         return block
 
     def _callback(self) -> Generator[None, bytearray, None]:
+        data = yield
+        raise_thread_priority()
         while True:
-            samples = np.frombuffer((yield), np.int16)
+            samples = np.frombuffer(data, np.int16)
             self._called = self._clock()
             self._captured.write(samples, self._called)
+            data = yield
 
 
 class Speaker(_Device):
@@ -189,12 +193,13 @@ class Speaker(_Device):
         return self._played.read()
 
     def _callback(self) -> Generator[Samples, int, None]:
-        samples = np.zeros(0, np.int16)
+        count = yield np.zeros(0, np.int16)
+        raise_thread_priority()
         while True:
-            count = yield samples
             self._called = self._clock()
             samples = self._buffer.pull(count)
             self._played.write(samples, self._called)
+            count = yield samples
 
 
 class _ClockedBuffer:

@@ -16,6 +16,7 @@ from conf.audio.samples import SAMPLE_RATE, AudioBlock, Samples
 from conf.errors import AudioError
 from conf.receiver.voice.voice_mixer import VoiceMixer
 from conf.stoppable_thread import StoppableThread
+from conf.thread_priority import raise_thread_priority
 
 BLOCK = SAMPLE_RATE // 100  # samples: 10 ms, in multiples of which sound is rendered
 RESERVE_S = 0.0125  # of sound beyond the device's next request; more on a machine that keeps this thread waiting
@@ -159,6 +160,7 @@ class LoudspeakerSound:
         return self._output.request_s + RESERVE_S
 
     def _run(self) -> None:
+        raise_thread_priority()
         while not self._thread.wait(self.wait_s):
             try:
                 if self.fault and self._reopen:
