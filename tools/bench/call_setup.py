@@ -106,6 +106,7 @@ def start(arguments: list[str], clip: Path, output: Path) -> subprocess.Popen[st
     command = [sys.executable, "-P", __file__, "--child", "call", *arguments, "--code", CODE]
     command += ["--file", str(clip), "--loop", "--headless", str(output), "--json"]
     environment = os.environ | {"PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # who uses the program has it compiled
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
 
 

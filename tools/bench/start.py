@@ -48,6 +48,7 @@ def first_output(command: list[str]) -> float:
     """Return the seconds until a command has printed its first line, or ended without one."""
     # a display, or the command would refuse before it prints the code; none is opened, as the process is ended then
     environment = {"DISPLAY": ":0"} | os.environ | {"PYTHONPATH": str(ROOT)}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # who uses the program has it compiled
     start = time.perf_counter()
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment) as process:
         assert process.stdout is not None
