@@ -27,13 +27,14 @@ EDGE_RISE = 0.08  # of the edge of closed lids: filmed lids meet higher than tho
 EDGE_DEGREE = 3  # of the polynomial that smooths the edge
 LASH_TOP, LASH_BOTTOM = 0.1, -0.3
 LID_START = 0.06  # height over which the lid's skin sets in behind the lash line
-LID_FADE = 0.16  # height above the closed part over which it fades
+LID_FADE = 0.24  # height above the closed part over which it fades
 SKIN_ABOVE = (0.2, 0.34)  # heights in the photo between which the skin above the upper lid is sampled
 SKIN_BELOW = (-0.5, -0.36)  # the same below the edge of the lower lid
 LASHES_IN_PHOTO = (-0.08, 0.06)
-BELOW_WEIGHT = 0.5  # of the skin below in the lid's lowest part: it is turned to the light as the cheek is
-CLOSURE = (0.3, 0.75)  # of the photo's gap: prediction begins at the first closure and is opaque from the second on
+BELOW_WEIGHT = 0.4  # of the skin below in the lid's lowest part: it is turned to the light as the cheek is
+CLOSURE = (0.2, 0.85)  # of the photo's gap: prediction begins at the first closure and is opaque from the second on
 MIN_GAP = 0.16  # eyes less open in the photo already show their lids
+LASH_DEPTH = ((0.5, 0.9), (0.5, 1.0))  # closures and depths of the lash line: half-shut, the lower lashes are apart
 CORNER = 0.06  # width by which lids extend beyond the corners of the eye
 CORNER_FADE = 0.2
 NOMINAL_CLOSED = 0.3  # closed part that the texture is made for; the grid stretches it
@@ -83,7 +84,8 @@ class ShutLid:
             return np.zeros((0, 2)), 0.0
         edge = _SMOOTHING @ height_at(opening.upper, x[_WITHIN]) / opening.length + EDGE_RISE * closure
         lid = LASH_TOP + _LID_ROWS[:, None] * (closed + LID_FADE - LASH_TOP)
-        heights = edge + np.concatenate([np.broadcast_to(_LASH_ROWS[:, None], (len(_LASH_ROWS), len(x))), lid])
+        lashes = _LASH_ROWS * np.where(_LASH_ROWS < 0, np.interp(closure, *LASH_DEPTH), 1.0)
+        heights = edge + np.concatenate([np.broadcast_to(lashes[:, None], (len(lashes), len(x))), lid])
         along, up = opening.length * opening.along, opening.length * opening.up
         return (opening.origin + _COLUMNS[:, None] * along + heights[..., None] * up).reshape(-1, 2), opacity
 
