@@ -8,6 +8,7 @@ import numpy as np
 
 from conf.protocol.codec.decoder import DecodedFrame
 from conf.protocol.codec.model import CodecModel, load_models
+from conf.protocol.codec.mouth_curve import MouthCurve
 from conf.protocol.codec.payload_header import MAX_FRAMES, MAX_STRIDE, PayloadHeader, code_header
 from conf.protocol.codec.point_residuals import MIN_RESIDUAL, MIN_RESIDUAL_INTRA, choose_point_residuals
 from conf.protocol.codec.profiles import LIVE, Profile
@@ -23,7 +24,7 @@ INTER_LAMBDA_FACTOR = 0.5
 COARSER_FACTORS = (4.0, 10.0)  # tried one after another when the payload is too long
 # Steps: log scale keeps the reference's value within this distance, because the face centre is measured in it.
 LOG_SCALE_HYSTERESIS = 0.7
-LIP_ATTEMPTS = 3  # at most, to bring the opening of the mouth near enough; two usually do
+MOUTH_ATTEMPTS = 3  # at most, to bring opening and width of the mouth near enough; two usually do
 MAX_POSE = 50.0  # radians, image heights or e-folds: larger values are invalid
 
 
@@ -75,7 +76,7 @@ class Encoder:
         def attempt_again(targets: Sequence[MotionFrame]) -> _Attempt:
             return _attempt(model, header, context, targets, LAMBDA_FACTORS[0] * rd_lambda)
 
-        nearer = _with_lips_nearer(model, best, frames, earlier, attempt_again)
+        nearer = _with_mouth_nearer(model, best, frames, earlier, attempt_again)
         best = nearer if len(nearer.payload) <= max_bytes else best
         for position, quantised in enumerate(best.frames):
             self._references.add(frame_number + position * stride, quantised)
@@ -182,24 +183,27 @@ def code_frame(
     return quantised, float(pose_error @ pose_error + error @ error)
 
 
-def _with_lips_nearer(
+def _with_mouth_nearer(
     model: CodecModel,
     best: _Attempt,
     frames: Sequence[MotionFrame],
     earlier: Sequence[QuantisedFrame],
     attempt: Callable[[Sequence[MotionFrame]], _Attempt],
 ) -> _Attempt:
-    """Return the attempt with the smallest errors of the mouth's opening; `best` if those are small enough."""
-    opening, targets, smallest = model.lip_opening, frames, math.inf
-    candidate = best
-    for _ in range(LIP_ATTEMPTS):
-        errors = opening.errors(model.transform, frames, candidate.frames, earlier)
-        largest = max(map(abs, errors))
+    """Return the attempt with the smallest error of the mouth's opening and, of equal ones, of its width."""
+    curves: list[MouthCurve] = [model.lip_opening]
+    if model.mouth_width is not None:
+        curves.append(model.mouth_width)
+    targets, smallest, candidate = frames, [math.inf], best
+    for _ in range(MOUTH_ATTEMPTS):
+        errors = [curve.errors(model.transform, frames, candidate.frames, earlier) for curve in curves]
+        largest = [max(map(abs, of_curve)) for of_curve in errors]
         if largest < smallest:
             best, smallest = candidate, largest
-        if not largest:
+        if not any(largest):
             break
-        targets = opening.correct(targets, errors)
+        for curve, of_curve in zip(curves, errors, strict=True):
+            targets = curve.correct(targets, of_curve)
         candidate = attempt(targets)
     return best
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from conf.protocol.codec.lip_opening import LipOpening
+from conf.protocol.codec.mouth_width import MouthWidth
 from conf.protocol.codec.profiles import PROFILES, Profile
 from conf.protocol.codec.reconstruction import Reconstruction
 from conf.protocol.codec.reference_frames import MAX_AGE, QuantisedFrame
@@ -35,7 +36,8 @@ class CodecModel:
     second_reference_rows : the same with a second reference
     weights : [row][value][feature] context weights in units of 1 / WEIGHT_ONE
     scale_coupling : 65536ths by which the face centre, in face sizes, shrinks per step of log scale
-    lip_opening : measures the mouth's opening, for encoders
+    lip_opening, mouth_width : measure the mouth, for encoders; no width where a payload holds several frames, which
+        correcting one of them would code again
     """
 
     profile: Profile
@@ -48,6 +50,7 @@ class CodecModel:
     scale_coupling: int
     points: int
     lip_opening: LipOpening
+    mouth_width: MouthWidth | None
 
     def scale(self, row: int, index: int, features: tuple[int, ...]) -> int:
         """Return the expected distance of value `index` from its prediction, as an index on the scale grid."""
@@ -82,6 +85,7 @@ def _build_model(profile: Profile, arrays: Arrays) -> CodecModel:
         scale_coupling=int(arrays[f"{profile.tables}_growth"]),
         points=len(arrays["correction"]),
         lip_opening=LipOpening.build(arrays["opening"].astype(np.float64), transform, step=profile.step),
+        mouth_width=MouthWidth.build(transform, step=profile.step) if profile.frames_per_datagram == 1 else None,
     )
 
 

@@ -32,7 +32,7 @@ def run(tracks: dict[float, list[Track]], profile: Profile, link: Link) -> Resul
 def test_live_keeps_its_rate_and_error(tracks: dict[float, list[Track]]) -> None:
     acknowledged, unacknowledged = run(tracks, LIVE, Link(ack_delay=2)), run(tracks, LIVE, Link(ack_delay=0))
     assert acknowledged.payload_bytes_per_frame <= 6.0
-    assert unacknowledged.payload_bytes_per_frame <= 8.5
+    assert unacknowledged.payload_bytes_per_frame <= 8.8  # 6.2 kbit/s, as README says
     for result in (acknowledged, unacknowledged):
         assert result.error_mean_percent <= 1.0
         assert result.error_p95_percent <= 2.1
