@@ -41,6 +41,10 @@ class Mixer(Generic[Talker]):
         count = lengths.pop() if lengths else 0
         self._levels = {talker: self._level(talker, block) for talker, block in blocks.items()}
         self._choose_loudest()
+        if len(blocks) == 1:
+            [block] = blocks.values()
+            if max(block.max(initial=0), -int(block.min(initial=0))) <= _KNEE:
+                return MixedSound(block, self._loudest)  # as it is, which most calls are
         total = np.zeros(count)
         for block in blocks.values():
             total += block

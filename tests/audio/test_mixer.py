@@ -23,6 +23,14 @@ def test_quiet_talkers_are_added_exactly() -> None:
     np.testing.assert_array_equal(Mixer[str]().mix({"a": one, "b": two}).samples, one + two)
 
 
+@pytest.mark.parametrize("peak", [-32768, -22938, -22937, 0, 22937, 22938, 32767])
+def test_one_talker_is_mixed_as_among_silent_ones(peak: int) -> None:
+    one = np.array([peak, peak // 2, 100, -100], np.int16)
+    alone, among = Mixer[str]().mix({"a": one}), Mixer[str]().mix({"a": one, "b": np.zeros_like(one)})
+    np.testing.assert_array_equal(alone.samples, among.samples)
+    assert alone.loudest == among.loudest and alone.samples.dtype == np.int16
+
+
 def test_loud_talkers_bend_and_do_not_wrap() -> None:
     loud = tone(300, 0.02, amplitude=30000)
     mixed = Mixer[int]().mix({1: loud, 2: loud, 3: loud}).samples.astype(int)
