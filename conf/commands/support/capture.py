@@ -159,7 +159,7 @@ def open_source(
         clip = None
         if options.file:
             source = clip = stack.enter_context(
-                open_upright_clip(options.file, models, loop=options.loop, on_note=on_note)
+                open_upright_clip(options.file, models, loop=options.loop, is_paced=True, on_note=on_note)
             )
         else:
             camera = stack.enter_context(open_camera(options.camera, is_optional=is_camera_optional))

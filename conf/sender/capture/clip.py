@@ -37,6 +37,8 @@ from conf.sender.capture.presentation_time import PlausibleTime, TimestampChoice
 DEFAULT_FPS = 25.0  # of files without a frame rate
 MAX_FPS = 1000.0  # of high-speed cameras
 MAX_PIXELS = 8192 * 4608  # of a coded picture; more is refused before memory is allocated
+# Of a coded picture: up to this one thread decodes in time. Several take 1.3 times its CPU time together.
+MAX_SINGLE_THREAD_PIXELS = 1280 * 720
 MAX_BAD_PACKETS = 300  # damaged packets in a row before reading ends
 SOUND_RATE = 48000
 MAX_SOUND_GAP_S = 0.05  # a longer one between two decoded blocks is a gap in the sound, not rounding
@@ -66,12 +68,13 @@ class Clip:
 
     is_live = False
 
-    def __init__(self, name: str, *, loop: bool = False, turns: int = 0) -> None:
-        """Open a clip and decode its first frame. Raises CameraError."""
+    def __init__(self, name: str, *, loop: bool = False, turns: int = 0, is_paced: bool = False) -> None:
+        """Open a clip and decode its first frame. The parameters are those of `open_clip`. Raises CameraError."""
         self._name = name
         self._loop = loop
         self._turns = turns
-        self._decoder = _Decoder(name, turns)
+        self._is_paced = is_paced
+        self._decoder = _Decoder(name, turns, is_paced)
         self._frames = self._decoder.frames()
         self._first = next(self._frames, None)
         if self._first is None:
@@ -118,7 +121,7 @@ class Clip:
         if not self._loop or self._times.last is None:
             return None
         self.close()
-        self._decoder = _Decoder(self._name, self._turns)
+        self._decoder = _Decoder(self._name, self._turns, self._is_paced)
         self._frames = self._decoder.frames()
         frame = next(self._frames, None)
         if frame is not None:
@@ -131,14 +134,15 @@ class Clip:
 class _Decoder:
     """The video stream of one opened file."""
 
-    def __init__(self, name: str, turns: int) -> None:
+    def __init__(self, name: str, turns: int, is_paced: bool) -> None:
         keep_freed_memory()
         self._turns = turns
         self._file, self._container = _open_container(name)
         try:
             self._stream = _choose_stream(name, self._container.streams.video)
             self._stream.codec_context.options = _DECODER_OPTIONS
-            self._stream.thread_type = "AUTO"
+            is_small = self._stream.width * self._stream.height <= MAX_SINGLE_THREAD_PIXELS
+            self._stream.thread_type = "NONE" if is_paced and is_small else "AUTO"
         except BaseException:
             self.close()
             raise
@@ -189,13 +193,14 @@ class _Decoder:
         return np.ascontiguousarray(np.rot90(pixels, self._turns)) if self._turns else pixels
 
 
-def open_clip(path: Path | str, /, *, loop: bool = False, turns: int = 0) -> Clip:
+def open_clip(path: Path | str, /, *, loop: bool = False, turns: int = 0, is_paced: bool = False) -> Clip:
     """Open a video file, or pictures named by a pattern as in `frames/%04d.png`. Raises CameraError.
 
     loop : begin again at the end, timestamps going on
     turns : quarter turns, counterclockwise, of the frames beside the rotation that the file states
+    is_paced : frames are read at the clip's own speed, not as fast as possible
     """
-    return Clip(str(path), loop=loop, turns=turns)
+    return Clip(str(path), loop=loop, turns=turns, is_paced=is_paced)
 
 
 def read_sound(path: Path | str, /, *, rate: int = SOUND_RATE) -> Generator[tuple[float, NDArray[np.int16]]]:

@@ -78,7 +78,13 @@ def uprightness(face: DetectedFace, /) -> float:
 
 
 def open_upright_clip(
-    path: Path, models: Path, /, *, loop: bool = False, on_note: Callable[[str], None] = lambda text: None
+    path: Path,
+    models: Path,
+    /,
+    *,
+    loop: bool = False,
+    is_paced: bool = False,
+    on_note: Callable[[str], None] = lambda text: None,
 ) -> "Clip":
     """Open a clip as `open_clip`, and turn its frames if the face in it is not upright. Raises CameraError, ModelError.
 
@@ -89,7 +95,7 @@ def open_upright_clip(
     turns = find_turns(path, FaceDetector(models))
     if turns:
         on_note(f"{path} {NAMES[turns]}: its frames are turned")
-    return open_clip(path, loop=loop, turns=turns)
+    return open_clip(path, loop=loop, turns=turns, is_paced=is_paced)
 
 
 def find_turns(path: Path, detector: FaceDetector, /) -> int:

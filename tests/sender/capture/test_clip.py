@@ -51,6 +51,19 @@ def test_frames_have_pixels_and_times(plain: Path) -> None:
         assert (clip.fps, clip.frame_count, clip.size) == (25.0, 25, SIZE)
 
 
+@pytest.mark.parametrize(("max_pixels", "threads"), [(SIZE[0] * SIZE[1], "NONE"), (SIZE[0] * SIZE[1] - 1, "AUTO")])
+def test_one_thread_decodes_a_small_clip_at_its_own_speed(
+    max_pixels: int, threads: str, plain: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("conf.sender.capture.clip.MAX_SINGLE_THREAD_PIXELS", max_pixels)
+    with open_clip(plain, is_paced=True, loop=True) as clip:
+        paced = [clip.read() for _ in range(26)]
+        assert clip._decoder._stream.thread_type.name == threads
+    for frame, expected in zip(paced, read_all(plain), strict=False):
+        assert frame is not None
+        np.testing.assert_array_equal(frame.pixels, expected.pixels)
+
+
 def test_variable_frame_rates_keep_each_frames_time(tmp_path: Path) -> None:
     frames = read_all(write_clip(tmp_path / "uneven.mkv", UNEVEN))
     assert [frame.timestamp for frame in frames] == pytest.approx(UNEVEN)
