@@ -11,7 +11,7 @@ PAIRS = [
     ("face", "eye"), ("face", "mouth"), ("face", "hair"), ("face", "wireframe"),
     ("rectangles", "copy"), ("rectangles", "edges"), ("rectangles", "antialias"),
     ("markers", "markers"), ("depth_only", "depth_only"),
-    ("imgui", "imgui"), ("vertex_colour", "vertex_colour"), ("portrait", "portrait"), ("portrait", "portrait_mouth"),
+    ("imgui", "imgui"), ("vertex_colour", "vertex_colour"), ("portrait", "portrait"),
 ]  # fmt: skip
 CORNERS = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
 

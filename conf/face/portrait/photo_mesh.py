@@ -14,7 +14,7 @@ from scipy.spatial import Delaunay, cKDTree
 
 from conf.face.portrait import contours
 from conf.face.portrait.eyelid_closure import EyeOpening, split_eye_openings
-from conf.face.portrait.lip_lid_gaps import OPENINGS, enforce_min_gap, height_at, inside_openings, widen_openings
+from conf.face.portrait.lip_lid_gaps import OPENINGS, enforce_min_gap, inside_openings, widen_openings
 from conf.face.portrait.patch_features import EYES
 from conf.face.portrait.photographed_face import PhotographedFace, project
 
@@ -36,14 +36,12 @@ class PhotoMesh:
 
     positions : (V, 2) float64
     triangles : (F, 3) int32, counter-clockwise
-    in_mouth : (F,) bool, the triangles between the lips
     neighbour_mean : (V, V) sparse, the mean over a vertex and its neighbours
     eyes : the openings between the lids; their triangles are the first
     """
 
     positions: NDArray[np.float64]
     triangles: NDArray[np.int32]
-    in_mouth: NDArray[np.bool_]
     neighbour_mean: sparse.csr_array
     eyes: tuple[EyeOpening, ...]
 
@@ -58,7 +56,7 @@ def build_mesh(face: PhotographedFace, /) -> PhotoMesh:
     triangles = triangles[triangles_on_person(positions, triangles, outline, OUTLINE_MARGIN_CM * centimetre)]
     positions, triangles, eyes = split_eye_openings(positions, triangles)
     neighbour_mean = _neighbour_mean(len(positions), triangles)
-    return PhotoMesh(positions, triangles, _in_mouth(positions, triangles), neighbour_mean, eyes)
+    return PhotoMesh(positions, triangles, neighbour_mean, eyes)
 
 
 def signed_areas(positions: NDArray[np.float64], triangles: NDArray[np.int32], /) -> NDArray[np.float64]:
@@ -152,14 +150,6 @@ def _neighbour_mean(count: int, triangles: NDArray[np.int32]) -> sparse.csr_arra
     linked.data[:] = 1.0
     counts = np.maximum(linked.sum(axis=1), 1.0)
     return sparse.csr_array(sparse.diags_array(1 / counts) @ linked)
-
-
-def _in_mouth(positions: NDArray[np.float64], triangles: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """Return (F,) whether all corners are on the inner lips and the centre is between them."""
-    upper, lower = OPENINGS[0]
-    x, y = positions[triangles].mean(axis=1).T
-    between = (y < height_at(positions[upper], x)) & (y > height_at(positions[lower], x))
-    return np.asarray(np.isin(triangles, upper + lower).all(axis=1) & between)
 
 
 def extend_outline(face: PhotographedFace, /) -> NDArray[np.float64]:

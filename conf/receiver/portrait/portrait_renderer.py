@@ -2,7 +2,8 @@
 
 The background is drawn unmoved, then the person, cut out, through the deformed mesh. Over the face the views nearest to
 the current pose and expression are drawn through the same mesh. Over mouth and eyes the one or two
-patches nearest to the current expression are drawn through the same mesh, fading towards their edges.
+patches nearest to the current expression are drawn through the same mesh, fading towards their edges. The inside of a
+mouth that is open wider than in these, and lids that are closer together than in the photo, are predicted.
 """
 
 from dataclasses import replace
@@ -20,6 +21,7 @@ from conf.face.portrait.patch_features import DESCRIPTOR_STEP, FEATURES, MOUTH
 from conf.face.portrait.patch_mapping import PatchMapping
 from conf.face.rotations import rotation_vector
 from conf.receiver.portrait.border_extension import extend_border
+from conf.receiver.portrait.mouth_interior import MouthInterior, predict_mouth_interior
 from conf.receiver.portrait.portrait_store import PortraitStore, ReceivedPatch, ReceivedPhoto, ReceivedView
 from conf.receiver.portrait.shut_lids import ShutLid, predict_shut_lids
 from conf.render.camera import ViewState, view_rotation
@@ -28,9 +30,8 @@ from conf.render.shader_programs import load_program
 
 LETTERBOX = (0.13, 0.14, 0.17)  # RGB beside a photo of another aspect ratio than the viewport
 ALPHA_BLEND = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE, moderngl.ONE)
-DARK_MOUTH = (0.18, 0.05, 0.04)  # RGB: against skin, an even brown looks grey
-MAX_MOUTH_OPACITY = 0.88  # of the darkening
-OPEN_CM = (0.25, 0.8)  # mouth opening beyond that of the images shown, over which the darkening sets in
+MAX_MOUTH_OPACITY = 0.88  # of the predicted inside
+OPEN_CM = (0.25, 0.8)  # mouth opening beyond that of the images shown, over which the inside is predicted
 PATCH_FADE = 0.06  # of the patch's width and height, over which its border fades
 MAX_ORBIT = np.radians(20)  # limit of the viewer's yaw and pitch: a photo shows one side of the face only
 _LIP = CONTROL_POINT_INDEX["inner_lip_upper_mid"]
@@ -85,10 +86,8 @@ class PortraitRenderer(GpuObject):
         self._ctx = ctx
         self.store = store
         self._program = load_program(ctx, "portrait", "portrait")
-        self._mouth_program = load_program(ctx, "portrait", "portrait_mouth")
-        self._mouth_program["dark"] = DARK_MOUTH
         self._scene: _PhotoScene | None = None
-        self._owned = (self._program, self._mouth_program)
+        self._owned = (self._program,)
 
     @property
     def ready(self) -> bool:
@@ -109,15 +108,15 @@ class PortraitRenderer(GpuObject):
         if self._scene is None or self._scene.photo is not photo:
             if self._scene is not None:
                 self._scene.release()
-            self._scene = _PhotoScene(self._ctx, self._program, self._mouth_program, photo)
-            self._owned = (self._scene, self._program, self._mouth_program)
+            self._scene = _PhotoScene(self._ctx, self._program, photo)
+            self._owned = (self._scene, self._program)
         self._scene.sync(self.store)
         framebuffer.use()
         x, y, width, height = framebuffer.viewport
         framebuffer.clear(*LETTERBOX, depth=1.0, viewport=(x, y, width, height))
         frame, scissor = _fit(photo.warp.shape.aspect, view, (width, height))
         self._ctx.scissor = (x + scissor[0], y + scissor[1], *scissor[2:])
-        self._program["frame"] = self._mouth_program["frame"] = frame
+        self._program["frame"] = frame
         self._ctx.enable_only(moderngl.BLEND)
         # The window's own alpha must stay 1, or the desktop shines through. moderngl's stub allows two factors only.
         self._ctx.blend_func = ALPHA_BLEND  # type: ignore[assignment]
@@ -128,12 +127,10 @@ class PortraitRenderer(GpuObject):
 class _PhotoScene(GpuObject):
     """The GPU objects of one photo and its patches."""
 
-    def __init__(
-        self, ctx: moderngl.Context, program: moderngl.Program, mouth_program: moderngl.Program, photo: ReceivedPhoto
-    ) -> None:
+    def __init__(self, ctx: moderngl.Context, program: moderngl.Program, photo: ReceivedPhoto) -> None:
         self.photo = photo
         self._ctx = ctx
-        self._program, self._mouth_program = program, mouth_program
+        self._program = program
         mesh, warp = photo.warp.mesh, photo.warp
         self._positions = ctx.buffer(reserve=mesh.positions.shape[0] * 8)
         half = np.array([warp.shape.aspect / 2, 0.5])
@@ -143,18 +140,17 @@ class _PhotoScene(GpuObject):
             ctx, program, self._positions, uvs=(uvs + margin) / (1 + 2 * margin), alphas=np.ones(len(uvs)),
             triangles=mesh.triangles, texture=load_texture(ctx, colours, alpha),
         )  # fmt: skip
-        self._mouth = TexturedLayer(
-            ctx, mouth_program, self._positions, uvs=uvs, alphas=np.ones(len(uvs)),
-            triangles=mesh.triangles[mesh.in_mouth], texture=load_texture(ctx, np.zeros((1, 1, 3), np.uint8)),
-        )  # fmt: skip
+        self._mouth = predict_mouth_interior(photo.pixels, warp)
+        self._mouth_positions, self._mouth_layer = self._load_grid(self._mouth)
         corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
         backdrop_positions = ctx.buffer((corners * half).astype("f4").tobytes())
         self._backdrop = TexturedLayer(
             ctx, program, backdrop_positions, uvs=corners * (0.5, -0.5) + 0.5, alphas=np.ones(4),
             triangles=np.array([[0, 1, 2], [0, 2, 3]]), texture=load_texture(ctx, photo.matte.backdrop),
         )  # fmt: skip
-        self._owned = (self._person, self._mouth, self._backdrop, self._positions, backdrop_positions)
-        self._lids = [(lid, *self._load_lid(lid)) for lid in predict_shut_lids(photo.pixels, warp)]
+        self._owned = (self._person, self._backdrop, self._mouth_layer)
+        self._owned += (self._positions, backdrop_positions, self._mouth_positions)
+        self._lids = [(lid, *self._load_grid(lid)) for lid in predict_shut_lids(photo.pixels, warp)]
         self._owned += tuple(item for _, buffer, layer in self._lids for item in (layer, buffer))
         self._mappings = [PatchMapping(region, warp) for region in FEATURES]
         self._patches: dict[tuple[int, int], tuple[ReceivedPatch, TexturedLayer]] = {}
@@ -186,7 +182,7 @@ class _PhotoScene(GpuObject):
         positions = warp.deform(displacements, pose)
         stillness = warp.stillness(positions)
         self._positions.write(positions.astype("f4").tobytes())
-        self._program["fade"] = self._program["depth"] = self._mouth_program["depth"] = 0.0
+        self._program["fade"] = self._program["depth"] = 0.0
         self._program["opacity"] = 1.0
         self._backdrop.draw()
         self._person.draw()
@@ -195,7 +191,7 @@ class _PhotoScene(GpuObject):
         for index, region in enumerate(FEATURES):
             descriptor = self._draw_patches(index, displacements, stillness)
             if region is MOUTH:
-                self._darken_mouth(descriptor, displacements)
+                self._draw_mouth(descriptor, displacements, positions)
         self._draw_lids(positions)
 
     def _draw_views(self, displacements: NDArray[np.floating], pose: HeadPose) -> None:
@@ -239,24 +235,30 @@ class _PhotoScene(GpuObject):
                 self._program["opacity"] = opacity
                 layer.draw()
 
-    def _darken_mouth(self, shown: NDArray[np.float64], displacements: NDArray[np.floating]) -> None:
-        """Darken the mouth where it is open wider than in the images shown, because stretched teeth look wrong."""
+    def _draw_mouth(
+        self, shown: NDArray[np.float64], displacements: NDArray[np.floating], positions: NDArray[np.float64]
+    ) -> None:
+        """Predict the inside of a mouth that is open wider than in the images shown: stretched teeth look wrong."""
         units = float(MOUTH.descriptor(displacements)[0] - shown[0] * DESCRIPTOR_STEP)
         opening_cm = units * self.photo.warp.shape.fapu_lengths[_LIP, 1]
         weight = float(np.clip((opening_cm - OPEN_CM[0]) / (OPEN_CM[1] - OPEN_CM[0]), 0, 1))
-        self._mouth_program["opacity"] = MAX_MOUTH_OPACITY * weight
-        self._mouth.draw()
+        if weight > 0:
+            self._mouth_positions.write(self._mouth.grid(positions).astype("f4").tobytes())
+            self._program["fade"] = 0.0
+            self._program["opacity"] = MAX_MOUTH_OPACITY * weight
+            self._mouth_layer.draw()
+            self._program["fade"] = PATCH_FADE
 
     def release(self) -> None:
         for _, layer in (*self._patches.values(), *self._views.values()):
             layer.release()
         super().release()
 
-    def _load_lid(self, lid: ShutLid) -> tuple[moderngl.Buffer, TexturedLayer]:
-        buffer = self._ctx.buffer(reserve=len(lid.uvs) * 8)
+    def _load_grid(self, grid: ShutLid | MouthInterior) -> tuple[moderngl.Buffer, TexturedLayer]:
+        buffer = self._ctx.buffer(reserve=len(grid.uvs) * 8)
         layer = TexturedLayer(
-            self._ctx, self._program, buffer, uvs=lid.uvs, alphas=np.ones(len(lid.uvs)),
-            triangles=lid.triangles, texture=load_texture(self._ctx, lid.colours, lid.alpha),
+            self._ctx, self._program, buffer, uvs=grid.uvs, alphas=np.ones(len(grid.uvs)),
+            triangles=grid.triangles, texture=load_texture(self._ctx, grid.colours, grid.alpha),
         )  # fmt: skip
         return buffer, layer
 

@@ -98,7 +98,15 @@ def predict_shut_lids(photo: NDArray[np.uint8], warp: PortraitWarp, /) -> tuple[
     for eye in warp.mesh.eyes:
         x = _COLUMNS * eye.photo.length
         gaps = (height_at(eye.photo.upper, x) - height_at(eye.photo.lower, x)) / eye.photo.length
-        lids.append(ShutLid(eye, gaps, *_paint(light, eye.photo, warp.shape.aspect), grid, _grid_triangles()))
+        lids.append(
+            ShutLid(
+                eye,
+                gaps,
+                *_paint(light, eye.photo, warp.shape.aspect),
+                grid,
+                grid_triangles(len(_ROW_UVS), len(_COLUMNS)),
+            )
+        )
     return tuple(lids)
 
 
@@ -132,9 +140,9 @@ def _lash_alpha(heights: NDArray[np.float64], thickness: NDArray[np.float64]) ->
     return np.asarray(np.minimum(LASH_GAIN * np.exp(-0.5 * ((heights - LASH_HEIGHT) / sigma) ** 2), 1))
 
 
-def _grid_triangles() -> NDArray[np.int32]:
-    columns = len(_COLUMNS)
-    a = (np.arange(len(_ROW_UVS) - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
+def grid_triangles(rows: int, columns: int, /) -> NDArray[np.int32]:
+    """Return the triangles (F, 3) of a grid whose vertices are in order of rows."""
+    a = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     b, c, d = a + 1, a + columns, a + columns + 1
     return np.concatenate([np.column_stack([a, b, d]), np.column_stack([a, d, c])]).astype(np.int32)
 
