@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -58,6 +59,14 @@ def recent_frame(
 ) -> RecentFrame:
     """Return a frame of the drawn person among the recent ones."""
     return RecentFrame.reduced(captured_face(pixels), motion() if moved is None else moved, penalty, SIZE[1])
+
+
+def with_hand() -> NDArray[np.uint8]:
+    """Return the person with a bright hand over mouth and jaw."""
+    pixels = shaded_person()
+    x, y = landmarks()[17, :2].astype(int).tolist()
+    cv2.ellipse(pixels, (x - 20, y), (26, 30), 0, 0, 360, (235, 235, 235), -1)
+    return pixels
 
 
 def canonical() -> CanonicalFace:

@@ -102,7 +102,7 @@ def read_patches(clip: Path) -> list[Patch]:
         if reference is None and number >= PHOTO_AT:
             photo = PhotoBuilder(face, canonical, 0, replace(FULL, steps_per_slice=100)).advance()
             assert photo is not None
-            reference = ReferencePhoto.from_bytes(encode_object(photo), pixels)
+            reference = ReferencePhoto.from_bytes(encode_object(photo), face)
         elif reference is not None and number % PATCH_INTERVAL == 0:
             frame = RecentFrame.reduced(face, motion, 0.0, FULL.max_height)
             for region, feature in enumerate(FEATURES):

@@ -6,7 +6,7 @@ gains most is averaged over the frames it resembles, cropped to the face and enc
 still gains. When all slots are used, a view replaces the one whose loss costs least.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -23,11 +23,13 @@ from conf.sender.portrait.photo_averaging import average_steps
 from conf.sender.portrait.photo_builder import decode_vp8, encode_vp8
 from conf.sender.portrait.recent_frames import RecentFrame, nearest
 
-MIN_GAIN = 0.004  # of predicted similarity in the mean, by which a view must improve the recent frames
-MIN_SENT_GAIN = 0.002  # the same for the view as the receiver decodes it
+# Of predicted similarity in the mean, by which a view that replaces one must improve the recent frames.
+MIN_GAIN = 0.004
+MIN_FIRST_GAIN = 0.002  # the same for a view in a free slot
+SENT_FRACTION = 0.5  # of the gain that a view must still have as the receiver decodes it
 MIN_FRAMES = 14  # of which views are chosen: 2 s
 DESCRIBED_PER_CALL = 2  # frames, 2 ms each
-VIEW_BYTES = 1600  # of the VP8 frame
+VIEW_BYTES = 1100  # of the VP8 frame
 MARGIN = 0.01  # frame heights around the face
 SOFT_SIGMA = 5 / 240  # frame heights: the blur of what a view does not show
 
@@ -62,17 +64,33 @@ class Album:
         self._photo = Shown(shape, self._texture.describe(pixels, warp.mesh.positions))
         self._views: dict[int, Shown] = {}  # by slot
         self._described: dict[int, tuple[RecentFrame, Shown]] = {}  # by the frame's identity
+        self._covered: dict[int, RecentFrame] = {}  # by identity: something covers the face
 
     @property
     def slots(self) -> list[int]:
         """Slots of the views that the receiver has or will have."""
         return list(self._views)
 
-    def describe(self, frames: Sequence[RecentFrame], /, *, limit: int = DESCRIBED_PER_CALL) -> None:
-        """Describe at most `limit` of the frames of the last seconds, and drop those that are no longer among them."""
+    def describe(
+        self,
+        frames: Sequence[RecentFrame],
+        /,
+        *,
+        is_covered: Callable[[RecentFrame], bool] = lambda _: False,
+        limit: int = DESCRIBED_PER_CALL,
+    ) -> None:
+        """Describe at most `limit` of the frames of the last seconds, and drop those that are no longer among them.
+
+        is_covered : whether something covers the face in a frame: it is neither shown by a view nor averaged into one
+        """
         known = {id(frame): self._described.get(id(frame)) for frame in frames}
         self._described = {key: entry for key, entry in known.items() if entry is not None}
-        for frame in [frame for frame in frames if known[id(frame)] is None][:limit]:
+        self._covered = {key: frame for key, frame in self._covered.items() if key in known}
+        new = [frame for frame in frames if known[id(frame)] is None and id(frame) not in self._covered]
+        for frame in new[:limit]:
+            if is_covered(frame):
+                self._covered[id(frame)] = frame
+                continue
             points = self._warp.control_points(frame.motion.displacements)
             positions = self._warp.deform(frame.motion.displacements, frame.pose)
             shown = Shown(describe_shape(points, frame.pose), self._texture.describe(frame.pixels, positions))
@@ -96,7 +114,7 @@ class Album:
             others = np.arange(count) != index
             gains[index] = (similarities(products[np.ix_(rows, rows)], weights) - before)[others].mean()
         best = int(np.argmax(gains))
-        if gains[best] < MIN_GAIN:
+        if gains[best] < self._min_gain(slot):
             return None
         alone = np.ones((count, 1))
         rows = [*range(count), best]
@@ -116,10 +134,14 @@ class Album:
         if self._described:
             shown = [entry for _, entry in self._described.values()]
             before = _similarities(shown, [self._photo, *self._views.values()])
-            if float((_similarities(shown, [self._photo, *added.values()]) - before).mean()) < MIN_SENT_GAIN:
+            gain = float((_similarities(shown, [self._photo, *added.values()]) - before).mean())
+            if gain < SENT_FRACTION * self._min_gain(view.slot):
                 return False
         self._views = added
         return True
+
+    def _min_gain(self, slot: int) -> float:
+        return MIN_GAIN if slot in self._views else MIN_FIRST_GAIN
 
     def _slot(self, shown: Sequence[Shown]) -> tuple[int, list[Shown]]:
         """Return the first free slot, or that of the view whose loss costs least; and the images kept beside it."""

@@ -2,17 +2,23 @@
 
 Strategy. Skin is smooth; a hand, a cup or a microphone adds edges to cheeks, jaw and chin. After the removal of a
 linear brightness gradient, the residual measures texture. A beard has texture too, but always the same: compare frames
-of one person only. Where a photo exists, the brightness of some hundred skin points around mouth and eyes is correlated
-with the same points of the photo; correlation is independent of lighting.
+of one person only. Where a photo exists, the brightness of some hundred skin points around the eyes is correlated with
+the same points of the photo; correlation is independent of lighting. Around the mouth a smile changes the skin more
+than that. There the frame is aligned with the photo by the mesh and an optical flow, which finds the folds of a smile
+again but not a hand; what a gain and an offset of brightness then leave is the residual.
 """
+
+from dataclasses import replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from conf.face.head_pose import HeadPose
-from conf.face.portrait.patch_features import FEATURES
+from conf.face.portrait.patch_features import FEATURES, MOUTH
 from conf.face.portrait.warp import PortraitWarp
+from conf.sender.portrait.photo_averaging import MeshAligner
+from conf.sender.portrait.recent_frames import RecentFrame, reduce_height
 
 FACE_PX = 64.0  # forehead to chin after scaling: removes pores and noise, keeps fingers
 MIN_AREA_PX = 12  # of a skin patch; smaller ones are not judged
@@ -26,6 +32,9 @@ SKIN_PATCHES = (
 )
 NEAR_CM = 3.2  # radius around a feature within which skin shows whether it is covered
 BLUR_CM = 0.25
+ALIGNED_PX = 120  # image height, of the images that are aligned: skin under a blur needs no more
+ALIGNED_SIGMA = 1.0  # px
+RESIDUAL_QUANTILE = 0.9  # of the pixels: a hand over a part of the skin is enough
 
 
 def skin_texture_residual(pixels: NDArray[np.uint8], landmarks: NDArray[np.floating], /) -> float:
@@ -80,6 +89,40 @@ class AppearanceMatcher:
     def _brightness(self, pixels: NDArray[np.uint8], positions: NDArray[np.float64]) -> NDArray[np.float64]:
         grey = np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY), np.uint8)
         return sample_blurred(grey, positions, BLUR_CM * self._warp.scale)
+
+
+class CoverDetector:
+    """Measures what covers the skin around the mouth in later frames."""
+
+    def __init__(self, warp: PortraitWarp, pixels: NDArray[np.uint8], /) -> None:
+        """pixels : (H, W, 3) uint8 BGR, the frame that the photo shows"""
+        self._photo = reduce_height(pixels, ALIGNED_PX)
+        self._aligner = MeshAligner(warp, warp.mesh.positions, (self._photo.shape[1], self._photo.shape[0]))
+        near = rigid_skin(warp) & MOUTH.near(warp.positions_cm, NEAR_CM)
+        self._near = self._aligner.interpolate(near.astype(np.float64)) > 0.5
+        brightness = self._brightness(self._photo)
+        self._axes = np.stack([brightness, np.ones_like(brightness)], axis=1)
+
+    def residual(self, frame: RecentFrame) -> float:
+        """Return the deviation of nine tenths of the skin from the photo, relative to the brightness; 0 without skin.
+
+        Measured: to 0.16 on bare skin of faces that speak, smile or turn by 22 degrees; 0.18 to 0.39 with a hand over
+        the mouth.
+        """
+        if not self._near.any():
+            return 0.0
+        size = self._photo.shape[1], self._photo.shape[0]
+        pixels = np.asarray(cv2.resize(frame.pixels, size, interpolation=cv2.INTER_AREA), np.uint8)
+        aligned, _ = self._aligner.align(self._photo, replace(frame, pixels=pixels))
+        values = self._brightness(aligned)
+        fit, *_ = np.linalg.lstsq(self._axes, values, rcond=None)
+        deviation = np.quantile(np.abs(values - self._axes @ fit), RESIDUAL_QUANTILE)
+        return float(deviation) / max(float(values.mean()), 1.0)
+
+    def _brightness(self, image: NDArray[np.uint8] | NDArray[np.float32]) -> NDArray[np.float64]:
+        """Return (k,) the blurred brightness of the skin."""
+        grey = cv2.cvtColor(image.astype(np.float32), cv2.COLOR_BGR2GRAY)
+        return np.asarray(cv2.GaussianBlur(grey, (0, 0), ALIGNED_SIGMA)[self._near], np.float64)
 
 
 def rigid_skin(warp: PortraitWarp, /) -> NDArray[np.bool_]:

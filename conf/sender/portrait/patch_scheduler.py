@@ -25,6 +25,8 @@ PATCH_MEMORY = 3.0  # recent frames that a patch counts as: expressions come bac
 MAX_WAITING_BYTES = 700  # no new patch while more than this is unacknowledged
 BYTES_PER_SECOND = 115  # long-term limit of patches, however much the face moves
 BURST_BYTES = 1600
+# Of a view that is being sent, which arrive before the next patch: patches have a third of the rate meanwhile.
+VIEW_BYTES_PER_PATCH = 300
 
 Descriptors = NDArray[np.float64]
 
@@ -119,3 +121,19 @@ class PatchScheduler:
         self._budget.consume(PATCH_BYTES[FEATURES[region].name], now)
         self._sets[region].add(slot, frame.descriptors[region])
         return region, slot, frame
+
+
+class RateSharing:
+    """Delay patches while a view is being sent, so that it gets most of the rate although patches are sent first."""
+
+    def __init__(self) -> None:
+        self._left = 0  # bytes of the view not acknowledged when the last patch was requested
+
+    def allows_patch(self, view_bytes: int) -> bool:
+        """Return whether a patch may be requested. view_bytes : of views that are sent, not acknowledged yet"""
+        self._left = max(self._left, view_bytes)
+        return view_bytes == 0 or view_bytes <= self._left - VIEW_BYTES_PER_PATCH
+
+    def on_patch(self, view_bytes: int) -> None:
+        """Note that a patch was requested."""
+        self._left = view_bytes

@@ -62,6 +62,11 @@ class MeshAligner:
         self._outside = ~inside
         self._flow = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_ULTRAFAST)
 
+    def interpolate(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (h, w): values (V,) at the mesh's vertices, interpolated over the image; 0 outside the mesh."""
+        width, height = self._size
+        return np.asarray(self._weights @ values, np.float64).reshape(height, width)
+
     def align(self, image: NDArray[np.uint8], frame: RecentFrame) -> tuple[Image, Image]:
         """Return the frame deformed to the image (h, w, 3), and its weight at each pixel, (h, w), 0 to 1."""
         width, height = self._size

@@ -2,7 +2,7 @@
 
 Strategy: a call should start with a face, so the first photo is the best frame of the first 0.3 s, whatever it is, as a
 draft of few bytes. Once it has arrived, the best frame since then follows in full quality. A clearly better frame
-replaces that, the sooner the better it is, but rarely: a photo costs as much as a minute of patches. When lighting or
+replaces that, the sooner the better it is, but rarely: it takes half a minute of what motion leaves. When lighting or
 position have changed persistently, a new photo is due even if it is no better.
 """
 
@@ -16,8 +16,8 @@ FIRST_SEARCH_S = 0.3  # for the draft
 ACCEPT_PENALTY = 2.0  # above the best image penalty so far: the draft is sent at once below this
 REPLACE_PENALTY = 2.2  # the same, for the photo after the draft
 MIN_LEAD_S = 0.5  # a frame must stay the best this long: a hand needs that to leave the face
-MAX_DRAFT_S = 10.0  # after which the best frame replaces the draft, whatever its penalty
-PHOTO_INTERVAL_S = 45.0  # between photos that differ by a penalty of 1; half of it for 2
+MAX_DRAFT_S = 3.0  # after which the best frame replaces the draft, whatever its penalty
+PHOTO_INTERVAL_S = 120.0  # between photos that differ by a penalty of 1; half of it for 2
 SCENE_INTERVAL_S = 15.0  # between photos after a scene change: the whole usual budget
 SCENE_SEARCH_S = 1.5  # for a photo after a scene change
 PENALTY_DECAY = 0.2  # 1/s: a draft or an outdated photo counts as worse by this much each second

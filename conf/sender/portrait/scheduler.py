@@ -20,7 +20,7 @@ from conf.protocol.portrait.view import MAX_VIEWS, View
 from conf.sender.portrait.album import Album, view_steps
 from conf.sender.portrait.captured_face import CapturedFace
 from conf.sender.portrait.patch_extraction import make_patch
-from conf.sender.portrait.patch_scheduler import PATCH_BYTES, PatchScheduler
+from conf.sender.portrait.patch_scheduler import PATCH_BYTES, PatchScheduler, RateSharing
 from conf.sender.portrait.photo_builder import DRAFT, FULL, PhotoBuilder
 from conf.sender.portrait.photo_quality import image_penalty
 from conf.sender.portrait.photo_selection import Candidate, PhotoSelector
@@ -35,7 +35,7 @@ MIN_SMOOTHED_LOG_SCALE = MIN_LOG_SCALE + 0.1  # of the motion's pose; a photo's 
 
 PHOTO_SLOT, NEUTRAL_SLOT, PATCH_SLOTS = 0, 1, 2  # of the object sender
 VIEW_SLOTS = PATCH_SLOTS + len(FEATURES) * MAX_SLOTS
-# A view has the bytes of ten patches: it waits for them, or eyes and mouth would stay wrong meanwhile.
+# A view has the bytes of eight patches: those requested before it come first, then it has most of the rate.
 PHOTO_PRIORITY, NEUTRAL_PRIORITY, PATCH_PRIORITY, VIEW_PRIORITY = range(4)
 VIEW_INTERVAL_S = 1.0  # between choices of a view
 REJECTED_INTERVAL_S = 3.0  # after a view that gained too little
@@ -52,6 +52,7 @@ class PortraitScheduler:
         self._album: Album | None = None  # of the photo in use, unless that is a draft
         self._view: Iterator[View | None] | None = None  # being built
         self._view_due = 0.0
+        self._sharing = RateSharing()
         self._patches = PatchScheduler()
         self._building: tuple[Candidate, PhotoBuilder] | None = None
         self._photo_number = 0
@@ -97,7 +98,7 @@ class PortraitScheduler:
         """Send a photo in place of the one before, whose patches and neutral pose are cancelled."""
         data = encode_object(built)
         is_draft, self._album, self._view = self._reference is None, None, None
-        self._reference = ReferencePhoto.from_bytes(data, candidate.face.pixels)
+        self._reference = ReferencePhoto.from_bytes(data, candidate.face)
         self._selector.set_photo(candidate, now)
         self._patches.set_photo(candidate.motion.displacements)
         self._last_neutral = (candidate.face.neutral, now)
@@ -117,14 +118,16 @@ class PortraitScheduler:
         self._objects.send_object(NEUTRAL_SLOT, encode_object(update), priority=NEUTRAL_PRIORITY)
 
     def _send_patch(self, reference: ReferencePhoto, now: float) -> None:
+        before_views = self._objects.waiting_bytes_before(VIEW_PRIORITY)
+        view_bytes = self._objects.waiting_bytes - before_views
+        if not self._sharing.allows_patch(view_bytes):
+            return
         request = self._patches.next_request(
-            self._recent.all_and_last(),
-            now,
-            waiting_bytes=self._objects.waiting_bytes_before(VIEW_PRIORITY),
-            can_patch=reference.can_patch,
+            self._recent.all_and_last(), now, waiting_bytes=before_views, can_patch=reference.can_patch
         )
         if request is None:
             return
+        self._sharing.on_patch(view_bytes)
         region, slot, frame = request
         residual, points = patch_residual(reference, frame, FEATURES[region])
         target, max_bytes = (reference.photo.number, region, slot), PATCH_BYTES[FEATURES[region].name]
@@ -145,7 +148,7 @@ class PortraitScheduler:
             return
         if self._album is None:
             return
-        self._album.describe(self._recent.clear_ones())
+        self._album.describe(self._recent.clear_ones(), is_covered=reference.is_covered)
         if self._building is not None or now < self._view_due:
             return
         if not self._objects.delivered(PHOTO_SLOT) or self._is_sending_view():

@@ -64,6 +64,20 @@ def test_frames_are_described_a_few_at_a_time_and_forgotten_when_they_are_old() 
     assert kept.choose() is None
 
 
+def test_covered_frames_are_neither_shown_nor_asked_for_twice() -> None:
+    kept, free, covered = album(), frames_of(MIN_FRAMES), frames_of(10, 0.3)
+    asked: list[RecentFrame] = []
+
+    def is_covered(each: RecentFrame) -> bool:
+        asked.append(each)
+        return each in covered
+
+    for _ in range(2):
+        kept.describe([*free, *covered], is_covered=is_covered, limit=len(free) + len(covered))
+    assert kept.choose() is None
+    assert asked == [*free, *covered]
+
+
 def test_a_view_that_shows_the_frames_no_better_is_not_sent() -> None:
     kept = album()
     choice = choose(kept, [*frames_of(MIN_FRAMES), *frames_of(10, 0.3)])

@@ -5,17 +5,26 @@ from numpy.typing import NDArray
 
 from conf.face.portrait.patch_features import FEATURES, MOUTH
 from conf.face.portrait.warp import PortraitWarp
-from conf.sender.portrait.occlusion import SKIN_PATCHES, AppearanceMatcher, skin_texture_residual
-from tests.support.portrait_subjects import landmarks, shaded_person, still
+from conf.sender.portrait.occlusion import SKIN_PATCHES, AppearanceMatcher, CoverDetector, skin_texture_residual
+from tests.support.portrait_subjects import landmarks, recent_frame, shaded_person, still, with_hand
 from tests.support.synthetic_portrait import POSE, face_shape
+
+
+@pytest.mark.slow
+def test_a_hand_leaves_a_residual_and_light_a_small_shift_or_another_size_do_not() -> None:
+    cover = CoverDetector(PortraitWarp(face_shape()), shaded_person())
+    assert cover.residual(recent_frame()) < 0.02
+    darker, moved = shaded_person(0.7, 20), np.roll(shaded_person(), 3, axis=0)
+    half = np.asarray(cv2.resize(shaded_person(), None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA), np.uint8)
+    for pixels in (darker, moved, half):
+        assert cover.residual(recent_frame(pixels)) < 0.14
+    assert cover.residual(recent_frame(with_hand())) > 0.18
 
 
 @pytest.mark.slow
 def test_correlation_is_independent_of_lighting_and_falls_where_a_hand_covers_the_face() -> None:
     matcher = AppearanceMatcher(PortraitWarp(face_shape()), shaded_person())
-    hand = shaded_person()
-    x, y = landmarks()[17, :2].astype(int).tolist()
-    cv2.ellipse(hand, (x - 20, y), (26, 30), 0, 0, 360, (235, 235, 235), -1)
+    hand = with_hand()
     for region, feature in enumerate(FEATURES):
         assert matcher.correlation(region, shaded_person(), still(), POSE) > 0.99
         assert matcher.correlation(region, shaded_person(0.7, 20), still(), POSE) > 0.95

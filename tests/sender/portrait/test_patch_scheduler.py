@@ -11,8 +11,10 @@ from conf.sender.portrait.patch_scheduler import (
     MAX_WAITING_BYTES,
     PATCH_BYTES,
     PATCH_MEMORY,
+    VIEW_BYTES_PER_PATCH,
     PatchScheduler,
     PatchSet,
+    RateSharing,
 )
 from conf.sender.portrait.recent_frames import RecentFrame
 from tests.support.portrait_subjects import motion, recent_frame, shaded_person, still
@@ -155,3 +157,16 @@ def test_an_expression_gets_its_patch_when_there_are_bytes_for_it() -> None:
 
 def descriptor(*values: int) -> NDArray[np.int8]:
     return np.array(values, np.int8)
+
+
+def test_a_view_has_most_of_the_rate_while_it_is_sent() -> None:
+    sharing = RateSharing()
+    assert sharing.allows_patch(0)
+    sharing.on_patch(0)
+    requested = []
+    for left in range(1200, -1, -100):
+        if sharing.allows_patch(left):
+            sharing.on_patch(left)
+            requested.append(left)
+    assert requested == [*range(1200 - VIEW_BYTES_PER_PATCH, -1, -VIEW_BYTES_PER_PATCH)]
+    assert not sharing.allows_patch(900), "another view"

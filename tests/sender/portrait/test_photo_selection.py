@@ -41,11 +41,11 @@ GOOD, SHUT = (0.0, 0.0, False), (0.0, 0.0, True)
     ("steps", "scene_change", "expected"),
     [
         ([GOOD], None, [0.0, 0.6]),
-        ([SHUT], None, [0.3, 10.3]),
-        ([SHUT, (5.0, 0.0, False)], None, [0.3, 5.5]),
+        ([SHUT], None, [0.3, 3.3]),
+        ([SHUT, (2.0, 0.0, False)], None, [0.3, 2.5]),
         ([GOOD, (5.0, -0.9, False)], None, [0.0, 0.6]),
-        ([GOOD, (5.0, -1.0, False)], None, [0.0, 0.6, 45.6]),
-        ([GOOD, (5.0, -2.0, False)], None, [0.0, 0.6, 23.1]),
+        ([GOOD, (5.0, -1.0, False)], None, [0.0, 0.6, 120.6]),
+        ([GOOD, (5.0, -2.0, False)], None, [0.0, 0.6, 60.6]),
         ([GOOD, (50.0, -3.0, False)], None, [0.0, 0.6, 50.5]),
         ([GOOD], 5.0, [0.0, 0.6, 15.6]),
         ([GOOD, (20.0, 0.25, False)], 20.0, [0.0, 0.6, 21.5]),
@@ -53,10 +53,10 @@ GOOD, SHUT = (0.0, 0.0, False), (0.0, 0.0, True)
     ],
     ids=[
         "a good first frame is the draft, the full photo follows",
-        "a draft with shut eyes is sent after 0.3 s and replaced after 10 s",
+        "a draft with shut eyes is sent after 0.3 s and replaced after 3 s",
         "a draft with shut eyes is replaced by the first good frame",
         "a slightly better frame is not sent",
-        "a better frame is sent after 45 s",
+        "a better frame is sent after 120 s",
         "a much better frame is sent after half the time",
         "a frame must stay the best for 0.5 s",
         "after a scene change, 15 s after the photo before",
@@ -67,7 +67,7 @@ GOOD, SHUT = (0.0, 0.0, False), (0.0, 0.0, True)
 def test_when_photos_are_due(
     steps: list[tuple[float, float, bool]], scene_change: float | None, expected: list[float]
 ) -> None:
-    assert photo_times(steps, 60.0, scene_change) == pytest.approx(expected, abs=1e-9)
+    assert photo_times(steps, 130.0, scene_change) == pytest.approx(expected, abs=1e-9)
 
 
 def test_no_photo_is_due_until_the_draft_is_delivered() -> None:

@@ -2,10 +2,18 @@ import numpy as np
 import pytest
 
 from conf.face.head_pose import HeadPose
-from conf.face.portrait.patch_features import FEATURES, MOUTH
+from conf.face.portrait.patch_features import EYES, FEATURES, MOUTH
 from conf.protocol.portrait.objects import encode_object
 from conf.sender.portrait.reference_photo import ReferencePhoto, patch_residual
-from tests.support.portrait_subjects import build_photo, captured_face, landmarks, motion, recent_frame, shaded_person
+from tests.support.portrait_subjects import (
+    build_photo,
+    captured_face,
+    landmarks,
+    motion,
+    recent_frame,
+    shaded_person,
+    with_hand,
+)
 from tests.support.synthetic_portrait import POSE
 
 FACE = captured_face(shaded_person())
@@ -13,7 +21,7 @@ FACE = captured_face(shaded_person())
 
 @pytest.fixture(scope="module")
 def reference() -> ReferencePhoto:
-    return ReferencePhoto.from_bytes(encode_object(build_photo(FACE)), FACE.pixels)
+    return ReferencePhoto.from_bytes(encode_object(build_photo(FACE)), FACE)
 
 
 @pytest.mark.slow
@@ -26,6 +34,12 @@ def test_a_face_as_in_the_photo_can_be_patched_and_a_turned_one_cannot(reference
     for region in range(len(FEATURES)):
         assert reference.can_patch(recent_frame(FACE.pixels), region)
         assert not reference.can_patch(recent_frame(FACE.pixels, motion(pose=turned)), region)
+
+
+def test_a_hand_covers_the_mouth_but_not_the_eyes(reference: ReferencePhoto) -> None:
+    hand = recent_frame(with_hand())
+    assert reference.is_covered(hand) and not reference.is_covered(recent_frame(FACE.pixels))
+    assert [reference.can_patch(hand, FEATURES.index(feature)) for feature in (MOUTH, EYES)] == [False, True]
 
 
 @pytest.mark.parametrize("light", [1.0, 0.7])

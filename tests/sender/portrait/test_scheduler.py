@@ -137,7 +137,7 @@ def test_a_neutral_pose_that_drifts_is_sent_again() -> None:
 def test_a_poor_photo_is_replaced_by_a_good_one() -> None:
     call = Call()
     call.run(MAX_DRAFT_S + 2, SHUT)
-    call.run(40.0)
+    call.run(55.0)
     assert [received.number for received in call.received if isinstance(received, Photo)] == [0, 1, 2]
 
 
