@@ -41,7 +41,7 @@ class PhotoQuality:
 
 
 DRAFT = PhotoQuality(1500, 192, 3)  # the first photo, so that a call starts with a face
-FULL = PhotoQuality(3300, 240, 1)
+FULL = PhotoQuality(4200, 240, 1)
 
 
 class PhotoBuilder:
