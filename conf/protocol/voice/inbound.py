@@ -99,6 +99,12 @@ class InboundVoice:
             self.lost_ms += frame.format.frame_ms if frame.data is None else 0
         return result
 
+    def awaits_packet(self, stream_time: float) -> bool:
+        """Return whether `frames_until` would begin to conceal what may only be late: nothing newer has arrived."""
+        if self._playing is None or self.state is not VoiceState.TALKING or self._concealed_ms:
+            return False
+        return max(self._played_until, self._stored_until) < stream_time * 1000
+
     def _next_frame(self, until: float) -> VoiceFrame | None:
         stored = min(self._frames, default=None)
         # A frame may start before the end of what was returned if a gap was no multiple of the frames in it.

@@ -24,6 +24,8 @@ MAX_TARGET_S = 0.24
 TARGET_GROWTH = 1.5  # each time that the device ran out of sound
 TARGET_DECAY = 0.9997  # with each block of BLOCK samples: half of it is gone after 23 s
 POLL_S = 0.005  # while the device's next request is overdue
+PACKET_POLL_S = 0.003  # while a voice waits for its next packet
+LATEST_S = 0.006  # before the device's next request: until then it waits, and is concealed afterwards
 REQUEST_MARGIN_S = 0.002  # from the time of a request until it is looked for
 RETRY_S = 2.0  # between two attempts to open a loudspeaker that is gone
 MAX_TAPPED = 500  # blocks that wait to be recorded: 5 s
@@ -102,7 +104,7 @@ class LoudspeakerSound:
         self._reopen = reopen
         self._clock = clock
         self._target_s = self._min_target_s
-        self._has_played = False
+        self._has_played = self._awaits_packet = False
         self._tapped: deque[AudioBlock] | None = None
         self._thread = StoppableThread(self._run, name="voice")
 
@@ -132,8 +134,13 @@ class LoudspeakerSound:
         return self._output.read_played()
 
     def fill(self) -> None:
-        """Render until enough sound waits for the device. Raises AudioError if the device is gone."""
+        """Render until enough sound waits for the device. Raises AudioError if the device is gone.
+
+        A packet that is not there yet is waited for as long as the device needs no sound: what arrives just before its
+        time may wait for the thread that receives.
+        """
         self._output.check()
+        self._awaits_packet = False
         if self._has_played and not self._output.queued_s:
             self._target_s = min(self._target_s * TARGET_GROWTH, MAX_TARGET_S)
         while (missing_s := self._target_s - self._output.queued_s) > 0:
@@ -141,6 +148,9 @@ class LoudspeakerSound:
             delay_s = self._output.device_latency_s + self._target_s
             blocks = math.ceil(missing_s * SAMPLE_RATE / BLOCK)  # at once: half of the time goes into the calls
             with self.lock:
+                if self._output.next_request_s > LATEST_S and self.mixer.awaits_packet(heard_at, blocks * BLOCK):
+                    self._awaits_packet = True
+                    return
                 samples = self.mixer.render(heard_at, blocks * BLOCK, output_delay_s=delay_s)
             if (tapped := self._tapped) is not None:
                 tapped.append(AudioBlock(heard_at, samples))
@@ -153,6 +163,8 @@ class LoudspeakerSound:
         """The seconds until the next `fill`: only a request of the device takes sound."""
         if self.fault:
             return RETRY_S
+        if self._awaits_packet:
+            return PACKET_POLL_S
         return max(self._output.next_request_s + REQUEST_MARGIN_S, POLL_S)
 
     @property

@@ -38,6 +38,7 @@ class VoiceSource(Protocol):
     noise_level: int
 
     def frames_until(self, stream_time: float, /) -> list[VoiceFrame]: ...
+    def awaits_packet(self, stream_time: float, /) -> bool: ...
 
 
 class ParticipantVoice:
@@ -81,21 +82,31 @@ class ParticipantVoice:
         """Duration of the sound that was concealed in the last second."""
         return sum(duration for _, duration in self._concealed)
 
+    def awaits_packet(self, playhead: float, count: int) -> bool:
+        """Return whether `render` would begin to conceal what may only be late."""
+        if self._cursor is None or self._is_silent:
+            return False
+        missing_s = self._stretcher.missing(count, _speed(self._error(playhead))) / SAMPLE_RATE
+        return self._source.awaits_packet(self._cursor + missing_s + self._delay_s)
+
     def render(self, playhead: float, count: int) -> Samples:
         """Return the next `count` samples. playhead : stream time at which the first of them will be heard"""
         if self._cursor is None:
             self._cursor = playhead
-        error = playhead - (self._cursor - self._stretcher.buffered / SAMPLE_RATE)
+        error = self._error(playhead)
         if abs(error) > MAX_STRETCHED_S or (self._is_silent and abs(error) > TOLERANCE_S):
             self._jump(error)
             error = 0.0
         self.late_s = error
-        speed = 1.0
-        if abs(error) >= TOLERANCE_S:
-            speed += float(np.clip(error / CORRECTION_S, -MAX_STRETCH, MAX_STRETCH))
+        speed = _speed(error)
         if missing := self._stretcher.missing(count, speed):
             self._stretcher.push(self._next(missing))
         return self._stretcher.pull(count, speed)
+
+    def _error(self, playhead: float) -> float:
+        """Return by how many seconds the sound is later than the playhead."""
+        assert self._cursor is not None
+        return playhead - (self._cursor - self._stretcher.buffered / SAMPLE_RATE)
 
     def _jump(self, error: float) -> None:
         """Move the cursor by `error` seconds, in sound that has been decoded or in silence."""
@@ -156,6 +167,13 @@ class ParticipantVoice:
             self._concealed.append((frame.timestamp, frame.format.frame_ms / 1000))
             return self._decoder.conceal()
         return self._decoder.decode(frame.data)
+
+
+def _speed(error: float) -> float:
+    """Return the speed at which sound that is so many seconds late is played."""
+    if abs(error) < TOLERANCE_S:
+        return 1.0
+    return 1.0 + float(np.clip(error / CORRECTION_S, -MAX_STRETCH, MAX_STRETCH))
 
 
 def _settings(voice_format: VoiceFormat) -> tuple[str, int, int]:

@@ -73,6 +73,14 @@ class VoiceMixer:
         self.loudest = mixed.loudest
         return mixed.samples
 
+    def awaits_packet(self, heard_at: float, count: int) -> bool:
+        """Return whether `render` would begin to conceal somebody's voice that may only be late."""
+        return any(
+            voice.awaits_packet(self._streams[session].clock.playhead(heard_at), count)
+            for session, voice in self.participants.items()
+            if session in self._streams
+        )
+
     def audible(self, samples: Samples, /) -> Samples:
         """Return the samples as they are to be heard: at the volume, or muted."""
         if self.muted:

@@ -165,6 +165,25 @@ def test_a_pause_whose_announcement_is_lost_is_concealed_for_a_second_at_most() 
     assert [data for data in link.heard if data] == expected(0, 5) + expected(100, 103)
 
 
+def test_only_a_packet_that_follows_the_newest_is_awaited() -> None:
+    link = Link()
+    assert not link.inbound.awaits_packet(10.0)  # nobody has talked
+    link.talk(0, 5)
+    link.inbound.frames_until(0.25)
+    assert not link.inbound.awaits_packet(0.3)  # the fifth packet ends there
+    assert link.inbound.awaits_packet(0.301)
+    link.inbound.frames_until(0.301)
+    assert not link.inbound.awaits_packet(0.361)  # it is concealed by now
+
+
+def test_nothing_is_awaited_while_nobody_talks() -> None:
+    link = Link()
+    link.talk(0, 5)
+    link.inbound.frames_until(0.25)
+    link.silence(0.36)
+    assert not link.inbound.awaits_packet(0.4)
+
+
 def test_an_older_state_changes_nothing() -> None:
     inbound = InboundVoice()
     inbound.receive_format(VoiceFormatMessage(0, OPUS))

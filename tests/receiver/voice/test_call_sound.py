@@ -9,7 +9,9 @@ from conf.audio.samples import SAMPLE_RATE, AudioBlock, Samples
 from conf.errors import AudioError
 from conf.receiver.voice.call_sound import (
     BLOCK,
+    LATEST_S,
     MAX_TARGET_S,
+    PACKET_POLL_S,
     POLL_S,
     REQUEST_MARGIN_S,
     RESERVE_S,
@@ -29,11 +31,15 @@ class CountingMixer(VoiceMixer):
         super().__init__({}, np.random.default_rng(1))
         self.asked: list[tuple[float, int, float]] = []
         self._count = 0
+        self.awaits = False
 
     def render(self, heard_at: float, count: int, *, output_delay_s: float = 0.0) -> Samples:
         self.asked.append((heard_at, count, output_delay_s))
         self._count += count
         return np.arange(self._count - count, self._count).astype(np.int16)
+
+    def awaits_packet(self, heard_at: float, count: int) -> bool:
+        return self.awaits
 
 
 class FakeOutput:
@@ -94,6 +100,18 @@ def test_the_next_fill_waits_for_the_devices_request() -> None:
     assert sound.wait_s == POLL_S
     sound.fault = "the loudspeaker is gone"
     assert sound.wait_s == RETRY_S
+
+
+def test_a_late_packet_is_waited_for_until_the_device_needs_sound() -> None:
+    mixer, output = CountingMixer(), FakeOutput()
+    sound = LoudspeakerSound(mixer, output, clock=lambda: 0.0)
+    mixer.awaits, output.next_request_s = True, LATEST_S + 0.001
+    sound.fill()
+    assert not mixer.asked and sound.wait_s == PACKET_POLL_S
+    output.next_request_s = LATEST_S
+    sound.fill()
+    assert output.queued_s == pytest.approx(TARGET_S)
+    assert sound.wait_s == pytest.approx(LATEST_S + REQUEST_MARGIN_S)
 
 
 def test_after_the_device_ran_out_of_sound_more_is_kept_ready_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:

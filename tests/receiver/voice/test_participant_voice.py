@@ -55,6 +55,9 @@ class FakeSource:
             self.next += 1
         return frames
 
+    def awaits_packet(self, stream_time: float, /) -> bool:
+        return stream_time > self.end * 0.02
+
 
 def make(source: FakeSource, *, delay_s: float = 0.0) -> ParticipantVoice:
     return ParticipantVoice(source, np.random.default_rng(1), decoders=lambda *_: PcmDecoder(delay_s))
@@ -84,6 +87,21 @@ def test_lost_frames_are_concealed_and_counted() -> None:
     assert voice.concealed_s == pytest.approx(0.12)
     render(voice, 1.2, begin=0.6)
     assert voice.concealed_s == 0.0
+
+
+def test_a_packet_is_awaited_as_soon_as_the_next_samples_need_it() -> None:
+    voice = make(FakeSource(end=5))
+    assert not voice.awaits_packet(0.0, 160)
+    render(voice, 0.08)
+    assert not voice.awaits_packet(0.08, 320)
+    assert voice.awaits_packet(0.08, 321)
+
+
+def test_sound_that_is_shrunk_awaits_its_packet_earlier() -> None:
+    voice = make(FakeSource(end=5))
+    render(voice, 0.06)
+    assert not voice.awaits_packet(0.06, 600)
+    assert voice.awaits_packet(0.06 + 0.05, 600)  # 50 ms late: a tenth more samples, and those that are compared
 
 
 def test_pauses_are_filled_with_noise_of_the_level_told() -> None:
