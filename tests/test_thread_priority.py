@@ -3,6 +3,8 @@
 import os
 import sys
 import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -11,7 +13,13 @@ from conf.thread_priority import NICENESS, raise_thread_priority
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems leave it to the sound library")
 
 
-def _refuse(*_: object) -> None:
+def in_a_thread(run: Callable[[], object]) -> None:
+    """Run a function in a thread of its own; raise what it raises."""
+    with ThreadPoolExecutor(1) as executor:
+        executor.submit(run).result()
+
+
+def refuse(*_: object) -> None:
     raise PermissionError("not allowed")
 
 
@@ -20,33 +28,27 @@ def test_asks_for_real_time_for_the_calling_thread_alone(monkeypatch: pytest.Mon
     monkeypatch.setattr(
         os, "sched_setscheduler", lambda who, policy, param: asked.append((who, policy, param.sched_priority))
     )
-    raise_thread_priority()
+    in_a_thread(raise_thread_priority)
     assert asked == [(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, 1)]
 
 
 def test_asks_for_niceness_where_real_time_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[int, int, int]] = []
-    monkeypatch.setattr(os, "sched_setscheduler", _refuse)
+    monkeypatch.setattr(os, "sched_setscheduler", refuse)
     monkeypatch.setattr(os, "setpriority", lambda *arguments: asked.append(arguments))
-    raise_thread_priority()
-    assert asked == [(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)]
+    in_a_thread(raise_thread_priority)
+    ((kind, thread, niceness),) = asked
+    assert (kind, niceness) == (os.PRIO_PROCESS, NICENESS) and thread != threading.main_thread().native_id
 
 
 def test_goes_on_where_nothing_is_allowed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(os, "sched_setscheduler", _refuse)
-    monkeypatch.setattr(os, "setpriority", _refuse)
+    monkeypatch.setattr(os, "sched_setscheduler", refuse)
+    monkeypatch.setattr(os, "setpriority", refuse)
+    in_a_thread(raise_thread_priority)
+
+
+def test_the_main_thread_stays_as_it_is() -> None:
+    before = os.sched_getscheduler(0)
     raise_thread_priority()
-
-
-def test_leaves_other_threads_as_they_are() -> None:
-    before, within = os.sched_getscheduler(0), []
-
-    def run() -> None:
-        raise_thread_priority()
-        within.append(os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK)
-
-    thread = threading.Thread(target=run)
-    thread.start()
-    thread.join()
-    assert within in ([os.SCHED_FIFO], [before])
+    in_a_thread(raise_thread_priority)
     assert os.sched_getscheduler(0) == before
