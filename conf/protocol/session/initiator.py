@@ -16,7 +16,8 @@ from conf.protocol.session.handshake import (
 )
 from conf.protocol.session.packet import MAX_SESSION, HandshakePacket, Kind, handshake_datagram
 
-FIRST_REPEAT_S = 0.4
+FIRST_REPEAT_S = 0.3
+EQUAL_REPEATS = 4  # of each step, before the time between them doubles: a path that loses a third is only slow
 MAX_REPEAT_S = 4.0
 # Each proof lets a false receiver test one guess. An attempt without DONE is replaced by a new one only after this
 # time, at most three a minute. The receiver keeps its state longer than that (responder.py).
@@ -52,16 +53,19 @@ class Initiator:
         self.expires = float("inf")
         self._due = start
         self._repeat_s = FIRST_REPEAT_S
+        self._repeats = 0  # of the present step
         self.attempt = random(ATTEMPT_BYTES)
         self._spake, self._share = sender_share(code, random)
         self._cookie = NO_COOKIE
 
     def datagram(self, now: float) -> bytes | None:
-        """Return the datagram that is due, if any, and double the time to its next repetition."""
+        """Return the datagram that is due, if any, and set the time of its next repetition."""
         if now < self._due:
             return None
         self._due = now + self._repeat_s
-        self._repeat_s = min(2 * self._repeat_s, MAX_REPEAT_S)
+        self._repeats += 1
+        if self._repeats >= EQUAL_REPEATS:
+            self._repeat_s = min(2 * self._repeat_s, MAX_REPEAT_S)
         if self.secrets is None:
             return handshake_datagram(Kind.HELLO, self.attempt, self._cookie, self._share)
         return handshake_datagram(Kind.CONFIRM, self.attempt, 0, proof(self.secrets.sender_proof, 0))
@@ -114,3 +118,4 @@ class Initiator:
     def _send_at_once(self, now: float) -> None:
         self._due = now
         self._repeat_s = FIRST_REPEAT_S
+        self._repeats = 0

@@ -1,5 +1,7 @@
 """One attempt of a sender: what it sends when, and what it accepts as an answer."""
 
+from random import Random
+
 import pytest
 
 from conf.protocol.session.drop_reasons import DatagramError, DropReason
@@ -42,10 +44,18 @@ class Attempt:
         return caught.value.reason
 
 
-def test_hello_is_repeated_at_growing_intervals() -> None:
+def test_hello_is_repeated_four_times_soon_and_then_at_growing_intervals() -> None:
     initiator = Initiator(CODE, seeded("initiator"), 0.0)
     times = [t / 100 for t in range(2000) if initiator.datagram(t / 100) is not None]
-    assert times == pytest.approx([0.0, 0.4, 1.2, 2.8, 6.0, 10.0, 14.0, 18.0], abs=0.05)
+    assert times == pytest.approx([0.0, 0.3, 0.6, 0.9, 1.2, 1.8, 3.0, 5.4, 9.4, 13.4, 17.4], abs=0.05)
+
+
+def test_a_path_on_which_a_third_is_lost_connects_nearly_all_within_four_seconds() -> None:
+    """Of each step (hello, hello with a cookie, confirm) a datagram and its answer must arrive."""
+    initiator, random = Initiator(CODE, seeded("initiator"), 0.0), Random(1)
+    times = [t / 100 for t in range(6000) if initiator.datagram(t / 100) is not None]
+    calls = [sum(next(t for t in times if random.random() >= 1 / 3) for _ in range(3)) for _ in range(2000)]
+    assert sum(duration > 4.0 for duration in calls) < 10
 
 
 def test_only_the_first_cookie_is_answered_at_once() -> None:
@@ -65,7 +75,7 @@ def test_a_complete_handshake() -> None:
     secrets = attempt.answer()
     for now in (0.1, 0.5):
         assert read(attempt.initiator.datagram(now)).fields == (attempt.attempt, 0, proof(secrets.sender_proof, 0))
-        assert attempt.initiator.datagram(now + 0.3) is None
+        assert attempt.initiator.datagram(now + 0.2) is None
     done = packet(Kind.DONE, attempt.attempt, 9, proof(secrets.receiver_proof, 9))
     assert attempt.initiator.receive(done, 1.0) == HandshakeDone(9, secrets)
     assert attempt.initiator.expires == 0.1 + CONFIRM_TIMEOUT_S
