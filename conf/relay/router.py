@@ -23,7 +23,6 @@ from conf.protocol.address import format_address
 from conf.transport.relay_settings import (
     LEASE_MS,
     MAX_MESSAGE,
-    OPEN_TIMEOUT_MS,
     Credentials,
     Settings,
     make_config,
@@ -34,6 +33,7 @@ from conf.transport.udp import MAX_DATAGRAM, UdpSocket
 
 ROUTER_HOST = "127.0.0.1"
 MAX_MEMBERS = 2000
+ACCEPT_TIMEOUT_MS = 10_000  # from a first message until the session stands; two round trips, and what is lost
 MAX_KEY = "conf/**"
 MAX_PENDING = 200  # sessions that are being opened
 
@@ -121,7 +121,7 @@ def router_settings(options: RouterOptions, credentials: Credentials | None, /) 
         "timestamping/enabled": False,
         "transport/unicast/max_sessions": options.max_members + len(options.peers),
         "transport/unicast/accept_pending": MAX_PENDING,
-        "transport/unicast/accept_timeout": 4 * OPEN_TIMEOUT_MS,
+        "transport/unicast/accept_timeout": ACCEPT_TIMEOUT_MS,
         "transport/unicast/max_links": 2,
         "transport/unicast/qos/enabled": True,
         "transport/link/tx/sequence_number_resolution": "8bit",

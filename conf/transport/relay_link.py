@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import zenoh
 
 CHECK_S = 0.2
-JOIN_S = 4.0  # longer than an attempt to open: 2.5 s over TCP and UDP with OPEN_TIMEOUT_MS
+JOIN_S = 4.0  # longer than a first attempt to open, 2.5 s; later ones, which may take ten, are left behind
 MAX_TASKS = 64
 
 
@@ -26,14 +26,15 @@ class RelayLink:
 
     def __init__(
         self,
-        open_session: "Callable[[], zenoh.Session]",
+        open_session: "Callable[[float], zenoh.Session]",
         on_open: "Callable[[zenoh.Session], None]",
         fault_text: str,
         *,
         is_supervised: bool = True,
         silence: SilenceDetector | None = None,
     ) -> None:
-        """open_session : may raise zenoh.ZError; on_open : called in the thread for each session, before it is used
+        """open_session : takes the timeout of each link, s; may raise zenoh.ZError
+        on_open : called in the thread for each session, before it is used
 
         is_supervised : whether links that have gone cause a new session; silence : so does what it detects
         """
@@ -87,7 +88,7 @@ class RelayLink:
             return
         session = None
         try:
-            session = self._open_session()
+            session = self._open_session(self._policy.open_timeout_s)
             if not self._thread.is_stopped:
                 self._on_open(session)
         except ZError:  # not opened, or closed again at once

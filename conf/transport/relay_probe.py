@@ -14,6 +14,7 @@ from conf.transport.stun import STUN_PORT_STEPS, StunClient
 from conf.transport.udp import UdpSocket, resolve
 
 STUN_LIMIT_S = 3.0
+PROBE_TIMEOUT_S = 2.5  # of each link: enough for a satellite
 
 
 class NatKind(enum.Enum):
@@ -74,7 +75,7 @@ def probe_links(relay: tuple[str, int], credentials: Credentials | None = None, 
     import zenoh
 
     try:
-        session = open_zenoh(client_settings(relay, credentials))
+        session = open_zenoh(client_settings(relay, credentials), PROBE_TIMEOUT_S)
     except zenoh.ZError:
         return frozenset()
     try:

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from conf.errors import NetworkError
+from conf.transport.link_policy import OPEN_TIMEOUTS_S
 
 if TYPE_CHECKING:
     import zenoh
 
 KEY_PREFIX = "conf/call"  # the relay carries nothing outside conf/**
-OPEN_TIMEOUT_MS = 1200  # of one attempt; with zenoh's 10 s, three of five starts stalled at 10 % loss
 # A keep-alive each LEASE_MS / 4 costs 29 B on UDP and 107 B on TCP; NATs forget a silent UDP flow after 30 s or more.
 LEASE_MS = 40_000
 MAX_MESSAGE = 1 << 16  # bytes that one message may have when it is put together
@@ -71,11 +71,14 @@ def make_config(settings: Settings, /) -> "zenoh.Config":
     return config
 
 
-def open_zenoh(settings: Settings, /) -> "zenoh.Session":
-    """Return a new session. Raises zenoh.ZError."""
+def open_zenoh(settings: Settings, timeout_s: float = OPEN_TIMEOUTS_S[0], /) -> "zenoh.Session":
+    """Return a new session. timeout_s : of each link. Raises zenoh.ZError.
+
+    With zenoh's timeout of 10 s, three of five starts stalled at 10 % loss.
+    """
     import zenoh
 
-    return zenoh.open(make_config(settings))
+    return zenoh.open(make_config({**settings, "transport/unicast/open_timeout": round(1000 * timeout_s)}))
 
 
 def url_host(host: str, /) -> str:
@@ -90,7 +93,6 @@ def url_host(host: str, /) -> str:
 _COMMON: dict[str, object] = {
     "transport/unicast/max_links": 2,
     "transport/unicast/qos/enabled": True,
-    "transport/unicast/open_timeout": OPEN_TIMEOUT_MS,
     "transport/link/tx/sequence_number_resolution": "8bit",
     "transport/link/tx/lease": LEASE_MS,
     "transport/link/rx/max_message_size": MAX_MESSAGE,

@@ -54,7 +54,7 @@ class RelayTransport:
         name: str = "",
         relay: tuple[str, int] | None,
         credentials: Credentials | None = None,
-        open_session: "Callable[[], zenoh.Session] | None" = None,
+        open_session: "Callable[[float], zenoh.Session] | None" = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Use `wait_at` or `call` instead.
@@ -78,7 +78,7 @@ class RelayTransport:
         self._watcher: zenoh.Publisher | None = None
         self._readers: list[threading.Thread] = []
         self._link = RelayLink(
-            open_session or (lambda: open_zenoh(settings)),
+            open_session or (lambda timeout_s: open_zenoh(settings, timeout_s)),
             self._on_open,
             _fault_text(relay),
             is_supervised=bool(relay),

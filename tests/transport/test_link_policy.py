@@ -3,7 +3,7 @@ from itertools import pairwise
 
 import pytest
 
-from conf.transport.link_policy import SILENT_DATAGRAMS, UNHEARD_S, LinkPolicy, SilenceDetector
+from conf.transport.link_policy import OPEN_TIMEOUTS_S, SILENT_DATAGRAMS, UNHEARD_S, LinkPolicy, SilenceDetector
 
 BOTH, TCP, UDP, NONE = frozenset({"udp", "tcp"}), frozenset({"tcp"}), frozenset({"udp"}), frozenset[str]()
 
@@ -38,6 +38,20 @@ def test_failures_are_tried_again_within_a_second() -> None:
         now += 0.05
     waits = [round(b - a, 2) for a, b in pairwise(times)]
     assert waits[0] == 0.1 and max(waits) < 1.0 and len(times) > 10
+
+
+def test_attempts_take_longer_after_failures_and_as_long_as_the_last_session_has_needed() -> None:
+    policy, timeouts = LinkPolicy(), []
+    for now in range(6):
+        timeouts.append(policy.open_timeout_s)
+        policy.on_failed(float(now))
+    assert tuple(timeouts) == (*OPEN_TIMEOUTS_S, OPEN_TIMEOUTS_S[-1], OPEN_TIMEOUTS_S[-1])
+    policy = LinkPolicy()
+    for now in range(2):
+        policy.on_failed(float(now))
+    policy.on_opened(BOTH, 2.0)
+    assert policy.open_timeout_s == OPEN_TIMEOUTS_S[2]
+    assert opened(BOTH).open_timeout_s == OPEN_TIMEOUTS_S[0]
 
 
 def test_udp_is_tried_again_ever_more_rarely() -> None:

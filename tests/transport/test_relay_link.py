@@ -4,6 +4,7 @@ from types import SimpleNamespace
 import pytest
 import zenoh
 
+from conf.transport.link_policy import OPEN_TIMEOUTS_S
 from conf.transport.relay_link import RelayLink
 from tests.support.relay import wait_until
 
@@ -31,10 +32,12 @@ class Stage:
     def __init__(self, *results: str) -> None:
         self.results = list(results)
         self.sessions: list[FakeSession] = []
+        self.timeouts: list[float] = []
         self.used: list[FakeSession] = []
         self.link = RelayLink(self._open, self.used.append, FAULT)  # type: ignore[arg-type]
 
-    def _open(self) -> FakeSession:
+    def _open(self, timeout_s: float) -> FakeSession:
+        self.timeouts.append(timeout_s)
         kinds = self.results.pop(0) if self.results else ""
         if not kinds:
             raise zenoh.ZError("unable to connect")
@@ -49,6 +52,7 @@ def test_a_session_is_opened_after_failures_and_closed() -> None:
     wait_until(lambda: stage.link.kinds)
     assert stage.link.kinds == {"tcp", "udp"} and stage.link.fault == ""
     assert stage.used == stage.sessions and not stage.used[0].is_closed
+    assert stage.timeouts == list(OPEN_TIMEOUTS_S[:3])
     stage.link.close()
     assert stage.used[0].is_closed
 
