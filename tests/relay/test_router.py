@@ -44,14 +44,14 @@ def test_two_relays_join_their_members(tmp_path: Path) -> None:
     began = time.monotonic()
     with Router(options) as router:  # before the other is there
         assert time.monotonic() - began < 5
-        with (
-            Router(RouterOptions((LOOPBACK, first), (), password)),
-            RelayTransport.wait_at((LOOPBACK, first), "4711", credentials=alice) as waiter,
-            RelayTransport.call((LOOPBACK, second), "4711", seeded(2), credentials=alice) as caller,
-        ):
+        with Router(RouterOptions((LOOPBACK, first), (), password)):
             wait_until(lambda: router.state().peers == 1)
-            exchange(waiter, caller)
-            wait_until(lambda: router.state().members == 1)
+            with (
+                RelayTransport.wait_at((LOOPBACK, first), "4711", credentials=alice) as waiter,
+                RelayTransport.call((LOOPBACK, second), "4711", seeded(2), credentials=alice) as caller,
+            ):
+                exchange(waiter, caller)
+                wait_until(lambda: router.state().members == 1)
 
 
 def test_only_who_has_the_password_is_admitted(tmp_path: Path) -> None:
