@@ -6,7 +6,7 @@ from conf.errors import NetworkError
 from conf.protocol.address import RelayAddress
 from conf.transport.relay_settings import KEY_PREFIX
 from conf.transport.zenoh_transport import MAX_MEMBERS, MAX_QUEUED, RelayTransport
-from tests.support.relay import LOOPBACK, exchange, free_port, router, wait_for, wait_until
+from tests.support.relay import LOOPBACK, exchange, free_port, pass_once, router, wait_until
 from tests.support.simulated_sessions import seeded
 
 PLATE = "4711"
@@ -28,10 +28,8 @@ def test_datagrams_pass_both_ways(kinds: str, carrier: str) -> None:
         assert waiter.carrier == caller.carrier == carrier
         exchange(waiter, caller)
         for number in range(10):  # with longer keys first, then with declared ones: each arrives once
-            waiter.send([(bytes([number]), caller.address)])
-            assert [data for data, *_ in wait_for(caller)] == [bytes([number])]
-            caller.send([(bytes([number]), WAITER)])
-            assert [data for data, *_ in wait_for(waiter)] == [bytes([number])]
+            pass_once(waiter, caller, bytes([number]))
+            pass_once(caller, waiter, bytes([number]))
         assert waiter.unsent == waiter.dropped == caller.dropped == 0
 
 
