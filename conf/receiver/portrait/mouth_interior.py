@@ -13,7 +13,7 @@ from conf.face.interpolation import smoothstep
 from conf.face.portrait import contours
 from conf.face.portrait.lip_lid_gaps import OPENINGS, Opening, height_at
 from conf.face.portrait.warp import PortraitWarp
-from conf.receiver.portrait.shut_lids import grid_triangles, to_linear, to_srgb
+from conf.receiver.portrait.textured_grid import grid_triangles, to_linear, to_srgb
 
 # Heights are of the length of the mouth's opening, downwards from the upper lip.
 TEETH_HEIGHT = 0.15

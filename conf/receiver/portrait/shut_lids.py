@@ -16,6 +16,7 @@ from conf.face.interpolation import smoothstep
 from conf.face.portrait.eyelid_closure import EyeOpening
 from conf.face.portrait.lip_lid_gaps import Opening, height_at
 from conf.face.portrait.warp import PortraitWarp
+from conf.receiver.portrait.textured_grid import Image, grid_triangles, to_linear, to_srgb
 
 # Heights and widths are of the eye's length, heights upwards from the edge of the upper lid.
 LASH_HEIGHT = -0.04  # of the darkest part of a closed eye
@@ -46,9 +47,6 @@ _SMOOTHING = np.vander(_COLUMNS, EDGE_DEGREE + 1) @ np.linalg.pinv(np.vander(_CO
 _LASH_ROWS = np.linspace(LASH_BOTTOM, LASH_TOP, 5)  # heights
 _LID_ROWS = np.linspace(0, 1, 5)[1:]  # of the height from LASH_TOP to where the lid has faded
 _ROW_UVS = np.linspace(0, 1, len(_LASH_ROWS) + len(_LID_ROWS))
-_LINEAR = (np.arange(256) / 255) ** 2.2
-
-Image = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -140,13 +138,6 @@ def _lash_alpha(heights: NDArray[np.float64], thickness: NDArray[np.float64]) ->
     return np.asarray(np.minimum(LASH_GAIN * np.exp(-0.5 * ((heights - LASH_HEIGHT) / sigma) ** 2), 1))
 
 
-def grid_triangles(rows: int, columns: int, /) -> NDArray[np.int32]:
-    """Return the triangles (F, 3) of a grid whose vertices are in order of rows."""
-    a = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
-    b, c, d = a + 1, a + columns, a + columns + 1
-    return np.concatenate([np.column_stack([a, b, d]), np.column_stack([a, d, c])]).astype(np.int32)
-
-
 def _sample(
     light: Image,
     eye: Opening,
@@ -167,13 +158,3 @@ def _sample(
 def _smooth(colours: Image) -> Image:
     """Return colours (w, 3) along the eye without single hairs."""
     return np.asarray(gaussian_filter1d(colours, len(colours) / 10, axis=0, mode="nearest"))
-
-
-def to_linear(pixels: NDArray[np.uint8], /) -> Image:
-    """Return linear light, 0 to 1, of sRGB. Source: IEC 61966-2-1, approximated by a power of 2.2."""
-    return np.asarray(_LINEAR[pixels])
-
-
-def to_srgb(light: Image, /) -> NDArray[np.uint8]:
-    """Return sRGB of linear light."""
-    return np.asarray(np.rint(255 * np.clip(light, 0, 1) ** (1 / 2.2)), np.uint8)

@@ -6,7 +6,7 @@ from conf.face.control_points import CONTROL_POINT_COUNT, control_point_indices
 from conf.face.fapu import UNITS_PER_DISTANCE
 from conf.face.portrait.lip_lid_gaps import height_at
 from conf.face.portrait.warp import PortraitWarp
-from conf.receiver.portrait.shut_lids import ShutLid, predict_shut_lids, to_linear, to_srgb
+from conf.receiver.portrait.shut_lids import ShutLid, predict_shut_lids
 from tests.support.synthetic_portrait import POSE, face_shape
 
 pytestmark = pytest.mark.slow
@@ -95,9 +95,3 @@ def test_positions_are_finite_whatever_the_mesh(warp: PortraitWarp, lids: tuple[
         for lid in lids:
             for mesh in (positions, np.zeros_like(positions)):
                 assert np.isfinite(lid.grid(mesh)[0]).all()
-
-
-def test_linear_light_returns_to_srgb() -> None:
-    levels = np.arange(256, dtype=np.uint8)
-    np.testing.assert_array_equal(to_srgb(to_linear(levels)), levels)
-    assert to_linear(np.array([128], np.uint8))[0] == pytest.approx(0.22, abs=0.005)
