@@ -1,6 +1,7 @@
 """Keep a session with a relay open, in a thread: opening may take seconds and must delay no frame."""
 
 import queue
+import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -20,7 +21,6 @@ MAX_TASKS = 64
 class RelayLink:
     """A session that is opened again after each failure.
 
-    fault : what to tell the user while there is no session, "" otherwise or before the first attempt has ended
     kinds : links of the session, "udp" and "tcp"; none while there is no session
     """
 
@@ -30,25 +30,34 @@ class RelayLink:
         on_open: "Callable[[zenoh.Session], None]",
         fault_text: str,
         *,
+        explain: Callable[[], str] | None = None,
         is_supervised: bool = True,
         silence: SilenceDetector | None = None,
     ) -> None:
         """open_session : takes the timeout of each link, s; may raise zenoh.ZError
         on_open : called in the thread for each session, before it is used
 
+        fault_text : what to tell the user while there is no session
+        explain : returns what replaces that text if the first attempt to open fails; may block
         is_supervised : whether links that have gone cause a new session; silence : so does what it detects
         """
-        self.fault = ""
         self.kinds: frozenset[str] = frozenset()
         self._open_session = open_session
         self._on_open = on_open
         self._fault_text = fault_text
+        self._has_failed = False
+        self._explain = explain
         self._is_supervised = is_supervised
         self._silence = silence or SilenceDetector()
         self._session: zenoh.Session | None = None
         self._policy = LinkPolicy()
         self._tasks: queue.Queue[Callable[[zenoh.Session], None] | None] = queue.Queue(MAX_TASKS)
         self._thread = StoppableThread(self._run, name="relay")
+
+    @property
+    def fault(self) -> str:
+        """What to tell the user while there is no session, "" otherwise or before the first attempt has ended."""
+        return self._fault_text if self._has_failed else ""
 
     def start(self) -> None:
         """Begin to open."""
@@ -95,13 +104,23 @@ class RelayLink:
             _close(session)
             if not self._policy.is_whole(self.kinds):  # what is left of the session is as dead
                 self._replace(None)
-                self.kinds, self.fault = frozenset(), self._fault_text
+                self.kinds, self._has_failed = frozenset(), True
+                self._ask_why()
             self._policy.on_failed(time.monotonic())
             return
         self._replace(session)
-        self.fault, self.kinds = "", _kinds(session)
+        self._has_failed, self._explain, self.kinds = False, None, _kinds(session)
         self._policy.on_opened(self.kinds, time.monotonic())
         self._silence.on_opened(time.monotonic())
+
+    def _ask_why(self) -> None:
+        """Find out why the first attempt has failed, in another thread: the next attempt does not wait for that."""
+        explain, self._explain = self._explain, None
+        if explain:
+            threading.Thread(target=self._replace_text, args=(explain,), name="relay-fault", daemon=True).start()
+
+    def _replace_text(self, explain: Callable[[], str]) -> None:
+        self._fault_text = explain()
 
     def _is_due(self, now: float) -> bool:
         """Return whether to open a session now."""

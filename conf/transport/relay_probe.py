@@ -2,12 +2,13 @@
 
 import enum
 import os
+import socket
 import time
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from conf.errors import NetworkError
-from conf.protocol.address import Address
+from conf.protocol.address import Address, format_address
 from conf.transport.local_addresses import find_local_addresses
 from conf.transport.relay_settings import Credentials, client_settings, open_zenoh
 from conf.transport.stun import STUN_PORT_STEPS, StunClient
@@ -15,6 +16,11 @@ from conf.transport.udp import UdpSocket, resolve
 
 STUN_LIMIT_S = 3.0
 PROBE_TIMEOUT_S = 2.5  # of each link: enough for a satellite
+ABSENT = "the relay {relay} does not answer: check its name and port, and whether this network lets TCP out"
+REFUSING = (
+    "the relay {relay} answers but opens no session: check the user and password of --relay-password FILE; if they are "
+    "right, it is full or of another version"
+)
 
 
 class NatKind(enum.Enum):
@@ -82,6 +88,18 @@ def probe_links(relay: tuple[str, int], credentials: Credentials | None = None, 
         return frozenset(link.dst.partition("/")[0] for link in session.info.links())
     finally:
         session.close()
+
+
+def explain_refusal(relay: tuple[str, int], /) -> str:
+    """Return in a sentence why no session with a relay could be opened. Blocks for up to 2.5 s.
+
+    Somebody must answer over TCP to be called refusing; a wrong password where TCP is blocked is not told apart.
+    """
+    try:
+        socket.create_connection(relay, PROBE_TIMEOUT_S).close()
+    except (OSError, ValueError):
+        return ABSENT.format(relay=format_address(relay))
+    return REFUSING.format(relay=format_address(relay))
 
 
 def _with_port(address: Address, port: int) -> Address:

@@ -21,6 +21,7 @@ from conf.protocol.rate_control.rate_limit import TokenBucket
 from conf.transport.interface import ReceivedDatagram
 from conf.transport.link_policy import SilenceDetector
 from conf.transport.relay_link import JOIN_S, RelayLink
+from conf.transport.relay_probe import explain_refusal
 from conf.transport.relay_settings import KEY_PREFIX, Credentials, client_settings, lan_settings, open_zenoh, url_host
 from conf.transport.udp import MAX_DATAGRAM
 from conf.transport.wake_up import WakeUp
@@ -81,6 +82,7 @@ class RelayTransport:
             open_session or (lambda timeout_s: open_zenoh(settings, timeout_s)),
             self._on_open,
             _fault_text(relay),
+            explain=(lambda: explain_refusal(relay)) if relay else None,
             is_supervised=bool(relay),
             silence=self._silence,
         )

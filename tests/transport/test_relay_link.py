@@ -84,6 +84,29 @@ def test_tasks_run_in_the_thread_and_only_so_many_wait() -> None:
     stage.link.close()
 
 
+@pytest.mark.slow
+def test_why_the_first_attempt_fails_is_found_out_once() -> None:
+    stage, asked, answer = Stage("", "", "tcp udp"), list[str](), threading.Event()
+
+    def explain() -> str:
+        asked.append(stage.link.fault)
+        _wait(answer)
+        return "it refuses"
+
+    stage.link._explain = explain
+    stage.link.start()
+    wait_until(lambda: asked)
+    assert asked == [FAULT] == [stage.link.fault]
+    answer.set()
+    wait_until(lambda: stage.link.fault == "it refuses")
+    wait_until(lambda: stage.link.kinds)
+    assert stage.link.fault == ""
+    stage.sessions[0].set_links("")
+    wait_until(lambda: stage.link.fault == "it refuses")
+    assert len(asked) == 1
+    stage.link.close()
+
+
 def _wait(event: threading.Event) -> None:
     assert event.wait(10)
 

@@ -1,3 +1,4 @@
+import socket
 from pathlib import Path
 
 import pytest
@@ -5,7 +6,7 @@ import pytest
 from conf.protocol.address import Address
 from conf.relay.router import Router, RouterOptions
 from conf.relay.stun_responder import StunResponder
-from conf.transport.relay_probe import NatKind, classify_nat, probe_links, probe_nat
+from conf.transport.relay_probe import NatKind, classify_nat, explain_refusal, probe_links, probe_nat
 from conf.transport.relay_settings import Credentials
 from tests.support.relay import LOOPBACK, free_port, router, running_responder
 
@@ -66,3 +67,13 @@ def test_no_links_without_a_relay_or_a_password(tmp_path: Path) -> None:
     with Router(RouterOptions((LOOPBACK, port), (), password)):
         assert probe_links((LOOPBACK, port)) == set()
         assert probe_links((LOOPBACK, port), Credentials("alice", "secret")) == {"tcp", "udp"}
+
+
+def test_a_relay_that_refuses_is_told_from_one_that_is_absent() -> None:
+    port = free_port()
+    absent = explain_refusal((LOOPBACK, port))
+    with socket.create_server((LOOPBACK, port)):
+        refusing = explain_refusal((LOOPBACK, port))
+    assert f"the relay {LOOPBACK}:{port} does not answer: check its name and port" in absent
+    assert f"the relay {LOOPBACK}:{port} answers but opens no session: check the user and password" in refusing
+    assert explain_refusal(("no-such-host.invalid", 7447)).startswith("the relay no-such-host.invalid:7447 does not")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from conf.errors import ConfError, NetworkError
 from conf.protocol.address import format_address
-from conf.transport.relay_probe import NatKind, probe_links, probe_nat
+from conf.transport.relay_probe import NatKind, explain_refusal, probe_links, probe_nat
 from conf.transport.relay_settings import read_credentials
 
 NATS = {
@@ -35,7 +35,6 @@ NO_TCP = (
     "TCP does not pass to {relay}: calls begin later when datagrams are lost; allow TCP port {port} in the firewall "
     "if it is yours"
 )
-NO_RELAY = "{relay} does not answer or refuses the password: check its name, its password and this network"
 
 
 def check_nat(relay: tuple[str, int], /) -> str:
@@ -52,7 +51,7 @@ def check_link(relay: tuple[str, int], password: Path | None, kind: str, /) -> s
     kinds = probe_links(relay, read_credentials(password) if password else None)
     name = format_address(relay)
     if not kinds:
-        raise NetworkError(NO_RELAY.format(relay=name))
+        raise NetworkError(explain_refusal(relay))
     if kind not in kinds:
         raise NetworkError({"udp": NO_UDP, "tcp": NO_TCP}[kind].format(relay=name, port=relay[1]))
     return {"udp": f"{name} carries calls", "tcp": f"{name} sets calls up, and carries them where UDP is blocked"}[kind]

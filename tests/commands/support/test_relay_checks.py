@@ -5,6 +5,7 @@ import pytest
 from conf.commands.support import relay_checks
 from conf.commands.support.relay_checks import check_link, check_nat
 from conf.errors import ConfError
+from conf.protocol.address import format_address
 from conf.transport.relay_probe import NatKind, NatReport
 
 RELAY = ("relay.example", 7447)
@@ -37,13 +38,14 @@ def test_stun_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("kinds", "kind", "text"),
     [
-        ("", "udp", "relay.example:7447 does not answer or refuses the password"),
+        ("", "udp", "relay.example:7447 is not there"),
         ("tcp", "udp", "UDP does not pass to relay.example:7447: .* over TCP, .*allow UDP port 7447"),
         ("udp", "tcp", "TCP does not pass to relay.example:7447: .*allow TCP port 7447"),
     ],
 )
 def test_links_that_are_missing(monkeypatch: pytest.MonkeyPatch, kinds: str, kind: str, text: str) -> None:
     monkeypatch.setattr(relay_checks, "probe_links", lambda relay, credentials: frozenset(kinds.split()))
+    monkeypatch.setattr(relay_checks, "explain_refusal", lambda relay: f"{format_address(relay)} is not there")
     with pytest.raises(ConfError, match=text):
         check_link(RELAY, None, kind)
 
