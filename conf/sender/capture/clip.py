@@ -15,6 +15,7 @@ import re
 import stat
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, Self
@@ -96,9 +97,7 @@ class Clip:
             frame = self._rewind()
         if frame is None:
             return None
-        if frame.pixels.shape[1::-1] != self.size:
-            frame = Frame(fit_into(frame.pixels, self.size), frame.timestamp)
-        return Frame(frame.pixels, self._times.of(frame.timestamp, self.fps))
+        return Frame(partial(_fitted, frame, self.size), self._times.of(frame.timestamp, self.fps))
 
     def release(self) -> None:
         """Do nothing: a clip stays open until it is closed."""
@@ -136,6 +135,7 @@ class _Decoder:
 
     def __init__(self, name: str, turns: int, is_paced: bool) -> None:
         keep_freed_memory()
+        self._name = name
         self._turns = turns
         self._file, self._container = _open_container(name)
         try:
@@ -167,7 +167,11 @@ class _Decoder:
         return None
 
     def frames(self) -> Generator[Frame]:
-        """Yield the frames as upright BGR images with square pixels; timestamps are the file's own, in seconds."""
+        """Yield the frames as upright BGR images with square pixels; timestamps are the file's own, in seconds.
+
+        An image like the one before, which could be converted, is converted when somebody asks for it.
+        """
+        convertible: tuple[str, int, int] | None = None
         for decoded in _decode_all(self._container, self._stream):
             if decoded is not None and decoded.is_corrupt:
                 continue
@@ -176,19 +180,27 @@ class _Decoder:
             for frame in self._deinterlacer.push(decoded):
                 stated = frame.time
                 self._next_time = (self._next_time if stated is None else float(stated)) + 1 / self.fps
-                pixels = self._to_bgr(frame)
-                if pixels is not None:
-                    yield Frame(pixels, self._next_time - 1 / self.fps)
+                kind = (frame.format.name, frame.width, frame.height)
+                convert = partial(self._to_bgr, frame, float(self._stream.sample_aspect_ratio or 1))
+                try:
+                    pixels = convert if kind == convertible else convert()
+                except CameraError:
+                    continue
+                convertible = kind
+                yield Frame(pixels, self._next_time - 1 / self.fps)
 
-    def _to_bgr(self, frame: Any) -> NDArray[np.uint8] | None:
-        """Return the upright image with square pixels, or None if its pixel format cannot be converted."""
-        aspect = float(self._stream.sample_aspect_ratio or 1)
+    def _to_bgr(self, frame: Any, aspect: float) -> NDArray[np.uint8]:
+        """Return the upright image with square pixels. Raises CameraError if its pixel format cannot be converted.
+
+        aspect : width over height of a pixel. Not read here: the file may be closed, after which its stream is no more.
+        """
         width, height = square_pixel_size(frame.width, frame.height, aspect, max_pixels=MAX_PIXELS)
         try:
             # Threads of its own would cost more than they save at the sizes of webcams.
             image = self._reformatter.reformat(frame, width=width, height=height, format="bgr24", threads=1)
-        except _CLIP_ERRORS:
-            return None
+        except _CLIP_ERRORS as error:
+            reason = f"a picture cannot be converted ({_reason(error)})"
+            raise CameraError(f"{self._name}: {reason}; convert the clip to MP4.") from error
         pixels = turn_by_matrix(np.asarray(image.to_ndarray(), np.uint8), _display_matrix(frame))
         return np.ascontiguousarray(np.rot90(pixels, self._turns)) if self._turns else pixels
 
@@ -358,6 +370,11 @@ def _display_matrix(frame: Any) -> NDArray[np.int32] | None:
         a, b = ((1, 0), (0, -1), (-1, 0), (0, 1))[turns]
         return np.array((a, b, 0, -b, a, 0, 0, 0, 1), np.int32)
     return None if data is None else np.frombuffer(data, np.int32)
+
+
+def _fitted(frame: Frame, size: tuple[int, int]) -> NDArray[np.uint8]:
+    """Return a frame's image in this size, width and height in pixels."""
+    return frame.pixels if frame.pixels.shape[1::-1] == size else fit_into(frame.pixels, size)
 
 
 def _sane_fps(rate: Any) -> float:

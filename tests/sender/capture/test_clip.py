@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from conf.errors import CameraError
-from conf.sender.capture.clip import open_clip, read_sound
+from conf.sender.capture.clip import _Decoder, open_clip, read_sound
 from conf.sender.capture.frame import Frame
 from tests.support.generated_clips import SIZE, SPEED, image, square_left, write_clip
 
@@ -62,6 +62,25 @@ def test_one_thread_decodes_a_small_clip_at_its_own_speed(
     for frame, expected in zip(paced, read_all(plain), strict=False):
         assert frame is not None
         np.testing.assert_array_equal(frame.pixels, expected.pixels)
+
+
+def test_only_images_that_are_asked_for_are_converted(plain: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    converted, expected = list[float](), read_all(plain)
+
+    def convert(self: object, frame: Any, aspect: float) -> Any:
+        converted.append(frame.time)
+        return image(0.0)
+
+    monkeypatch.setattr(_Decoder, "_to_bgr", convert)
+    with open_clip(plain) as clip:
+        frames = [clip.read() for _ in range(5)]
+        assert len(converted) == 1  # the first: whether this kind can be converted
+    monkeypatch.undo()
+    with open_clip(plain) as clip:
+        frames = [clip.read() for _ in range(5)]
+    for frame, other in zip(frames, expected, strict=False):  # after the file was closed
+        assert frame is not None
+        np.testing.assert_array_equal(frame.pixels, other.pixels)
 
 
 def test_variable_frame_rates_keep_each_frames_time(tmp_path: Path) -> None:
