@@ -92,7 +92,8 @@ class VoiceSender:
         if self._end is None or self._packet_s is None:
             return 0.0
         start = self._blocks[0].timestamp if self._blocks else self._end
-        return max(start + self._packet_s - self._end, 0.0)
+        missing_s = start + self._packet_s - self._end
+        return missing_s if missing_s > 0 else BLOCK_S  # a whole packet waits for speech in the next block
 
     def close(self) -> None:
         """Release the file or device."""

@@ -145,6 +145,12 @@ def test_it_tells_when_the_next_packet_may_be_complete() -> None:
     sound.add(0.07, 0.05)
     sender.poll(0.12, outlet, 0.0)
     assert sender.due_in_s == pytest.approx(0.06)
+    sound.add(0.12, 0.06, value=0)
+    sender.poll(0.18, outlet, 0.0)
+    assert sender.due_in_s == pytest.approx(0.01)  # whether speech follows is known with the next block
+    sound.add(0.18, 0.02, value=0)
+    sender.poll(0.20, outlet, 0.0)
+    assert sender.due_in_s == pytest.approx(0.04)
 
 
 def test_a_change_of_format_applies_to_the_next_packet() -> None:
