@@ -20,6 +20,7 @@ from conf.protocol.session.packet import MAX_OVERHEAD
 from conf.protocol.session.paths.candidates import PathCandidates
 from conf.protocol.statistics import HEADER_BYTES
 from conf.protocol.wire import (
+    FURROWS,
     KEEP_ALIVE,
     MOTION_BIT,
     PARAMETERS,
@@ -36,7 +37,7 @@ from conf.protocol.wire import (
 QUIET_DATAGRAMS = 32
 _QUIET = (messages.Feedback, messages.PortraitAck, messages.PathProbe, messages.PathAnswer, PathCandidates)
 # What a datagram goes without, one after another, when it exceeds the user's limit.
-_VISUAL = (MOTION_BIT, PORTRAIT_CHUNK)
+_VISUAL = (FURROWS, MOTION_BIT, PORTRAIT_CHUNK)
 _DROPPED = ((), _VISUAL, (*_VISUAL, VOICE_BIT, PARAMETERS, KEEP_ALIVE))
 
 

@@ -19,11 +19,13 @@ class MotionFrame:
     timestamp : capture time on the sender's clock, seconds
     displacements : (n, 3) float32, FAPU units, head pose removed
     pose : (6,) float64, rotation vector in radians, position in image heights, log scale
+    furrow : depth of the furrows between the brows as far as the landmarks do not show them, 0 to 1
     """
 
     timestamp: float
     displacements: NDArray[np.float32]
     pose: NDArray[np.float64]
+    furrow: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -70,6 +72,13 @@ class MotionPayload:
 
     frame_number: int
     payload: bytes
+
+
+@dataclass(frozen=True)
+class FurrowMessage:
+    """The furrows between the brows, until another message changes them. level : 0 to MAX_FURROW_LEVEL"""
+
+    level: int
 
 
 @dataclass(frozen=True)
@@ -169,6 +178,7 @@ class VoiceStateMessage:
 
 SingleBody = (
     MotionPayload
+    | FurrowMessage
     | StreamParameters
     | KeepAlive
     | Feedback

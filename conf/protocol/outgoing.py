@@ -3,9 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from conf.protocol.messages import ParticipantMessage, StreamParameters, VoiceFormatMessage, VoiceStateMessage
+from conf.protocol.messages import (
+    FurrowMessage,
+    ParticipantMessage,
+    StreamParameters,
+    VoiceFormatMessage,
+    VoiceStateMessage,
+)
 from conf.protocol.wire import (
     BYE,
+    FURROWS,
     KEEP_ALIVE,
     MAX_BODIES,
     MAX_BODY,
@@ -36,6 +43,7 @@ _ORDER = (
     VOICE_FORMAT,
     VOICE_STATE,
     KEEP_ALIVE,
+    FURROWS,
     _MOTION,
     _VOICE,
     BYE,
@@ -48,7 +56,7 @@ class OutgoingBody:
     """A body to seal and send, and what its arrival means.
 
     frame_numbers : of the frames of motion it carries
-    parameters, voice_format, voice_state, participant : what it announces, if anything
+    parameters, voice_format, voice_state, participant, furrow : what it announces, if anything
     """
 
     body: bytes
@@ -57,6 +65,7 @@ class OutgoingBody:
     voice_format: VoiceFormatMessage | None = None
     voice_state: VoiceStateMessage | None = None
     participant: ParticipantMessage | None = None
+    furrow: FurrowMessage | None = None
 
     @property
     def kind(self) -> int:
@@ -92,4 +101,5 @@ def join_outgoing(parts: Sequence[OutgoingBody]) -> OutgoingBody:
         next((part.voice_format for part in parts if part.voice_format), None),
         next((part.voice_state for part in parts if part.voice_state), None),
         next((part.participant for part in parts if part.participant), None),
+        next((part.furrow for part in parts if part.furrow), None),
     )

@@ -119,6 +119,8 @@ class ReceiveLeg:
                 received_until = self._receive_motion(body, now)
                 self._set_camera(CameraState.ON, counter)
                 return received_until
+            case messages.FurrowMessage():
+                self.motion.receive_furrows(body, counter)
             case messages.ParticipantMessage():
                 self._set_camera(body.camera, counter)
                 if counter > self._participant_counter:

@@ -8,6 +8,7 @@ from dataclasses import astuple, dataclass, field
 
 from conf.errors import ProtocolError
 from conf.protocol.wire import (
+    FURROWS,
     MOTION_BIT,
     PARAMETERS,
     PORTRAIT_CHUNK,
@@ -22,7 +23,9 @@ WINDOW_S = 5.0
 MIN_SPAN_S = 1.0
 BYTES_PER_PIXEL = 3
 # What the bodies of a kind carry; the others are overhead.
-_MEDIA = {PARAMETERS: "face", PORTRAIT_CHUNK: "portrait", VOICE_FORMAT: "voice", VOICE_STATE: "voice"}
+_MEDIA = {
+    PARAMETERS: "face", FURROWS: "face", PORTRAIT_CHUNK: "portrait", VOICE_FORMAT: "voice", VOICE_STATE: "voice",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from conf.protocol.messages import (
     Bye,
     Composite,
     Feedback,
+    FurrowMessage,
     KeepAlive,
     MotionPayload,
     ParticipantMessage,
@@ -49,6 +50,8 @@ FPS_STEPS = 100
 PARAMETERS, KEEP_ALIVE, REPORT, ROUND_TRIP, BYE, PORTRAIT_CHUNK, PORTRAIT_ACK, COMPOSITE = range(8)
 CAMERA_BIT, WITHDRAWN_BIT, HEAD_SHIFT = 1, 2, 2  # in the first byte of a participant
 VOICE_FORMAT, VOICE_STATE, REFRESH_REPORT, PARTICIPANT = range(8, 12)
+FURROWS = 15
+MAX_FURROW_LEVEL = 7  # the other bits of its byte are ignored
 SHORT_COMPOSITE = 0x10  # kinds 10 to 3f: a composite whose first body has kind - 0f bytes
 VOICE_BIT = 0x40  # kinds 40 to 7f
 MAX_SHORT_FIRST = VOICE_BIT - SHORT_COMPOSITE
@@ -226,6 +229,12 @@ def _decode_participant(data: bytes) -> ParticipantMessage:
     return ParticipantMessage(clean_name(name), camera, is_withdrawn, data[0] >> HEAD_SHIFT)
 
 
+def _decode_furrows(data: bytes) -> FurrowMessage:
+    if len(data) != 1:
+        raise ProtocolError("not one byte of furrows")
+    return FurrowMessage(data[0] & MAX_FURROW_LEVEL)
+
+
 def _token(data: bytes) -> bytes:
     if len(data) != TOKEN_BYTES:
         raise ProtocolError(f"a token has {TOKEN_BYTES} bytes")
@@ -244,6 +253,7 @@ _ENCODERS: dict[type, tuple[int, Callable[[Any], bytes]]] = {
     VoiceFormatMessage: (VOICE_FORMAT, _encode_voice_format),
     VoiceStateMessage: (VOICE_STATE, lambda body: bytes((body.state.value, body.noise_level))),
     ParticipantMessage: (PARTICIPANT, _encode_participant),
+    FurrowMessage: (FURROWS, lambda body: bytes((body.level,))),
     PathProbe: (PATH_PROBE, lambda body: body.token),
     PathAnswer: (PATH_ANSWER, lambda body: body.token),
     PathCandidates: (PATH_CANDIDATES, encode_candidates),
@@ -263,4 +273,5 @@ _DECODERS: dict[int, Callable[[bytes], SingleBody]] = {
     PATH_PROBE: lambda data: PathProbe(_token(data)),
     PATH_ANSWER: lambda data: PathAnswer(_token(data)),
     PATH_CANDIDATES: decode_candidates,
+    FURROWS: _decode_furrows,
 }

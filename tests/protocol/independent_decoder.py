@@ -144,6 +144,12 @@ def read_participant(body: bytes) -> tuple[bool, bool, int, str]:
     return body[1] % 2 == 0, body[1] // 2 % 2 == 1, body[1] // 4, body[2:].decode("utf-8")
 
 
+def read_furrows(body: bytes) -> int:
+    """Return the level of a furrow body."""
+    assert body[0] == 0x0F and len(body) == 2
+    return body[1] % 8
+
+
 def read_candidates(body: bytes) -> tuple[bool, int, int, list[str]]:
     """Return whether an answer is wanted, the revision, the newest one received, and the addresses."""
     assert body[0] == 0x0E

@@ -18,6 +18,7 @@ from conf.protocol.rate_control.rate_levels import VoiceMode
 from conf.protocol.rate_control.send_budget import RateOptions
 from tests.protocol.independent_decoder import (
     PayloadReader,
+    read_furrows,
     read_participant,
     read_voice,
     read_voice_frames,
@@ -26,7 +27,7 @@ from tests.protocol.independent_decoder import (
 from tests.protocol.session.test_golden import hkdf_expand
 from tests.protocol.test_call_endpoint import endpoint, send_frames
 from tests.support.simulated_call import A, B, Link
-from tests.support.simulated_calls import SimulatedSender, World
+from tests.support.simulated_calls import SimulatedSender, World, frown, talk
 from tests.support.simulated_sessions import CODE, RECEIVER
 from tests.support.two_way_call import Losses, Talker, TwoWayCall
 
@@ -175,7 +176,7 @@ def test_every_report_is_as_wire_md_describes(capture: Capture) -> None:
 
 
 # The order of bodies in a composite; motion is 0x80, voice 0x40.
-ORDER = [2, 10, 6, 0, 3, 11, 8, 9, 1, 0x80, 0x40, 4, 5]
+ORDER = [2, 10, 6, 0, 3, 11, 8, 9, 1, 15, 0x80, 0x40, 4, 5]
 
 
 def kind(body: bytes) -> int:
@@ -185,18 +186,20 @@ def kind(body: bytes) -> int:
 @pytest.mark.slow
 @pytest.mark.parametrize("kbps", [16.0, 6.0, 2.4])
 def test_every_byte_of_a_call_with_voice_is_as_wire_md_describes(kbps: float) -> None:
-    call = TwoWayCall(RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC), losses=Losses(0.15))
+    rate = RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC)
+    call = TwoWayCall(rate, motions=(frown, talk), losses=Losses(0.15))
     for second in range(20):
         call.a.is_talking = second % 10 < 8
         call.run(1)
     kinds = read_talker(call.a)
-    assert kinds >= {0, 2, 3, 8, 9, 0x80, 0x40}
+    assert kinds >= {0, 2, 3, 8, 9, 15, 0x80, 0x40}
 
 
 def read_talker(talker: Talker) -> set[int]:
     """Check all that a talker has sent; return the kinds of bodies."""
     formats: dict[int, tuple[str, int, int, int, int]] = {}
     reader, number, voice_number, ends, heard, found = PayloadReader(), 0, 0, set(), set(), set()
+    levels = {0}
     for _, body in open_all(talker.datagrams, 5, talker.secret):
         parts = split_composite(body)
         assert [ORDER.index(kind(part)) for part in parts] == sorted(ORDER.index(kind(part)) for part in parts)
@@ -206,6 +209,8 @@ def read_talker(talker: Talker) -> set[int]:
                 case 0x80:
                     number += (part[0] - number) & 0x7F
                     reader.read(part[1:], number)
+                case 15:
+                    levels.add(read_furrows(part))
                 case 8:
                     format_number, *fields = msgpack.unpackb(part[1:])
                     formats[format_number] = tuple(fields)
@@ -225,6 +230,7 @@ def read_talker(talker: Talker) -> set[int]:
                         heard.add(stamp)
                     ends.add((voice_number + frame_ms * frames // 20, format_number))
     assert len(heard) > 0.98 * len(talker.sent)
+    assert max(levels) >= 5
     return found
 
 

@@ -1,6 +1,6 @@
 import pytest
 
-from conf.protocol.messages import Composite, StreamParameters, VoiceFormatMessage, VoiceStateMessage
+from conf.protocol.messages import Composite, FurrowMessage, StreamParameters, VoiceFormatMessage, VoiceStateMessage
 from conf.protocol.outgoing import OutgoingBody, group_bodies, join_outgoing
 from conf.protocol.voice.formats import VoiceFormat, VoiceState
 from conf.protocol.wire import MAX_BODY, MOTION_BIT, VOICE_BIT, decode_body
@@ -26,13 +26,14 @@ def test_bodies_are_ordered_and_share_a_datagram() -> None:
         b"\x08fmt",
         b"\x09\0\0",
         b"\1\x92\0\0",
+        b"\x0f\2",
         MOTION,
         VOICE,
         CHUNK,
     ]
     (first, second) = group_bodies([OutgoingBody(body) for body in reversed(ordered)])
     assert [part.body for part in first + second] == ordered
-    assert (len(first), len(second)) == (8, 2), "a composite holds eight bodies"
+    assert (len(first), len(second)) == (8, 3), "a composite holds eight bodies"
 
 
 @pytest.mark.parametrize(("motion_bytes", "datagrams"), [(255, 1), (256, 2)])
@@ -51,11 +52,12 @@ def test_joined_bodies_mean_what_each_meant() -> None:
         OutgoingBody(BYE, parameters=parameters),
         OutgoingBody(BYE, voice_format=voice_format),
         OutgoingBody(BYE, voice_state=state),
+        OutgoingBody(BYE, furrow=FurrowMessage(2)),
         OutgoingBody(MOTION, (3, 4)),
         OutgoingBody(MOTION, (6,)),
     ]
     joined = join_outgoing(parts)
     body = decode_body(joined.body)
-    assert isinstance(body, Composite) and len(body.bodies) == 5
-    assert joined == OutgoingBody(joined.body, (3, 4, 6), parameters, voice_format, state)
+    assert isinstance(body, Composite) and len(body.bodies) == 6
+    assert joined == OutgoingBody(joined.body, (3, 4, 6), parameters, voice_format, state, furrow=FurrowMessage(2))
     assert join_outgoing(parts[:1]) is parts[0]

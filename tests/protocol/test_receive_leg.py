@@ -296,7 +296,7 @@ def test_bad_bodies_are_counted_and_never_raise(bodies: list[bytes]) -> None:
     call = Call()
     call.run(5, [])
     before = call.leg.snapshot(101).frames_received
-    receive(call.leg, *(bytes([0x0F]) + body for body in bodies), now=101, counter=100)
+    receive(call.leg, *(b"\x0f\0\0" + body for body in bodies), now=101, counter=100)
     assert call.leg.rejected == len(bodies)
     assert call.leg.snapshot(101).frames_received == before
 

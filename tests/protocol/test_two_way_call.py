@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 
 from conf.protocol.messages import MotionFrame
+from conf.protocol.motion.furrow_announcer import FURROW_BYTES
 from conf.protocol.rate_control.rate_levels import VoiceMode
 from conf.protocol.rate_control.send_budget import RateOptions
 from conf.protocol.voice.formats import VoiceState
+from conf.protocol.wire import FURROWS, split_bodies
+from tests.support.simulated_calls import frown
 from tests.support.two_way_call import Losses, Motion, TwoWayCall
 from tools.bench.tracks import TrackReader
 
@@ -102,6 +105,19 @@ def test_two_ways_cost_less_a_direction_than_one_way(profile: str, max_kbps: flo
         assert talker.kbps(0, 40) < max_kbps + (0.15 if loss else 0.0)
         assert talker.receive.missed_references == talker.receive.rejected == 0
         assert len(talker.wire) / 40 < (15.2 if profile == "live" else 5.3), "reports ride"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("loss", [0.0, 0.1])
+def test_furrows_cost_less_than_half_a_byte_a_frame_and_arrive(loss: float) -> None:
+    call, seen = TwoWayCall(RateOptions("live"), motions=(frown, None), losses=Losses(loss)), []
+    for _ in range(100):
+        call.run(0.4)
+        playout = call.b.receive.motion.frame_at(call.now)
+        seen.append(playout.frame.furrow if playout else 0.0)
+    sent = [part for body in call.a.bodies for part in split_bodies(body) if part[0] == FURROWS]
+    assert 20 < len(sent) < 0.5 * call.a.send.motion.frames_sent / FURROW_BYTES
+    assert max(seen) > 0.8 and min(seen) == 0.0 and 0.2 < np.mean(np.array(seen) > 0.4) < 0.5
 
 
 @pytest.mark.slow

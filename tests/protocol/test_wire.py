@@ -14,6 +14,7 @@ from conf.protocol.messages import (
     Bye,
     Composite,
     Feedback,
+    FurrowMessage,
     KeepAlive,
     MotionPayload,
     ParticipantMessage,
@@ -52,6 +53,8 @@ FIXED: dict[bytes, SingleBody] = {
     b"\x09\1\0": VoiceStateMessage(VoiceState.SILENT, 0),
     b"\x09\3\x7f": VoiceStateMessage(VoiceState.MUTED, 127),
     b"\x09\4\x7f": VoiceStateMessage(VoiceState.NO_ROOM, 127),
+    b"\x0f\0": FurrowMessage(0),
+    b"\x0f\7": FurrowMessage(7),
 }
 VARIABLE: dict[bytes, Body] = {
     b"\xcd\1\2\3": MotionPayload(77, b"\1\2\3"),
@@ -153,8 +156,8 @@ def voice_format(**changes: object) -> bytes:
     [
         (b"", "a body is empty or too long"),
         (b"\x80" * 1101, "a body is empty or too long"),
-        (b"\x0f\x91\0", "unknown kind 15"),
-        (b"\x0f", "unknown kind 15"),
+        (b"\x0f\x91\0", "not one byte of furrows"),
+        (b"\x0f", "not one byte of furrows"),
         *((parameters(**{name: 0}), "out of range") for name in ("width", "height", "rate", "points", "a", "e")),
         *((parameters(**{name: 16385}), "out of range") for name in ("width", "height")),
         (parameters(rate=24001), "out of range"),
@@ -182,7 +185,7 @@ def voice_format(**changes: object) -> bytes:
         (b"\x10\4\x10\4", "a composite cut off"),
         (b"\x10\4" * 8 + b"\4", "too many"),
         (b"\x12\x10\4\4\4", "unknown kind 16"),
-        (b"\x10\x0f\4", "unknown kind 15"),
+        (b"\x10\x0f\4", "not one byte of furrows"),
         (b"\x40\0", "voice without data"),
         (b"\x0e\x81\0", "path candidates cut off"),
         (b"\x0e\x80\0\0", "revision out of range"),
@@ -248,6 +251,11 @@ def test_any_msgpack_array_gives_a_body_or_protocol_error(kind: int, values: lis
         decode_body(bytes((kind,)) + msgpack.packb(values))
     except ProtocolError:
         pass
+
+
+def test_the_upper_bits_of_furrows_are_left_to_later_versions() -> None:
+    for high in range(32):
+        assert decode_body(bytes((0x0F, high << 3 | 5))) == FurrowMessage(5)
 
 
 @pytest.mark.parametrize("camera", [CameraState.ON, CameraState.OFF])

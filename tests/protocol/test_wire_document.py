@@ -23,7 +23,14 @@ from conf.protocol.session.drop_reasons import DropReason
 from conf.protocol.session.packet import parse_datagram
 from conf.protocol.voice.formats import VoiceFormat
 from conf.protocol.wire import decode_body
-from tests.protocol.independent_decoder import PayloadReader, read_candidates, read_patch, read_shape, read_view
+from tests.protocol.independent_decoder import (
+    PayloadReader,
+    read_candidates,
+    read_furrows,
+    read_patch,
+    read_shape,
+    read_view,
+)
 from tests.support.portrait_objects import example_patch, example_photo
 from tools.golden.wire import BODIES, FOLDER, HEADERS
 
@@ -57,6 +64,10 @@ def test_the_addresses_of_a_body_are_as_wire_md_describes() -> None:
         1,
         ["198.51.100.7:40000", "10.1.0.2:40000", "2001:0db8:0000:0000:0000:0000:0000:0007:40000"],
     )
+
+
+def test_the_level_of_furrows_is_as_wire_md_describes() -> None:
+    assert read_furrows(EXAMPLES["furrows"]) == 5
 
 
 @pytest.mark.parametrize("name", HEADERS)

@@ -2,7 +2,7 @@
 
 import random
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count
 
 import numpy as np
@@ -37,6 +37,13 @@ def talk(timestamp: float) -> MotionFrame:
         np.float32(1.4) * (a.displacements + np.float32(weight) * (b.displacements - a.displacements)),
         a.pose + weight * (b.pose - a.pose),
     )
+
+
+def frown(timestamp: float) -> MotionFrame:
+    """Return the talking face, which frowns for one and a half of four seconds, never twice alike."""
+    phase = timestamp % 4.0
+    depth = min(max(4 * min(phase, 1.5 - phase), 0.0), 1.0)
+    return replace(talk(timestamp), furrow=depth * (0.8 + 0.2 * float(np.sin(7 * timestamp))))
 
 
 def no_face(_timestamp: float) -> None:

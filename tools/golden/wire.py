@@ -19,6 +19,7 @@ from conf.protocol.messages import (
     Bye,
     Composite,
     Feedback,
+    FurrowMessage,
     KeepAlive,
     MotionPayload,
     ParticipantMessage,
@@ -62,6 +63,7 @@ BODIES: dict[str, Body] = {
     "round_trip": RoundTripMessage(80),
     "goodbye": Bye(),
     "motion": MotionPayload(77, b"\x01\x02\x03"),
+    "furrows": FurrowMessage(5),
     "voice_format_fixed": VoiceFormatMessage(2, CODEC2_700),
     "voice_format_variable": VoiceFormatMessage(0, OPUS),
     "voice_format_repeated": VoiceFormatMessage(1, CODEC2_1200),
@@ -135,6 +137,8 @@ def invalid() -> dict[str, bytes]:
         "path_candidates_cut": good["path_candidates"][:-1],
         "path_candidates_of_nine": good["path_candidates"][:3] + b"\x90" + bytes(54),
         "path_candidates_revision_0": b"\x0e\x80" + good["path_candidates"][2:],
+        "furrows_cut": good["furrows"][:-1],
+        "furrows_with_a_tail": good["furrows"] + b"\x00",
         "voice_state_noise_128": good["voice_state"][:2] + b"\x80",
     }
 

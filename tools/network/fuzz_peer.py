@@ -42,7 +42,8 @@ from conf.protocol.session.paths.candidates import MAX_CANDIDATES, MAX_REVISION,
 from conf.protocol.session.paths.validation import PATH_ANSWER, PATH_PROBE, PER_SECOND, TOKEN_BYTES
 from conf.protocol.session.server import SessionServer
 from conf.protocol.voice.formats import VoiceFormat, VoicePacket, VoiceState
-from conf.protocol.wire import MAX_BODY, PORTRAIT_CHUNK, decode_body, encode_body
+from conf.protocol.wire import FURROWS, MAX_BODY, PORTRAIT_CHUNK, decode_body, encode_body
+from tests.support.simulated_calls import frown, talk
 from tests.support.synthetic_motion import talking
 from tests.support.two_way_call import Losses, TwoWayCall
 from tools.bench.session import CODE, RECEIVER, SENDER, mutate
@@ -76,7 +77,8 @@ class HostileBodies:
         self._random = random.Random(seed)
         self._known = [path.read_bytes() for path in sorted(FOLDER.glob("body_*.bin"))]
         for kbps in (16.0, 4.8):
-            call = TwoWayCall(RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC), losses=Losses(0.2), seed=seed)
+            rate = RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC)
+            call = TwoWayCall(rate, motions=(frown, talk), losses=Losses(0.2), seed=seed)
             call.run(8)
             self._known += call.a.bodies
         self._count = 0
@@ -84,7 +86,10 @@ class HostileBodies:
     def next(self) -> bytes:
         """Return a body. Few of them are byes: while there is no session nothing else can be sent."""
         self._count += 1
-        makers = (self._damaged, self._damaged, self._noise, self._chunk, self._participant, self._voice, self._path)
+        makers = (
+            *(self._damaged, self._damaged, self._noise, self._chunk),
+            *(self._participant, self._voice, self._path, self._furrows),
+        )
         body = makers[self._count % len(makers)]()[: MAX_BODY + 1]
         while is_bye(body) and self._count % BYE_EACH:
             body = self._damaged()[:MAX_BODY]
@@ -120,6 +125,9 @@ class HostileBodies:
         bit_rate, frames = self._random.randrange(100, 510_000), self._random.randrange(1, 10)
         made = VoiceFormat("opus", bit_rate, 20, frames, fixed_size=self._random.random() < 0.5)
         return encode_body(VoiceFormatMessage(self._random.randrange(16), made))
+
+    def _furrows(self) -> bytes:
+        return bytes((FURROWS, self._random.randrange(256)))
 
     def _path(self) -> bytes:
         if self._random.random() < 0.5:

@@ -14,6 +14,7 @@ import random
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from conf.protocol.rate_control.send_budget import RateOptions
 from conf.protocol.receive_leg import ReceiveLeg
 from conf.protocol.send_leg import SendLeg
 from conf.protocol.voice.formats import VoicePacket
+from tests.support.simulated_calls import frown, talk
 from tests.support.synthetic_motion import talking
 from tests.support.two_way_call import Losses, TwoWayCall
 from tools.bench.session import CODE, RECEIVER, SENDER, mutate
@@ -70,7 +72,7 @@ class LiveCall:
             self.now += 1 / 15
             frame = self.frames[round(self.now * 15) % len(self.frames)]
             for end in (self.host, self.caller):
-                end.send_frame(MotionFrame(self.now, frame.displacements, frame.pose), self.now)
+                end.send_frame(replace(frame, timestamp=self.now, furrow=frown(self.now).furrow), self.now)
             for data, _ in self.caller.datagrams_to_send(self.now):
                 self.recent.append(data)
                 self.host.receive_datagram(data, SENDER, self.now)
@@ -158,7 +160,8 @@ class Victim:
         self.leg = CallLeg(send=self.send, receive=self.receive)
         self.known = [path.read_bytes() for path in sorted(FOLDER.glob("body_[!i]*.bin"))]
         for kbps in (16.0, 4.8):
-            call = TwoWayCall(RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC), losses=Losses(0.2), seed=seed)
+            rate = RateOptions(kbps=kbps, voice=VoiceMode.AUTOMATIC)
+            call = TwoWayCall(rate, motions=(frown, talk), losses=Losses(0.2), seed=seed)
             call.run(12)
             self.known += call.a.bodies
         self.count = self.voice_frames = 0

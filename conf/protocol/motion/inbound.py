@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 from conf.protocol.codec.decoder import Decoder
 from conf.protocol.codec.payload_header import profile_of
-from conf.protocol.messages import KeepAlive, MotionFrame, MotionPayload, Presence, StreamParameters
+from conf.protocol.messages import FurrowMessage, KeepAlive, MotionFrame, MotionPayload, Presence, StreamParameters
 from conf.protocol.motion.jitter_buffer import JitterBuffer, PlayoutFrame
 from conf.protocol.session.sequence import unwrap
 from conf.protocol.statistics import RateWindow
 from conf.protocol.stream_clocks import PeerStreamClock, PlayoutClock
-from conf.protocol.wire import NUMBER_BITS
+from conf.protocol.wire import MAX_FURROW_LEVEL, NUMBER_BITS
 
 MAX_RECEIVED = 256  # frames kept for a user that records them
 
@@ -40,6 +40,8 @@ class InboundMotion:
         self.received: deque[ReceivedFrame] = deque(maxlen=MAX_RECEIVED)
         self.buffer = JitterBuffer(playout)
         self._decoder = Decoder()
+        self._furrow = 0.0
+        self._furrow_counter = -1  # of the datagram that told
         self._clock = peer_clock or PeerStreamClock()
 
     def frame_at(self, now: float) -> PlayoutFrame | None:
@@ -58,6 +60,11 @@ class InboundMotion:
         if body.presence is Presence.FACE:
             self.buffer.repeat_until(body.timestamp, now)
 
+    def receive_furrows(self, body: FurrowMessage, counter: int) -> None:
+        """Apply the furrows of the frames from here on unless a newer datagram has told others. counter : of its own"""
+        if counter > self._furrow_counter:
+            self._furrow, self._furrow_counter = body.level / MAX_FURROW_LEVEL, counter
+
     def receive_motion(self, body: MotionPayload, now: float) -> float:
         """Decode frames. Returns the timestamp of the newest, seconds on the sender's stream clock.
 
@@ -70,7 +77,7 @@ class InboundMotion:
         for frame in decoded:
             timestamp = frame.frame_number / profile.fps
             self.frames.add(1, now)
-            motion = MotionFrame(timestamp, frame.displacements, frame.pose)
+            motion = MotionFrame(timestamp, frame.displacements, frame.pose, self._furrow)
             self.received.append(ReceivedFrame(motion, profile.fps))
             self.buffer.add(motion, now)
         self._clock.advance(timestamp, now)

@@ -3,11 +3,12 @@
 Strategy. The playout clock says which capture time is due. Frames are not counted: one that is lost is absent when the
 playhead passes, so that a loss never stops playout.
 
-Between two frames the playhead interpolates. After the newest it holds, and after HOLD_S fades to the neutral face, so
-that a dead link does not freeze a grimace.
+Between two frames the playhead interpolates. Furrows, which arrive as steps, are eased over EASE_S. After the newest it
+holds, and after HOLD_S fades to the neutral face, so that a dead link does not freeze a grimace.
 """
 
 from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +21,7 @@ FADE_S = 1.0
 KEPT_S = 2.0  # of frames behind the playhead
 MAX_FRAMES = 256  # bounds the memory whatever a peer sends
 MAX_INTERPOLATION_S = 0.25  # a longer gap was a still face: the motion belongs to its end
+EASE_S = 0.2  # in which furrows change from one level to the next
 
 
 @dataclass(frozen=True)
@@ -85,8 +87,11 @@ class JitterBuffer:
         if at == 0:
             return None
         if at < len(self._frames):
-            return PlayoutFrame(_interpolate(self._frames[at - 1], self._frames[at], self.playhead), 0.0, 0.0)
-        return _extrapolate(self._frames[-1], self.playhead - self._frames[-1].timestamp)
+            playout = PlayoutFrame(_interpolate(self._frames[at - 1], self._frames[at], self.playhead), 0.0, 0.0)
+        else:
+            playout = _extrapolate(self._frames[-1], self.playhead - self._frames[-1].timestamp)
+        furrow = eased_furrow(self._frames[:at], self.playhead) * (1 - playout.neutral_blend)
+        return replace(playout, frame=replace(playout.frame, furrow=furrow))
 
     def _drop_frames_of_an_old_clock(self) -> None:
         if self._restarts != self.clock.restarts:
@@ -111,3 +116,15 @@ def _extrapolate(newest: MotionFrame, age_s: float) -> PlayoutFrame:
     blend = progress * progress * (3 - 2 * progress)
     displacements = newest.displacements * np.float32(1 - blend)
     return PlayoutFrame(replace(newest, timestamp=newest.timestamp + age_s, displacements=displacements), age_s, blend)
+
+
+def eased_furrow(frames: Sequence[MotionFrame], playhead: float, /) -> float:
+    """Return the mean of the furrows over the EASE_S before the playhead. frames : up to the playhead, at least one"""
+    begin, end, total = playhead - EASE_S, playhead, 0.0
+    for frame in reversed(frames):
+        since = max(frame.timestamp, begin)
+        total += frame.furrow * (end - since)
+        end = since
+        if since == begin:
+            break
+    return (total + frames[0].furrow * (end - begin)) / EASE_S

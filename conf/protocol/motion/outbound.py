@@ -14,6 +14,7 @@ from conf.protocol.codec.encoder import Encoder
 from conf.protocol.codec.payload_header import MAX_FRAMES, MAX_STRIDE
 from conf.protocol.codec.profiles import LIVE, Profile
 from conf.protocol.messages import KeepAlive, MotionFrame, MotionPayload, Presence, StreamParameters
+from conf.protocol.motion.furrow_announcer import FURROW_BYTES, FurrowAnnouncer
 from conf.protocol.outgoing import OutgoingBody
 from conf.protocol.stream_clocks import StreamClock
 from conf.protocol.wire import encode_body
@@ -50,6 +51,7 @@ class OutboundMotion:
         self._newest = -1
         self._newest_counter = float("inf")  # of the datagram with the newest frame
         self._newest_arrived = False
+        self._furrows = FurrowAnnouncer()
         self._acknowledged_parameters: StreamParameters | None = None
         self._parameters_due = self._keep_alive_due = float("-inf")
 
@@ -103,7 +105,7 @@ class OutboundMotion:
         if number <= self._newest:
             return
         self._queue_parameters(stream_time, now)
-        if not self._pending and not self._encoder.differs_visibly(frame):
+        if not self._pending and not self._differs_visibly(frame):
             if now < self._keep_alive_due:
                 return
             if self._newest_arrived:
@@ -143,6 +145,7 @@ class OutboundMotion:
         """Record the counter of the datagram in which a body was sent."""
         if self._newest in outgoing.frame_numbers:
             self._newest_counter = counter
+        self._furrows.on_sent(counter, outgoing)
         self._in_flight[counter] = outgoing
         if len(self._in_flight) > MAX_IN_FLIGHT:
             self._in_flight.popitem(last=False)
@@ -150,6 +153,7 @@ class OutboundMotion:
     def on_acknowledged(self, counters: Iterable[int]) -> None:
         """Apply the counters that the receiver has decoded: frames may be predicted from theirs."""
         decoded = list(counters)
+        self._furrows.on_acknowledged(decoded)
         for counter in decoded:
             outgoing = self._in_flight.pop(counter, None)
             if outgoing is None:
@@ -173,6 +177,9 @@ class OutboundMotion:
     def _frame_number(stream_time: float, profile: Profile) -> int:
         return round(stream_time * profile.fps)
 
+    def _differs_visibly(self, frame: MotionFrame) -> bool:
+        return self._encoder.differs_visibly(frame) or self._furrows.is_due(frame.furrow, frame.timestamp)
+
     def _fits_pending(self, number: int) -> bool:
         """Return whether a frame continues the pending ones: the steps in a datagram are equal and short."""
         step = number - self._pending[-1][0]
@@ -188,7 +195,11 @@ class OutboundMotion:
         payload = self._encoder.encode(frames, numbers[0], stride=stride, max_bytes=max_bytes - 1)
         self._pending.clear()
         self._frame_bytes += (len(payload) / len(numbers) - self._frame_bytes) / SMOOTHING
-        if 1 + len(payload) <= max_bytes:
+        room = max_bytes - 1 - len(payload)
+        if room >= 0:
+            furrow, timestamp = frames[-1].furrow, frames[-1].timestamp
+            if room >= FURROW_BYTES and self._furrows.is_due(furrow, timestamp):
+                self._queue.append(self._furrows.body(furrow, timestamp))
             self._queue.append(OutgoingBody(encode_body(MotionPayload(numbers[0], payload)), numbers))
             self.frames_sent += len(numbers)
 

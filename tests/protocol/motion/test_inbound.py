@@ -5,7 +5,7 @@ import pytest
 from conf.errors import ProtocolError
 from conf.protocol.codec.encoder import Encoder
 from conf.protocol.codec.profiles import LIVE, RICH, Profile
-from conf.protocol.messages import KeepAlive, MotionPayload, Presence
+from conf.protocol.messages import FurrowMessage, KeepAlive, MotionPayload, Presence
 from conf.protocol.motion.inbound import InboundMotion
 from tests.protocol.motion.test_outbound import PARAMETERS, frame
 
@@ -81,3 +81,12 @@ def test_a_bad_payload_raises_and_changes_nothing() -> None:
         None,
         None,
     )
+
+
+def test_furrows_hold_from_their_datagram_on_until_a_newer_one_tells_others() -> None:
+    inbound = InboundMotion()
+    inbound.receive_motion(payload(0), 100.0)
+    for number, counter, level in ((1, 5, 7), (2, 7, 0), (3, 6, 3)):
+        inbound.receive_furrows(FurrowMessage(level), counter)
+        inbound.receive_motion(payload(number), 100 + number / 15)
+    assert [received.frame.furrow for received in inbound.received] == [0, 1, 0, 0], "counter 6 came too late"

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -8,6 +9,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 from conf.protocol.messages import MotionFrame
 from conf.protocol.motion.jitter_buffer import (
+    EASE_S,
     FADE_S,
     HOLD_S,
     KEPT_S,
@@ -15,6 +17,7 @@ from conf.protocol.motion.jitter_buffer import (
     MAX_INTERPOLATION_S,
     JitterBuffer,
     PlayoutFrame,
+    eased_furrow,
 )
 from conf.protocol.stream_clocks import CLOCK_RESET_S, MARGIN_S, MAX_DELAY_S, OFFSET_WINDOW_S
 
@@ -301,3 +304,28 @@ class Playout(RuleBasedStateMachine):
 
 TestPlayout = pytest.mark.slow(Playout.TestCase)
 TestPlayout.settings = settings(max_examples=30, stateful_step_count=40)
+
+
+def test_furrows_are_eased_from_level_to_level() -> None:
+    frames = [replace(frame(0.0), furrow=0.2), replace(frame(3.0), furrow=1.0)]
+    assert eased_furrow(frames[:1], 2.9) == pytest.approx(0.2), "a gap is no slow change"
+    for part in (0.0, 0.25, 0.5, 1.0, 9.0):
+        assert eased_furrow(frames, 3.0 + part * EASE_S) == pytest.approx(0.2 + 0.8 * min(part, 1.0))
+
+
+@given(st.lists(st.tuples(st.floats(0.01, 0.3), st.floats(0, 1)), min_size=1, max_size=30), st.floats(0, 1))
+def test_eased_furrows_lie_between_those_of_the_frames(steps: list[tuple[float, float]], after: float) -> None:
+    times = np.cumsum([step for step, _ in steps]).tolist()
+    frames = [replace(frame(time), furrow=furrow) for time, (_, furrow) in zip(times, steps, strict=True)]
+    furrows = [furrow for _, furrow in steps]
+    assert min(furrows) - 1e-9 <= eased_furrow(frames, times[-1] + after) <= max(furrows) + 1e-9
+
+
+def test_furrows_are_played_out_and_fade_with_the_face() -> None:
+    buffer = JitterBuffer()
+    for number in range(8):
+        buffer.add(replace(frame(number * FRAME_S), furrow=1.0), 100 + number * FRAME_S)
+    end = 100 + 7 * FRAME_S + buffer.clock.delay_s
+    assert playout(buffer, end).frame.furrow == pytest.approx(1.0)
+    assert playout(buffer, end + HOLD_S + FADE_S / 2).frame.furrow == pytest.approx(0.5)
+    assert playout(buffer, end + HOLD_S + FADE_S).frame.furrow == 0

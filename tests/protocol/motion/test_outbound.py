@@ -1,11 +1,13 @@
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 import pytest
 
 from conf.protocol.codec.decoder import Decoder
 from conf.protocol.codec.profiles import LIVE, NARROWBAND, RICH
-from conf.protocol.messages import KeepAlive, MotionFrame, MotionPayload, Presence, StreamParameters
+from conf.protocol.messages import FurrowMessage, KeepAlive, MotionFrame, MotionPayload, Presence, StreamParameters
+from conf.protocol.motion.furrow_announcer import FURROW_BYTES
 from conf.protocol.motion.outbound import FAPU_TOLERANCE, MAX_IN_FLIGHT, SMOOTHING, SQUEEZE, OutboundMotion
 from conf.protocol.outgoing import OutgoingBody
 from conf.protocol.wire import decode_body
@@ -346,3 +348,40 @@ def test_the_expected_size_of_a_frame_follows_the_payloads() -> None:
     outbound.flush()
     ((size,),) = [[len(o.body) - 1] for o in outbound.drain()]
     assert outbound._frame_bytes == pytest.approx(100 + (size / 2 - 100) / SMOOTHING)
+
+
+def test_furrows_ride_with_the_motion_of_their_time_and_only_when_they_change() -> None:
+    outbound = OutboundMotion(PARAMETERS)
+    acknowledge(outbound, run(outbound, frames(1)))
+    sent = []
+    for stamp in frames(30, FRAME_S):
+        outbound.send_frame(replace(frame(stamp), furrow=0.9), 100 + stamp)
+        sent.append(kinds(bodies := outbound.drain()))
+        for outgoing in bodies:
+            outbound.on_sent(10 + len(sent), outgoing)
+        outbound.on_acknowledged([10 + len(sent)])
+    assert sent[0] == [FurrowMessage, MotionPayload] and FurrowMessage not in chain(*sent[1:])
+
+
+def test_furrows_of_a_still_face_are_sent_with_its_motion() -> None:
+    outbound = OutboundMotion(PARAMETERS)
+    acknowledge(outbound, run(outbound, [0.0], move=0))
+    found = []
+    for stamp in frames(60, FRAME_S):
+        outbound.send_frame(replace(frame(stamp, 0), furrow=0.9), 100 + stamp)
+        found += [(kind, round(stamp, 1)) for kind in kinds(outbound.drain())]
+    changes = [at for kind, at in found if kind is FurrowMessage]
+    assert changes == [0.1, 1.1, 3.1], "repeated as nothing was acknowledged"
+    assert [at for kind, at in found if kind is MotionPayload][:2] == [0.1, 1.1]
+
+
+@pytest.mark.parametrize(("room", "is_sent"), [(0, False), (FURROW_BYTES - 1, False), (FURROW_BYTES, True)])
+def test_furrows_that_have_no_room_beside_the_motion_wait(room: int, is_sent: bool) -> None:
+    ((size,),) = [[len(o.body) for o in run(OutboundMotion(PARAMETERS), [0.0]) if o.frame_numbers]]
+    outbound = OutboundMotion(PARAMETERS)
+    outbound.wait_for_flush(True)
+    outbound.send_frame(replace(frame(0.0), furrow=0.9), 100.0)
+    outbound.drain()
+    outbound._frame_bytes = 1.0
+    outbound.flush(size + room)
+    assert kinds(outbound.drain()) == ([FurrowMessage] if is_sent else []) + [MotionPayload]
