@@ -51,7 +51,7 @@ FACE_LEVELS = (
     {"mesh"},
     {"deformation"},
     {"animation", "portrait"},
-    {"default_head", "head_catalogue", "head_variant", "proportions"},
+    {"default_head", "furrows", "head_catalogue", "head_variant", "proportions"},
     {"fitting"},
     {"loading"},
     {"prepared_face"},

@@ -13,6 +13,7 @@ from conf.render.gpu_object import GpuObject
 
 Viewport = tuple[int, int, int, int]  # x, y of the lower left corner, width, height, pixels
 STILL = 1e-4  # rad, image heights or log scale: a pose that differs by less moves nothing by a tenth of a pixel
+SAME_FURROW = 0.01  # a smaller change of the depth of furrows is not seen
 
 
 @dataclass(frozen=True)
@@ -21,18 +22,22 @@ class CellContent:
 
     displacements : (n, 3) FAPU units; None for the neutral face
     version : what else the image depends on; equal for equal images
+    furrow : depth of the furrows between the brows, 0 to 1
     """
 
     displacements: NDArray[np.float32] | None
     pose: HeadPose
     view: ViewState
     version: tuple[object, ...] = ()
+    furrow: float = 0.0
 
     def looks_like(self, other: "CellContent") -> bool:
         """Return whether both give the same image."""
         if (self.view, self.version) != (other.view, other.version):
             return False
         if np.abs(self.pose.to_vector() - other.pose.to_vector()).max() >= STILL:
+            return False
+        if abs(self.furrow - other.furrow) >= SAME_FURROW:
             return False
         if self.displacements is None or other.displacements is None:
             return self.displacements is other.displacements

@@ -137,7 +137,8 @@ class ParticipantGrid(GpuObject):
         framing = self._insets.setdefault(participant, AutoFraming())
         if not self._shows_photo(participant, frame, view):
             pose = framing.frame(pose, now, area)
-        self._draw_cell(participant, CellContent(frame.displacements, pose, view), cell, self._window.framebuffer)
+        content = CellContent(frame.displacements, pose, view, furrow=frame.furrow)
+        self._draw_cell(participant, content, cell, self._window.framebuffer)
         self._window.framebuffer.viewport = (0, 0, *self._window.size)
 
     def release(self) -> None:
@@ -178,7 +179,7 @@ class ParticipantGrid(GpuObject):
         pose = HeadPose.from_vector(frame.pose)
         if view.centred and not is_photo:
             pose = self._framing[participant].frame(pose, now, area)
-        return CellContent(frame.displacements, pose, view, version)
+        return CellContent(frame.displacements, pose, view, version, 0.0 if is_photo else frame.furrow)
 
     def _draw_cell(
         self, participant: int, content: CellContent, cell: Viewport, framebuffer: moderngl.Framebuffer
@@ -189,7 +190,7 @@ class ParticipantGrid(GpuObject):
         if displacements is not None and (photo := self._portrait(participant, view)):
             photo.draw(displacements, pose, view, framebuffer)
             return
-        self._heads.draw(participant, displacements, pose, view, framebuffer)
+        self._heads.draw(participant, displacements, pose, view, framebuffer, furrow=content.furrow)
 
     def _portrait(self, participant: int, view: ViewState) -> "PortraitRenderer | None":
         """Return the portrait to draw a participant's motion with, None for the face model."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from conf.face.deformation.face_model import FaceModel
 from conf.face.deformation.lip_opening import INNER_LIPS, LipOpening
 from conf.face.deformation.neck import NeckBend
+from conf.face.furrows import SMOOTH_SKIN, SkinFurrows
 from conf.face.head_pose import HeadPose
 from conf.face.mesh.mesh import Mesh
 from conf.render.camera import ViewState, clip_matrix, view_rotation
@@ -23,6 +24,7 @@ from conf.render.gpu_object import GpuObject
 from conf.render.lighting import STUDIO, Lighting
 from conf.render.materials import EYE, MOUTH, SKIN, Material, group_triangles, material_of
 from conf.render.preparation.drawn_mesh import drawn_mesh
+from conf.render.preparation.forehead import forehead_positions, on_forehead
 from conf.render.render_target import RenderTarget
 from conf.render.shader_programs import DrawCall, to_column_major
 from conf.render.shadow_map import ShadowMap, light_matrix
@@ -87,12 +89,15 @@ class FaceRenderer(GpuObject):
         count = len(mesh.render_vertices)
         uvs = ctx.buffer((mesh.uvs if len(mesh.uvs) == count else np.zeros((count, 2))).astype("f4").tobytes())
         colours = ctx.buffer(vertex_colours(mesh).tobytes())
+        positions = forehead_positions(mesh, face.control_points)
+        forehead = ctx.buffer(np.ascontiguousarray(positions[:, :2]).tobytes())
         self._parts = [
             MeshPart(
-                ctx, group, mesh.render_triangles[triangles],
-                (self._vertices, uvs, colours), lighting, images.tint(number), number,
+                ctx, group, part, (self._vertices, uvs, colours, forehead), lighting, images.tint(number), number,
+                is_furrowed=is_furrowed,
             )
             for group, number, triangles in ordered_parts(mesh)
+            for part, is_furrowed in split_forehead(group, mesh.render_triangles[triangles], positions)
         ]  # fmt: skip
         self._face = face
         self._shift: NDArray[np.float32] | None = None
@@ -106,7 +111,7 @@ class FaceRenderer(GpuObject):
         self._is_coloured = False
         self._owned = (
             *(*self._parts, self._wireframe, self._shadow, self._markers),
-            *(uvs, colours, self._vertices, self._textures),
+            *(uvs, colours, forehead, self._vertices, self._textures),
         )
 
     def draw(
@@ -118,12 +123,14 @@ class FaceRenderer(GpuObject):
         *,
         participant: int = 0,
         shift: NDArray[np.float32] | None = None,
+        furrows: SkinFurrows = SMOOTH_SKIN,
     ) -> None:
         """Draw the face into the framebuffer's viewport.
 
         vertices : (V, 3) float32, face axes, cm
         participant : number of who is drawn, where several are drawn in turn
         shift : (V, 3) of the neutral face that the vertices are deformed from, from the renderer's face; None for none
+        furrows : how deep the skin is folded
         """
         if shift is not self._shift:
             self._shift = shift
@@ -152,6 +159,7 @@ class FaceRenderer(GpuObject):
             self._shadow.depth.use(1)
             matrices["light"] = to_column_major(CLIP_TO_TEXTURE @ light)
             matrices["opening"] = np.float32(self._lips.measure(vertices)).tobytes()
+            matrices["furrows"] = np.array([furrows.between_brows, furrows.forehead], np.float32).tobytes()
             for part in self._parts:
                 self._textures.use(part.number, 0)
                 part.draw(**matrices)
@@ -196,24 +204,30 @@ class MeshPart(DrawCall):
         ctx: moderngl.Context,
         group: str,
         triangles: NDArray[np.int32],
-        buffers: tuple[moderngl.Buffer, moderngl.Buffer, moderngl.Buffer],
+        buffers: tuple[moderngl.Buffer, ...],
         lighting: Lighting,
         tint: tuple[float, float, float, float] | None = None,
         number: int = -1,
+        *,
+        is_furrowed: bool = False,
     ) -> None:
         """Build the part.
 
         triangles : (F, 3) render vertices
-        buffers : (R, 6) positions and normals, (R, 2) texture coordinates, (R, 3) colours
+        buffers : (R, 6) positions and normals, (R, 2) texture coordinates, (R, 3) colours, (R, 2) positions on
+            the forehead
         tint : linear colour and alpha that multiply those of texture and vertices; None for all ones
         number : index of the mesh's material, -1 for none
+        is_furrowed : whether furrows are drawn
         """
         self.group, self.number = group, number
         self.material = material_of(group)
-        vertices, uvs, colours = buffers
+        vertices, uvs, colours, forehead = buffers
         attributes = [(vertices, "3f4 3f4", "in_position", "in_normal"), (uvs, "2f4", "in_uv")]
-        attributes.append((colours, "3f4", "in_colour"))
+        attributes += [(colours, "3f4", "in_colour"), (forehead, "2f4", "in_forehead")]
         constants = lighting.constants() if tint is None else lighting.constants() | {"TINTED": "true"}
+        if is_furrowed:
+            constants = constants | {"FURROWED": "true"}
         shaders = (self.material.vertex_shader, self.material.shader)
         super().__init__(ctx, shaders, attributes, triangles, constants)
         self._ctx = ctx
@@ -241,7 +255,8 @@ class MeshPart(DrawCall):
     def draw(self, **matrices: bytes) -> None:
         """Draw the group.
 
-        matrices : clip, rotation, light (to texture coordinates of the shadow map), and the opening of the lips, cm
+        matrices : clip, rotation, light (to texture coordinates of the shadow map), the opening of the lips, cm,
+            and the depths of furrows
         """
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         if not self.material.two_sided:
@@ -281,3 +296,16 @@ def vertex_colours(mesh: Mesh) -> NDArray[np.float32]:
     if mesh.vertex_colours is None:
         return np.ones((len(mesh.render_vertices), 3), np.float32)
     return np.ascontiguousarray(mesh.vertex_colours[mesh.render_vertices], np.float32)
+
+
+def split_forehead(
+    group: str, triangles: NDArray[np.int32], positions: NDArray[np.float32]
+) -> list[tuple[NDArray[np.int32], bool]]:
+    """Return the triangles (F, 3) of a part, those that are drawn with furrows apart; and which these are.
+
+    positions : (R, 3) cm from the middle between the brows
+    """
+    if material_of(group) is not SKIN:
+        return [(triangles, False)]
+    is_furrowed = on_forehead(positions, triangles)
+    return [(part, choice) for choice in (False, True) if len(part := triangles[is_furrowed == choice])]

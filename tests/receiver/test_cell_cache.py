@@ -16,6 +16,7 @@ def test_contents_with_the_same_image_are_alike() -> None:
     moved[7, 1] = 1.0
     nodding = replace(NEUTRAL_POSE, rotation=np.array([0.001, 0.0, 0.0]))
     assert STILL.looks_like(replace(STILL, displacements=np.zeros((50, 3), np.float32)))
+    assert STILL.looks_like(replace(STILL, furrow=0.005))
     assert STILL.looks_like(replace(STILL, pose=replace(NEUTRAL_POSE, position=np.array([5e-5, 0.0]))))
     for other in (
         replace(STILL, displacements=moved),
@@ -24,6 +25,7 @@ def test_contents_with_the_same_image_are_alike() -> None:
         replace(STILL, pose=replace(NEUTRAL_POSE, log_scale=NEUTRAL_POSE.log_scale + 0.001)),
         replace(STILL, view=ViewState(zoom=2.0)),
         replace(STILL, version=(0.5,)),
+        replace(STILL, furrow=0.1),
     ):
         assert not STILL.looks_like(other) and not other.looks_like(STILL)
     assert replace(STILL, displacements=None).looks_like(replace(STILL, displacements=None))

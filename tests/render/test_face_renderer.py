@@ -4,12 +4,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from conf.errors import FileFormatError
+from conf.face.control_points import control_point_indices
 from conf.face.deformation.face_model import FaceModel
 from conf.face.deformation.lip_opening import LipOpening
 from conf.face.formats.mtl import MeshMaterial
+from conf.face.furrows import SkinFurrows
 from conf.face.head_pose import HeadPose
 from conf.render.camera import ViewState, clip_matrix, project
 from conf.render.face_renderer import FaceRenderer, ordered_parts
@@ -196,3 +199,32 @@ def test_no_teeth_show_through_a_slit_between_the_lips(
         brightness.append(float(pixels[drawn(pixels)].mean()))
     assert brightness[0] == pytest.approx(brightness[1], abs=2)
     assert brightness[2] > 1.5 * brightness[0]
+
+
+def furrowed(window: OffscreenWindow, face: FaceModel, furrows: SkinFurrows) -> NDArray[np.int64]:
+    with FaceRenderer(window.ctx, face) as renderer:
+        window.begin()
+        renderer.draw(face.neutral, pose(scale=0.05, y=-0.2), ViewState(), window.framebuffer, furrows=furrows)
+        return window.read().astype(np.int64)
+
+
+@pytest.mark.parametrize(
+    ("furrows", "low", "high"),
+    [(SkinFurrows(between_brows=1.0), (-1.7, -1.1), (1.7, 1.9)), (SkinFurrows(forehead=1.0), (-4.5, 0.5), (4.5, 3.9))],
+)
+def test_furrows_are_drawn_where_skin_folds(
+    window: OffscreenWindow, face: FaceModel, furrows: SkinFurrows, low: tuple[float, float], high: tuple[float, float]
+) -> None:
+    """low, high : cm from the middle between the brows, to the subject's left and up"""
+    change = np.abs(furrowed(window, face, furrows) - furrowed(window, face, SkinFurrows())).max(axis=2)
+    middle = face.control_points[control_point_indices("brow_inner")].mean(axis=0)
+    corners = np.stack([middle + np.array([*corner, 0.0]) for corner in (low, high)])
+    (left, bottom), (right, top) = project(
+        corners, clip_matrix(pose(scale=0.05, y=-0.2), ViewState(), aspect=ASPECT), SIZE
+    )
+    y, x = np.nonzero(change > 8)
+    assert change.max() > 25 and len(x) > 30
+    assert left <= x.min() and x.max() <= right and top <= y.min() and y.max() <= bottom
+    np.testing.assert_allclose(
+        x.mean(), (left + right) / 2, atol=4, err_msg="the furrows are symmetric, the light is not"
+    )

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from conf.face.deformation.face_model import FaceModel
 from conf.face.fapu import Fapu
+from conf.face.furrows import knit_brows, skin_furrows
 from conf.face.head_catalogue import DEFAULT_NUMBER, HEADS, HEADS_BY_NUMBER, find_head
 from conf.face.head_pose import HeadPose
 from conf.face.proportions import NO_CHANGE, ProportionFields, Ratios, proportion_ratios
@@ -114,10 +115,13 @@ class ParticipantHeads(GpuObject):
         pose: HeadPose,
         view: ViewState,
         framebuffer: moderngl.Framebuffer,
+        *,
+        furrow: float = 0.0,
     ) -> None:
         """Draw a participant's motion into the framebuffer's viewport.
 
         displacements : (n, 3) FAPU units; None for the neutral face
+        furrow : depth of the furrows between the brows, 0 to 1
         """
         number = self._number(participant)
         drawable = self._drawables[number]
@@ -128,8 +132,11 @@ class ParticipantHeads(GpuObject):
             shape.shift = drawable.fields.shift(ratios)
         shift = shape.shift if shape else None
         drawable.renderer.scale = self.scale
+        if displacements is not None:
+            displacements = knit_brows(displacements, furrow)
         vertices = drawable.fields.deform(displacements, ratios, shift, sender=shape.sender if shape else None)
-        drawable.renderer.draw(vertices, pose, view, framebuffer, participant=participant, shift=shift)
+        furrows = skin_furrows(displacements, furrow)
+        drawable.renderer.draw(vertices, pose, view, framebuffer, participant=participant, shift=shift, furrows=furrows)
 
     def release(self) -> None:
         if self._loader is not None:

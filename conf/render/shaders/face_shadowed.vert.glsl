@@ -9,12 +9,15 @@ in vec3 in_position;
 in vec3 in_normal;
 in vec2 in_uv;
 in vec3 in_colour;  // sRGB
+in vec2 in_forehead;  // cm, see furrows.glsl
 
 out vec3 normal;
 out vec2 uv;
 out vec3 vertex_colour;
+out vec2 forehead;
 out float light_visibility;      // fraction of the key light that reaches the vertex, 0 to 1
 
+const bool FURROWED = false;
 const float LIFT_CM = 0.35;      // offset along the normal against self-shadowing
 const float SOFT = 0.030;        // radius of a shadow's soft edge, texture coordinates
 const vec2 DISC[12] = vec2[](
@@ -37,5 +40,6 @@ void main() {
     normal = rotation * outwards;
     uv = in_uv;
     vertex_colour = in_colour;
+    forehead = FURROWED ? in_forehead : vec2(0.0);
     light_visibility = visibility(outwards, dot(normal, KEY));
 }

@@ -1,4 +1,7 @@
 #include "albedo.glsl"
+#include "furrows.glsl"
+
+uniform mat3 rotation;
 
 in vec3 normal;
 in vec2 uv;
@@ -14,6 +17,11 @@ const float F0 = 0.028;
 void main() {
     vec3 n = normalize(normal);
     vec3 albedo = albedo_at(uv).rgb;
+    if (FURROWED) {
+        vec3 furrow = furrows_at(forehead);
+        n = normalize(n - furrow.x * rotation[0] - furrow.y * rotation[1]);
+        albedo *= 1.0 - 0.4 * furrow.z;
+    }
 
     vec3 wrapped = clamp((dot(n, KEY) + WRAP) / (1.0 + WRAP), 0.0, 1.0);
     float visible = light_visibility;

@@ -6,6 +6,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
+from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.deformation.face_model import FaceModel
 from conf.face.head_catalogue import HEADS, Head
 from conf.face.proportions import MEAN_DISTANCES, NO_CHANGE
@@ -108,3 +109,16 @@ def test_a_look_is_what_a_participant_has_told() -> None:
     leg.head = 3
     leg.motion.parameters = Mock(fapu=LONG)
     assert look_of(leg) == Look(3, LONG)
+
+
+@pytest.mark.slow
+def test_furrows_fold_the_skin_of_a_moved_face(window: OffscreenWindow, face: FaceModel) -> None:
+    still = np.zeros((CONTROL_POINT_COUNT, 3), np.float32)
+    images = []
+    with ParticipantHeads(window.ctx, face, HeadOptions()) as heads:
+        for displacements, furrow in ((still, 0.0), (still, 1.0), (None, 1.0)):
+            window.begin()
+            heads.draw(1, displacements, POSE, VIEW, window.framebuffer, furrow=furrow)
+            images.append(window.read().astype(int))
+    assert np.abs(images[1] - images[0]).max() > 20
+    np.testing.assert_array_equal(images[2], images[0])
