@@ -97,6 +97,7 @@ def measure(
     from conf.protocol.statistics import raw_frame_bytes
     from conf.sender.frame_pacer import FramePacer
     from conf.sender.motion.extractor import MotionExtractor
+    from conf.sender.motion.furrows import FurrowEstimator
     from conf.sender.tracking.canonical_face import load_canonical_face
     from conf.sender.tracking.model_files import fetch_models
     from conf.sender.tracking.offline import track_frames
@@ -107,12 +108,12 @@ def measure(
         extractor = MotionExtractor(load_canonical_face(), size)
         parameters = StreamParameters(*size, fps, CONTROL_POINT_COUNT, astuple(extractor.fapu))
         call = LoopbackCall(parameters, 0.0, os.urandom, rate=RateOptions(profile))
-        pacer, motion, jpeg_bytes = FramePacer(fps), list[MotionFrame](), 0
+        pacer, furrows, motion, jpeg_bytes = FramePacer(fps), FurrowEstimator(), list[MotionFrame](), 0
         for frame, tracking in track_frames(source, on_progress):
             now = frame.timestamp
             if tracking is None or pacer.delay_for(now, now) is None:
                 continue
-            motion.append(extractor.update(tracking, now))
+            motion.append(furrows.add_furrows(extractor.update(tracking, now), tracking, frame.pixels))
             call.send_frame(motion[-1], now)
             jpeg_bytes += len(cv2.imencode(".jpg", frame.pixels, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1])
         if not motion:

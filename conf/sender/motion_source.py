@@ -20,6 +20,7 @@ from conf.protocol.messages import MotionFrame
 from conf.sender.capture.camera import Camera
 from conf.sender.capture.frame import Frame
 from conf.sender.motion.extractor import MotionExtractor
+from conf.sender.motion.furrows import FurrowEstimator
 from conf.sender.motion.mean_face import MEAN_FACE
 from conf.sender.portrait.captured_face import CapturedFace
 from conf.sender.tracking.orientation import UprightCamera
@@ -67,6 +68,7 @@ class TrackedMotionSource:
         self._source = source
         self._tracker = tracker
         self._extractor = extractor
+        self._furrows = FurrowEstimator()
         self._portrait_scheduler = portrait_scheduler
         self._on_frame = on_frame
         self._clock = clock
@@ -105,6 +107,7 @@ class TrackedMotionSource:
         if tracked is None:
             return None
         motion = self._extractor.update(tracked, self._frame.timestamp)
+        motion = self._furrows.add_furrows(motion, tracked, self._frame.pixels)
         self._sent = (tracked, motion)
         return motion
 

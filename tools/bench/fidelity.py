@@ -24,6 +24,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.face.furrows import knit_brows, skin_furrows
 from conf.face.head_pose import HeadPose
 from conf.face.loading import load_face
 from conf.protocol.codec.profiles import LIVE
@@ -37,6 +38,7 @@ from conf.render.window.offscreen import OffscreenWindow
 from conf.sender.capture.clip import open_clip
 from conf.sender.frame_pacer import FramePacer
 from conf.sender.motion.extractor import MotionExtractor
+from conf.sender.motion.furrows import FurrowEstimator
 from conf.sender.tracking.canonical_face import load_canonical_face, remove_head_pose
 from conf.sender.tracking.model_files import fetch_models
 from conf.sender.tracking.tracker import FaceTracker
@@ -98,6 +100,7 @@ def run(clip: Path, face_path: Path | None = None, *, size: tuple[int, int] = SI
     with open_clip(clip) as source, OffscreenWindow(*size) as window:
         renderer = FaceRenderer(window.ctx, face)
         extractor = MotionExtractor(canonical, source.size)
+        furrows = FurrowEstimator()
         parameters = StreamParameters(*source.size, source.fps, 50, astuple(extractor.fapu))
         call = LoopbackCall(parameters, 0.0, os.urandom, rate=RateOptions(LIVE.name))
         pace, framer, view = FramePacer(LIVE.fps), AutoFraming(), ViewState()
@@ -106,7 +109,7 @@ def run(clip: Path, face_path: Path | None = None, *, size: tuple[int, int] = SI
             now = frame.timestamp
             if tracking is None or pace.delay_for(now, now) is None:
                 continue
-            sent = extractor.update(tracking, now)
+            sent = furrows.add_furrows(extractor.update(tracking, now), tracking, frame.pixels)
             call.send_frame(sent, now)
             delay = call.stream.snapshot(now).playout_delay_ms / 1000
             playout = call.stream.motion.frame_at(now + ONE_WAY_S + delay + 1e-3)
@@ -114,8 +117,10 @@ def run(clip: Path, face_path: Path | None = None, *, size: tuple[int, int] = SI
                 continue
             pose = framer.frame(HeadPose.from_vector(playout.frame.pose), now)
             window.begin()
-            deformed = face.deform(playout.frame.displacements, sender=extractor.fapu)
-            renderer.draw(deformed, pose, view, window.framebuffer)
+            shown_motion = knit_brows(playout.frame.displacements, playout.frame.furrow)
+            deformed = face.deform(shown_motion, sender=extractor.fapu)
+            folds = skin_furrows(shown_motion, playout.frame.furrow)
+            renderer.draw(deformed, pose, view, window.framebuffer, furrows=folds)
             window.end()
             drawing = window.read()
             found = drawing_tracker.track(drawing)
