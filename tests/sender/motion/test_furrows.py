@@ -32,13 +32,16 @@ def head(*, scale: float = 14.0, yaw: float = 0.0, roll: float = 0.0) -> HeadPos
     return HeadPose(np.array([0.0, yaw, roll]), np.zeros(2), float(np.log(scale / SIZE[1])))
 
 
-def paint(pose: HeadPose, *, vertical: float = 0.0, horizontal: float = 0.0, light: float = 1.0) -> NDArray[np.uint8]:
-    """Return an image of skin with dark lines of these depths, 0 to 1, in the middle."""
+def paint(
+    pose: HeadPose, *, vertical: float = 0.0, horizontal: float = 0.0, left: float = 0.0, light: float = 1.0
+) -> NDArray[np.uint8]:
+    """Return an image of skin with dark lines of these depths, 0 to 1, in the middle, or to the left of it."""
     rows, columns = np.mgrid[: SIZE[1], : SIZE[0]]
     offsets = np.stack([columns - SIZE[0] / 2, SIZE[1] / 2 - rows], axis=-1)
     in_face = np.linalg.inv(pose.matrix()[:2, :2] * np.exp(pose.log_scale) * SIZE[1])
     x, y = np.moveaxis(offsets @ in_face.T, -1, 0)
-    lines = vertical * np.exp(-(((np.abs(x) - 0.45) / 0.13) ** 2)) + horizontal * np.exp(-(((y - 0.3) / 0.13) ** 2))
+    lines = vertical * np.exp(-(((np.abs(x) - 0.45) / 0.13) ** 2))
+    lines += horizontal * np.exp(-(((y - 0.3) / 0.13) ** 2)) + left * np.exp(-(((x - 0.45) / 0.13) ** 2))
     brightness = 150 * light * (1 - lines) * (1 + 0.03 * x + 0.02 * y)
     return np.repeat(np.clip(np.rint(brightness), 0, 255).astype(np.uint8)[..., None], 3, axis=2)
 
@@ -55,10 +58,11 @@ def energy(pose: HeadPose, pixels: NDArray[np.uint8]) -> float:
     return found
 
 
-def test_only_vertical_lines_are_furrows() -> None:
+def test_only_vertical_lines_on_both_sides_are_furrows() -> None:
     pose = head()
     assert energy(pose, paint(pose)) < 0.4
     assert energy(pose, paint(pose, horizontal=0.3)) < 0.5
+    assert energy(pose, paint(pose, left=0.4)) < 0.35 * energy(pose, paint(pose, vertical=0.4)), "a strand of hair"
     assert energy(pose, paint(pose, vertical=0.15)) > 2.0
     assert energy(pose, paint(pose, vertical=0.3)) > 1.7 * energy(pose, paint(pose, vertical=0.15))
 
