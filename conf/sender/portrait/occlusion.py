@@ -113,7 +113,7 @@ class CoverDetector:
             return 0.0
         size = self._photo.shape[1], self._photo.shape[0]
         pixels = np.asarray(cv2.resize(frame.pixels, size, interpolation=cv2.INTER_AREA), np.uint8)
-        aligned, _ = self._aligner.align(self._photo, replace(frame, pixels=pixels))
+        aligned, *_ = self._aligner.align(self._photo, replace(frame, pixels=pixels))
         values = self._brightness(aligned)
         fit, *_ = np.linalg.lstsq(self._axes, values, rcond=None)
         deviation = np.quantile(np.abs(values - self._axes @ fit), RESIDUAL_QUANTILE)

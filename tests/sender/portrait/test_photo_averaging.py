@@ -45,11 +45,22 @@ def test_a_frame_in_which_the_head_has_moved_is_moved_back() -> None:
     warp = PortraitWarp(face_shape())
     pose = HeadPose(POSE.rotation, POSE.position + np.array([0.1, 0.0]), POSE.log_scale)
     moved = np.roll(draw_person(), 24, axis=1)
-    aligned, weight = MeshAligner(warp, warp.mesh.positions, SIZE).align(
+    aligned, weight, offset = MeshAligner(warp, warp.mesh.positions, SIZE).align(
         draw_person(), recent_frame(moved, motion(pose=pose))
     )
     face = slice(100, 150), slice(140, 190)
     assert np.abs(aligned[face] - draw_person()[face]).mean() < 6 and weight[face].mean() > 0.7
+    assert np.abs(offset[face]).mean() < 1
+
+
+@pytest.mark.slow
+def test_the_average_is_where_the_skin_is_in_the_mean_of_the_frames() -> None:
+    shifted = np.roll(draw_person(), 3, axis=1)  # by the tracker the face has not moved
+    result, _ = averaged(draw_person(), [recent_frame(shifted)] * 6)
+    face = slice(100, 150), slice(140, 190)
+    before, after = (np.abs(result[face].astype(float) - image[face]).mean() for image in (draw_person(), shifted))
+    assert after < 0.5 * before
+    np.testing.assert_array_equal(result[:60, :40], draw_person()[:60, :40])
 
 
 @pytest.mark.slow
