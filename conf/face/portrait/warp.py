@@ -93,7 +93,11 @@ class PortraitWarp:
 
     def photo_displacements(self) -> NDArray[np.float64]:
         """Return the displacements (n, 3), FAPU units, of the photo itself."""
-        motion = self.shape.points[:CONTROL_POINT_COUNT] - self._neutral
+        return self.displacements(self.shape.points[:CONTROL_POINT_COUNT])
+
+    def displacements(self, points: NDArray[np.float64], /) -> NDArray[np.float64]:
+        """Return the displacements (n, 3), FAPU units, of control points (n, 3), cm in face axes."""
+        motion = points - self._neutral
         for pupil, corners in zip(PUPILS, EYE_CORNERS, strict=True):
             motion[pupil] -= motion[corners].mean(axis=0)
             motion[pupil, 2] = 0.0

@@ -186,19 +186,24 @@ class _PhotoScene(GpuObject):
         self._program["opacity"] = 1.0
         self._backdrop.draw()
         self._person.draw()
-        self._draw_views(displacements, pose)
+        shown = self._draw_views(displacements, pose)
         self._program["fade"] = PATCH_FADE
         for index, region in enumerate(FEATURES):
-            descriptor = self._draw_patches(index, displacements, stillness)
+            descriptor = self._draw_patches(index, displacements, shown, stillness)
             if region is MOUTH:
                 self._draw_mouth(descriptor, displacements, positions)
         self._draw_lids(positions)
 
-    def _draw_views(self, displacements: NDArray[np.floating], pose: HeadPose) -> None:
-        """Blend the views over the photo's face, those most whose shape is nearest to the current one."""
+    def _draw_views(self, displacements: NDArray[np.floating], pose: HeadPose) -> NDArray[np.float64]:
+        """Blend the views over the photo's face, those most whose shape is nearest to the current one.
+
+        Returns the displacements (n, 3), FAPU units, that photo and views together show.
+        """
+        warp = self.photo.warp
+        photo = warp.photo_displacements()
         if not self._views:
-            return
-        current = describe_shape(self.photo.warp.control_points(displacements), pose)
+            return photo
+        current = describe_shape(warp.control_points(displacements), pose)
         views = list(self._views.values())
         shapes = np.array([self._photo_shape, *(view.head.descriptor for view, _ in views)])
         weights = view_weights(current, shapes)
@@ -211,14 +216,20 @@ class _PhotoScene(GpuObject):
             views[index][1].draw()
         self._ctx.disable(moderngl.DEPTH_TEST)
         self._program["depth"] = 0.0
+        return np.tensordot(weights, [photo, *(warp.displacements(view.points) for view, _ in views)], axes=1)
 
-    def _draw_patches(self, region: int, displacements: NDArray[np.floating], stillness: float) -> NDArray[np.float64]:
-        """Draw the patches of a region; return the descriptor that photo and patches together now show."""
+    def _draw_patches(
+        self, region: int, displacements: NDArray[np.floating], shown: NDArray[np.float64], stillness: float
+    ) -> NDArray[np.float64]:
+        """Draw the patches of a region over what photo and views show; return the descriptor that all together show.
+
+        shown : (n, 3) FAPU units, from _draw_views
+        """
         candidates = [entry for (r, _), entry in self._patches.items() if r == region]
         describe = FEATURES[region].descriptor
-        photo = np.array(describe(self.photo.warp.photo_displacements())) / DESCRIPTOR_STEP
-        current = dampen_descriptor(np.array(describe(displacements)) / DESCRIPTOR_STEP, photo, stillness)
-        descriptors = np.array([photo, *(patch.descriptor for patch, _ in candidates)])
+        below = np.array(describe(shown)) / DESCRIPTOR_STEP
+        current = dampen_descriptor(np.array(describe(displacements)) / DESCRIPTOR_STEP, below, stillness)
+        descriptors = np.array([below, *(patch.descriptor for patch, _ in candidates)])
         weights = blend_weights(current, list(descriptors))
         for index, opacity in compositing_order({i - 1: float(weight) for i, weight in enumerate(weights)}):
             self._program["opacity"] = opacity

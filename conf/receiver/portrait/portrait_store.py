@@ -53,10 +53,12 @@ class ReceivedPatch:
 class ReceivedView:
     """A view that is ready to be drawn.
 
+    points : (n, 3) cm in face axes: the control points
     uvs : (V, 2) of the mesh in the image, 0 to 1 from its upper left corner, or outside; pixels : (h, w, 3) uint8 BGR
     """
 
     head: HeadView
+    points: NDArray[np.float64]
     uvs: NDArray[np.float64]
     pixels: NDArray[np.uint8]
 
@@ -139,7 +141,7 @@ def load_view(view: View, warp: PortraitWarp, /) -> ReceivedView:
     head = HeadView.of_points(warp, view.points, HeadPose.from_vector(view.pose))
     in_frame = head.positions / (warp.shape.aspect, -1.0) + 0.5
     low, high = np.array(view.box[:2]), np.array(view.box[2:])
-    return ReceivedView(head, (in_frame - low) / (high - low), decode_image(view.frame))
+    return ReceivedView(head, view.points, (in_frame - low) / (high - low), decode_image(view.frame))
 
 
 def reconstruct_patch(patch: Patch, predictor: PatchPredictor, /) -> NDArray[np.uint8]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.head_views import HeadView, describe_shape, view_alpha, view_weights
+from conf.face.portrait.patch_features import DESCRIPTOR_STEP, FEATURES
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.portrait.view import BOX_STEPS, MAX_VIEWS, View
 from conf.sender.portrait.face_texture import FaceTexture, Textures, similarities
@@ -63,6 +64,8 @@ class Album:
         shape = describe_shape(warp.shape.points[:CONTROL_POINT_COUNT], warp.shape.pose)
         self._photo = Shown(shape, self._texture.describe(pixels, warp.mesh.positions))
         self._views: dict[int, Shown] = {}  # by slot
+        self._points: dict[int, NDArray[np.float64]] = {}  # of the views, by slot
+        self._shapes: dict[int, tuple[RecentFrame, Shapes]] = {}  # by the frame's identity
         self._described: dict[int, tuple[RecentFrame, Shown]] = {}  # by the frame's identity
         self._covered: dict[int, RecentFrame] = {}  # by identity: something covers the face
 
@@ -91,9 +94,8 @@ class Album:
             if is_covered(frame):
                 self._covered[id(frame)] = frame
                 continue
-            points = self._warp.control_points(frame.motion.displacements)
             positions = self._warp.deform(frame.motion.displacements, frame.pose)
-            shown = Shown(describe_shape(points, frame.pose), self._texture.describe(frame.pixels, positions))
+            shown = Shown(self._shape(frame), self._texture.describe(frame.pixels, positions))
             self._described[id(frame)] = frame, shown
 
     def choose(self) -> ViewChoice | None:
@@ -138,7 +140,26 @@ class Album:
             if gain < SENT_FRACTION * self._min_gain(view.slot):
                 return False
         self._views = added
+        self._points = {**self._points, view.slot: view.points}
         return True
+
+    def shown_descriptors(self, frames: Sequence[RecentFrame], /) -> list[NDArray[np.float64]] | None:
+        """Return for each of FEATURES the descriptors (N, k) of what photo and views together show in N frames.
+
+        None without views: then it is the photo.
+        """
+        if not self._views:
+            return None
+        known = {id(frame): self._shapes.get(id(frame)) or (frame, self._shape(frame)) for frame in frames}
+        self._shapes = known
+        images = np.array([each.shape for each in (self._photo, *self._views.values())])
+        weights = view_weights(np.array([shape for _, shape in known.values()]), images)
+        views = (self._warp.displacements(self._points[slot]) for slot in self._views)
+        shown = [self._warp.photo_displacements(), *views]
+        return [weights @ (np.array([f.descriptor(each) for each in shown]) / DESCRIPTOR_STEP) for f in FEATURES]
+
+    def _shape(self, frame: RecentFrame) -> Shapes:
+        return describe_shape(self._warp.control_points(frame.motion.displacements), frame.pose)
 
     def _min_gain(self, slot: int) -> float:
         return MIN_GAIN if slot in self._views else MIN_FIRST_GAIN

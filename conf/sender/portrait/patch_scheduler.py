@@ -39,16 +39,21 @@ class PatchSet:
         self._photo = photo_descriptor.astype(np.float64)
         self._patches: dict[int, Descriptors] = {}  # by slot
 
-    def gains(self, frames: Descriptors, /) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    def gains(
+        self, frames: Descriptors, below: Descriptors | None = None, /
+    ) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
         """Return (N,) by how much a patch of each frame reduces the sum of all costs, and (N,) its slot.
 
         frames : (N, k) descriptors. A frame nearer than MIN_NOVELTY to an image has a gain of 0.
+        below : (N, k) descriptors of what photo and views show in each frame; the photo's if None
         """
         slots = list(self._patches)
         patches = np.array([self._patches[slot] for slot in slots]).reshape(len(slots), len(self._photo))
         shown = np.concatenate([frames, patches])
         weights = np.concatenate([np.ones(len(frames)), np.full(len(slots), PATCH_MEMORY)])
         images = _costs(shown, np.concatenate([self._photo[None], patches]))  # (N + M, 1 + M)
+        if below is not None:
+            images[: len(frames), 0] = np.linalg.norm(frames - below, axis=1) ** COST_POWER
         nearest = images.min(axis=1)
         candidates = _costs(shown, frames)  # (N + M, N)
         free = next((slot for slot in range(self._slots) if slot not in self._patches), None)
@@ -93,11 +98,13 @@ class PatchScheduler:
         *,
         waiting_bytes: int,
         can_patch: Callable[[RecentFrame, int], bool],
+        below: Sequence[Descriptors] | None = None,
     ) -> tuple[int, int, RecentFrame] | None:
         """Return region, slot and frame of the next patch, None if none is worth its bytes or there are none.
 
         waiting_bytes : of all objects, not yet acknowledged
         can_patch : whether the feature of a region can be cut from a frame; costly, so it is called once at most
+        below : of each region, (N, k) descriptors of what photo and views show in each frame; the photo's if None
         """
         if waiting_bytes > MAX_WAITING_BYTES or not frames:
             return None
@@ -107,7 +114,8 @@ class PatchScheduler:
         for region, (patches, feature) in enumerate(zip(self._sets, FEATURES, strict=True)):
             if self._budget.time_until(PATCH_BYTES[feature.name], now) > 0:
                 continue
-            gains, slots = patches.gains(np.array([frame.descriptors[region] for frame in frames], np.float64))
+            wanted = np.array([frame.descriptors[region] for frame in frames], np.float64)
+            gains, slots = patches.gains(wanted, None if below is None else below[region])
             gains[[(region, id(frame)) in self._unfit for frame in frames]] = 0.0
             index = int(np.argmax(gains))
             if gains[index] > (best[0] if best else 0.0):

@@ -122,8 +122,10 @@ class PortraitScheduler:
         view_bytes = self._objects.waiting_bytes - before_views
         if not self._sharing.allows_patch(view_bytes):
             return
+        frames = self._recent.all_and_last()
+        below = self._album.shown_descriptors(frames) if self._album is not None else None
         request = self._patches.next_request(
-            self._recent.all_and_last(), now, waiting_bytes=before_views, can_patch=reference.can_patch
+            frames, now, waiting_bytes=before_views, can_patch=reference.can_patch, below=below
         )
         if request is None:
             return

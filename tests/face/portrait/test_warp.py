@@ -3,7 +3,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, LOWER_LID, LOWER_LIP, UPPER_LIP
+from conf.face.control_points import (
+    CONTROL_POINT_COUNT,
+    CONTROL_POINT_INDEX,
+    LOWER_LID,
+    LOWER_LIP,
+    PUPILS,
+    UPPER_LIP,
+    control_point_indices,
+)
 from conf.face.fapu import UNITS_PER_DISTANCE
 from conf.face.head_pose import HeadPose
 from conf.face.portrait import contours
@@ -35,6 +43,13 @@ def test_control_points_follow_the_motion() -> None:
     pose = HeadPose(POSE.rotation + np.array((0.05, 0.1, 0.1)), POSE.position + 0.05, POSE.log_scale + 0.05)
     positions = WARP.deform(displacements, pose)[:CONTROL_POINT_COUNT]
     np.testing.assert_allclose(positions, project(WARP.control_points(displacements), pose), atol=2e-3)
+
+
+def test_displacements_are_those_that_yield_the_control_points() -> None:
+    moved = np.random.default_rng(1).normal(0, 60, (CONTROL_POINT_COUNT, 3))
+    moved[control_point_indices("eyelid"), 1] = 0.0  # the gap of closing lids is not sent
+    moved[list(PUPILS), 2] = 0.0  # nor the depth of pupils
+    np.testing.assert_allclose(WARP.displacements(WARP.control_points(moved)), moved, atol=1e-9)
 
 
 def test_closed_lids_meet() -> None:

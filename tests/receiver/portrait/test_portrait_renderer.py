@@ -184,3 +184,18 @@ def test_a_view_is_shown_in_its_pose_and_hardly_in_the_photos() -> None:
         np.testing.assert_array_equal(scene.draw()[:20, :20], before[:20, :20])
         scene.store.views.clear()
         np.testing.assert_array_equal(scene.draw(), before)
+
+
+@pytest.mark.usefixtures("gl")
+def test_a_mouth_that_a_view_shows_is_neither_predicted_nor_covered_by_a_patch_of_another() -> None:
+    for scene in scene_with_photo():
+        opened = STILL.copy()
+        opened[control_point_indices("inner_lip_lower", "outer_lip_lower", "chin"), 1] = -800
+        assert scene.store.photo is not None
+        points = scene.store.photo.warp.control_points(opened)
+        scene.store.receive(encode_object(make_patch(slot=1)))  # of a mouth that is nearly shut
+        scene.store.receive(encode_object(replace(make_view(colour=(0, 255, 0)), points=points)))
+        lips = [CONTROL_POINT_INDEX["inner_lip_upper_mid"], CONTROL_POINT_INDEX["inner_lip_lower_mid"]]
+        x, y = np.rint(to_pixels(scene.store.photo.warp.deform(opened, POSE)[lips].mean(axis=0)[None])[0]).astype(int)
+        blue, green, red = scene.draw(opened)[y, x].astype(int)
+        assert green > 200 and max(blue, red) < 60, "the view's colour"

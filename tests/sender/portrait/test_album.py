@@ -3,13 +3,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.head_pose import HeadPose
+from conf.face.portrait.patch_features import DESCRIPTOR_STEP, FEATURES, MOUTH
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.portrait.view import MAX_VIEWS, View, decode_view, encode_view
 from conf.protocol.portrait.vp8 import read_frame_size
 from conf.sender.portrait.album import MIN_FRAMES, VIEW_BYTES, Album, ViewChoice, view_steps
 from conf.sender.portrait.photo_builder import encode_vp8
 from conf.sender.portrait.recent_frames import RecentFrame
+from tests.support.drawn_person import make_view
 from tests.support.portrait_subjects import motion, recent_frame, shaded_person, still
 from tests.support.synthetic_portrait import POSE, face_shape
 
@@ -97,6 +100,18 @@ def test_when_all_slots_are_used_the_least_needed_view_is_replaced() -> None:
     choice = choose(kept, [*frames_of(10, 0.25), *frames_of(10, -0.3), *frames_of(10, -0.6)])
     assert choice is not None and choice.slot == MAX_VIEWS - 1
     np.testing.assert_allclose(choice.medoid.pose.rotation, frame(-0.6).pose.rotation)
+
+
+def test_a_view_is_what_is_shown_in_frames_that_resemble_it() -> None:
+    kept, neutral, opened = album(), recent_frame(), still()
+    assert kept.shown_descriptors([neutral]) is None
+    opened[CONTROL_POINT_INDEX["inner_lip_lower_mid"], 1] = -700
+    points = PortraitWarp(face_shape()).control_points(opened)
+    assert kept.add(replace(make_view(), points=points))
+    shown = kept.shown_descriptors([neutral, recent_frame(moved=motion(opened))])
+    assert shown is not None
+    expected = np.array([MOUTH.descriptor(still()), MOUTH.descriptor(opened)]) / DESCRIPTOR_STEP
+    np.testing.assert_allclose(shown[FEATURES.index(MOUTH)], expected, atol=1)
 
 
 def test_a_view_is_built_in_steps_and_cropped_to_the_face() -> None:

@@ -170,3 +170,10 @@ def test_a_view_has_most_of_the_rate_while_it_is_sent() -> None:
             requested.append(left)
     assert requested == [*range(1200 - VIEW_BYTES_PER_PATCH, -1, -VIEW_BYTES_PER_PATCH)]
     assert not sharing.allows_patch(900), "another view"
+
+
+def test_what_a_view_shows_gets_no_patch() -> None:
+    patches = PatchSet(MOUTH.quantised_descriptor(face()))
+    opened = MOUTH.quantised_descriptor(face(700))[None].astype(float)
+    assert patches.gains(opened)[0] > 0
+    assert patches.gains(opened, opened)[0] == 0
