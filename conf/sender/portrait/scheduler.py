@@ -39,6 +39,9 @@ VIEW_SLOTS = PATCH_SLOTS + len(FEATURES) * MAX_SLOTS
 PHOTO_PRIORITY, NEUTRAL_PRIORITY, PATCH_PRIORITY, VIEW_PRIORITY = range(4)
 VIEW_INTERVAL_S = 1.0  # between choices of a view
 REJECTED_INTERVAL_S = 3.0  # after a view that gained too little
+# Bytes not acknowledged yet with which the next photo or view is chosen: it is built while they are sent.
+PHOTO_LEAD_BYTES = 700  # of the photo in use
+VIEW_LEAD_BYTES = 900  # of photo and views
 
 
 class PortraitScheduler:
@@ -55,6 +58,7 @@ class PortraitScheduler:
         self._sharing = RateSharing()
         self._patches = PatchScheduler()
         self._building: tuple[Candidate, PhotoBuilder] | None = None
+        self._built: Photo | None = None  # waits for the one before to arrive
         self._photo_number = 0
         self._reference: ReferencePhoto | None = None
         self._last_neutral: tuple[NDArray[np.float64], float] = (np.zeros((0, 3)), float("-inf"))
@@ -66,8 +70,9 @@ class PortraitScheduler:
         """
         if self._building is not None:
             candidate, builder = self._building
-            if (built := builder.advance()) is not None:
-                self._building = None
+            self._built = self._built or builder.advance()
+            if self._built is not None and self._objects.waiting_bytes_before(NEUTRAL_PRIORITY) == 0:
+                built, self._built, self._building = self._built, None, None
                 self._send_photo(built, candidate, now)
         if presence < MIN_PRESENCE or motion.pose[5] < MIN_SMOOTHED_LOG_SCALE:
             return
@@ -84,7 +89,8 @@ class PortraitScheduler:
             self._send_view(self._reference, now)
 
     def _start_photo(self, now: float) -> None:
-        best = self._selector.pop_due(now, delivered=self._objects.delivered(PHOTO_SLOT))
+        arrived = self._objects.waiting_bytes_before(NEUTRAL_PRIORITY) <= PHOTO_LEAD_BYTES
+        best = self._selector.pop_due(now, delivered=arrived)
         if best is None:
             return
         is_draft = self._reference is None
@@ -138,7 +144,7 @@ class PortraitScheduler:
         self._objects.send_object(object_slot, encode_object(patch), priority=PATCH_PRIORITY)
 
     def _send_view(self, reference: ReferencePhoto, now: float) -> None:
-        """Build a view, a step in each frame, and send it once the photo and the views before have arrived."""
+        """Build a view, a step in each frame, once nearly all of the photo and of the views before has arrived."""
         if self._view is not None:
             view = next(self._view)
             if view is not None:
@@ -153,14 +159,15 @@ class PortraitScheduler:
         self._album.describe(self._recent.clear_ones(), is_covered=reference.is_covered)
         if self._building is not None or now < self._view_due:
             return
-        if not self._objects.delivered(PHOTO_SLOT) or self._is_sending_view():
+        if self._photo_and_view_bytes() > VIEW_LEAD_BYTES:
             return
         self._view_due = now + VIEW_INTERVAL_S
         choice = self._album.choose()
         if choice is not None:
             self._view = view_steps(choice, reference.warp, reference.photo.number)
 
-    def _is_sending_view(self) -> bool:
-        """Return whether a view of the album has not arrived yet."""
-        album = self._album
-        return album is not None and not all(self._objects.delivered(VIEW_SLOTS + slot) for slot in album.slots)
+    def _photo_and_view_bytes(self) -> int:
+        """Return the bytes of photo and views that have not been acknowledged."""
+        before_views = self._objects.waiting_bytes_before(VIEW_PRIORITY)
+        photo = self._objects.waiting_bytes_before(NEUTRAL_PRIORITY)
+        return photo + self._objects.waiting_bytes - before_views

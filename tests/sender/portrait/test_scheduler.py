@@ -12,6 +12,7 @@ from conf.protocol.portrait.object_sender import ObjectSender
 from conf.protocol.portrait.objects import decode_object, encode_object
 from conf.protocol.portrait.patch import Patch
 from conf.protocol.portrait.photo import MIN_LOG_SCALE, NeutralPoseUpdate, Photo
+from conf.protocol.portrait.view import View
 from conf.sender.motion.eye_openness import UPPER
 from conf.sender.portrait import scheduler
 from conf.sender.portrait.photo_builder import DRAFT
@@ -28,11 +29,12 @@ SHUT[UPPER, 1] = -1024
 class Call:
     """A scheduler whose objects arrive without loss."""
 
-    def __init__(self) -> None:
-        self.objects, self.budget = ObjectSender(), ChunkBudget(200)
+    def __init__(self, kbps: float = 200.0) -> None:
+        self.objects, self.budget = ObjectSender(), ChunkBudget(kbps)
         self.receiver = ObjectReceiver()
         self.scheduler = PortraitScheduler(canonical(), self.objects)
         self.received: list[object] = []
+        self.arrivals: list[float] = []  # of the objects received, seconds
         self.now = 0.0
 
     def run(
@@ -54,6 +56,7 @@ class Call:
             while chunk := self.objects.next_chunk(self.now, self.budget):
                 if data := self.receiver.receive_chunk(chunk):
                     self.received.append(decode_object(data))
+                    self.arrivals.append(self.now)
             if ack := self.receiver.next_ack(self.now):
                 self.objects.receive_ack(ack)
 
@@ -123,6 +126,19 @@ def test_a_new_mouth_shape_gets_one_patch() -> None:
     call.run(1.0, OPEN)
     patches = [received for received in call.received if isinstance(received, Patch)]
     assert [(patch.region, patch.slot) for patch in patches] == [(0, 0)]
+
+
+@pytest.mark.slow
+def test_the_first_view_is_built_while_the_photo_is_sent() -> None:
+    call = Call(4.0)
+    turned = HeadPose(POSE.rotation + np.array([0.0, 0.3, 0.0]), POSE.position, POSE.log_scale)
+    for _ in range(5):
+        call.run(1.0)
+        call.run(1.0, pose=turned)
+    kinds = [type(received) for received in call.received]
+    assert kinds.count(Photo) == 2 and View in kinds
+    photo, view = len(kinds) - 1 - kinds[::-1].index(Photo), kinds.index(View)
+    assert call.arrivals[view] - call.arrivals[photo] < 1.3
 
 
 @pytest.mark.slow
