@@ -108,6 +108,12 @@ class TrackReader:
         motion = [extractor.update(face, number / fps).displacements for number, face in enumerate(faces)]
         return np.stack(motion).astype(np.float64), shapes.astype(np.float64)
 
+    def landmarks_and_shapes(self, path: Path, /, *, fps: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the (N, 478, 3) landmarks, cm, without head pose, of the frames of `read`, and (N, 52) shapes."""
+        landmarks, size = _load(path, fps)
+        aligned = np.stack([remove_head_pose(points, self._canonical, size)[0] for points in landmarks])
+        return aligned, np.stack([self._blendshapes.predict(points) for points in landmarks]).astype(np.float64)
+
     def still_faces(self, path: Path, /, *, fps: float) -> Iterator[StillFace]:
         """Yield the frames of `read` as photos."""
         landmarks, size = _load(path, fps)

@@ -1,29 +1,41 @@
 """Estimate the neutral pose: the control points of a face without expression, without asking the person for it.
 
-Strategy: nobody holds still at the start of a call, and the average of talking is an open mouth. So each frame is
-weighted, region by region, by how inactive its blendshapes are: a talker's brows are neutral long before the mouth. The
-tracker hardly sees a frown, so brows count as inactive only while no other part of the face cries, laughs or squints.
-The mean face is the prior, with a small weight. Some faces never look inactive, their brows are simply high: the prior
-and the required weight fall as it becomes clear that a region gets no less active. A mouth slightly open in the least
-active frames is closed, and nearly shut lids are opened, because a neutral mouth is shut and neutral eyes are open.
+Strategy: nobody holds still at the start of a call, and the average of talking is an open mouth. So what its
+blendshapes explain is subtracted from each frame (expression_offsets.py), and what is left is weighted, region by
+region, by how inactive they are: a talker's brows are neutral before the mouth. The tracker hardly sees a frown, so
+brows count as inactive only while no other part of the face cries, laughs or squints. The mean face is the prior,
+with a very small weight: a pose that drifts away from it would be drawn as movement. Some faces never look inactive,
+their brows are simply high: the prior and the required weight fall as it becomes clear that a region gets no less
+active. A mouth slightly open in the least active frames is closed, and nearly shut lids are opened, because a neutral
+mouth is shut and neutral eyes are open. Pupils are averaged relative to the corners of their eye, as they are sent.
 """
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, LOWER_LIP, control_point_indices
+from conf.face.control_points import (
+    CONTROL_POINT_COUNT,
+    CONTROL_POINT_INDEX,
+    EYE_CORNERS,
+    LOWER_LIP,
+    PUPILS,
+    control_point_indices,
+)
+from conf.sender.motion.expression_offsets import expression_offsets
 from conf.sender.motion.eye_openness import UPPER, lid_gaps
 from conf.sender.motion.mean_face import MEAN_FACE
 from conf.sender.tracking.blendshape_network import INDEX as SHAPE
 
-PRIOR_S = 0.3  # weight of the mean face, in seconds without activity
+PRIOR_S = 0.02  # weight of the mean face, in seconds without activity
 KNOWN_S = 0.3  # seconds without activity after which a region is known
 MEMORY_S = 30.0  # seconds without activity that are remembered: light, glasses and posture change
 FLOOR_TIME_CONSTANT_S = 2.0  # until the lowest activity so far is accepted as the floor
 MAX_FLOOR = 0.3  # brows may be this high permanently; an eye kept shut, a lasting smile are no neutral pose
 BLEND_S = 0.25  # time constant with which the pose in use follows the estimate, so that nothing jumps
-ACTIVITY_SCALE = 0.12  # a blendshape this strong lowers a frame's weight to 1/e
-TURN_SCALE = float(np.radians(20))  # so does a head turned this far
+ACTIVITY_SCALE = 0.4  # a blendshape this strong lowers a frame's weight to 1/e
+TURN_SCALE = float(np.radians(36))  # so does a head turned this far
 MAX_STEP_S = 0.2  # weight of a frame after a pause
 LIP_GAP_CM = 0.05  # between the inner lip landmarks of a shut mouth, measured on the clips
 MIN_LID_GAP_CM = 0.4  # narrower eyes are closing
@@ -57,7 +69,9 @@ for _region, _points in enumerate(REGIONS):
 class NeutralPoseEstimator:
     """An estimate of one person's neutral pose that improves with every frame."""
 
-    def __init__(self) -> None:
+    def __init__(self, explain: Callable[[NDArray[np.floating]], NDArray[np.float64]] = expression_offsets, /) -> None:
+        """explain : blendshapes (52,) -> offsets (n, 3) of the control points, cm, pupils relative to their eye"""
+        self._explain = explain
         self._points = MEAN_FACE.copy()  # in use
         self._is_set = False
         self._sums = np.zeros((CONTROL_POINT_COUNT, 3))  # weighted, of the points
@@ -111,7 +125,8 @@ class NeutralPoseEstimator:
         max_weights = MEMORY_S * np.exp(-np.minimum(self._min_activity, MAX_FLOOR) / ACTIVITY_SCALE)
         keep = np.minimum(1.0, max_weights / (self._weights + weights))
         self._weights = (self._weights + weights) * keep
-        self._sums = (self._sums + weights[_REGION_OF, None] * close_mouth_open_eyes(points)) * keep[_REGION_OF, None]
+        neutral = close_mouth_open_eyes(relative_pupils(points) - self._explain(blendshapes))
+        self._sums = (self._sums + weights[_REGION_OF, None] * neutral) * keep[_REGION_OF, None]
 
     def blended(self, timestamp: float, /) -> NDArray[np.float64]:
         """Return the neutral pose to use at a time, (n, 3) cm: it follows the estimate without a jump."""
@@ -122,7 +137,8 @@ class NeutralPoseEstimator:
             alpha = 1 - np.exp(-max(timestamp - self._blended_at, 0.0) / BLEND_S)
         self._blended_at = timestamp
         prior = (PRIOR_S * self._max_weight())[_REGION_OF, None]
-        estimate = (prior * MEAN_FACE + self._sums) / (prior + self._weights[_REGION_OF, None])
+        estimate = (prior * _RELATIVE_MEAN_FACE + self._sums) / (prior + self._weights[_REGION_OF, None])
+        estimate[_PUPILS] += estimate[_CORNERS].mean(axis=1)
         self._points = self._points + alpha * (estimate - self._points)
         return self._points
 
@@ -130,6 +146,13 @@ class NeutralPoseEstimator:
         """Return, by region, the weight of a second in which this face is as inactive as it is believed to get."""
         accepted = 1 - np.exp(-self._observed_s / FLOOR_TIME_CONSTANT_S)
         return np.asarray(np.exp(-np.minimum(self._min_activity, MAX_FLOOR) * accepted / ACTIVITY_SCALE))
+
+
+def relative_pupils(points: NDArray[np.float64], /) -> NDArray[np.float64]:
+    """Return control points (n, 3), pupils relative to the middle of the corners of their eye."""
+    relative = points.copy()
+    relative[_PUPILS] -= points[_CORNERS].mean(axis=1)
+    return relative
 
 
 def close_mouth_open_eyes(points: NDArray[np.float64], /) -> NDArray[np.float64]:
@@ -148,6 +171,8 @@ def close_mouth_open_eyes(points: NDArray[np.float64], /) -> NDArray[np.float64]
     return neutral
 
 
+_PUPILS, _CORNERS = np.array(PUPILS), np.array(EYE_CORNERS)
+_RELATIVE_MEAN_FACE = relative_pupils(MEAN_FACE)
 _UPPER_INNER_LIP = [CONTROL_POINT_INDEX[f"inner_lip_upper_{at}"] for at in ("mid", "l", "r")]
 _LOWER_INNER_LIP = [CONTROL_POINT_INDEX[f"inner_lip_lower_{at}"] for at in ("mid", "l", "r")]
 _LOWER_OUTER_LIP = [i for i in LOWER_LIP if i not in _LOWER_INNER_LIP]
