@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from conf.face.head_pose import HeadPose
 from conf.face.interpolation import smoothstep
 from conf.protocol.messages import MotionFrame
+from conf.sender.motion.neutral_pose import ACTIVITY_SCALE
+from conf.sender.tracking.blendshape_network import INDEX as SHAPE
 from conf.sender.tracking.tracker import TrackedFace
 
 GLABELLA = 9  # landmark between the brows
@@ -30,11 +32,18 @@ MIN_PX_PER_CM = 6.0  # of the image: a smaller face does not resolve furrows
 TURN_BEGIN, TURN_END = np.radians([22.0, 32.0]).tolist()  # of the head from the camera, in which furrows fade out
 
 QUIET = 1.4  # quiet level before any is known, percent: above that of nearly all
-FALL_S, DOUBLE_S = 2.0, 40.0  # the quiet level falls with this time constant, and takes so long to double
+FALL_S = 2.0  # time constant with which the quiet level falls
+DOUBLE_S, CALM_DOUBLE_S = 40.0, 8.0  # in which it may double; the second while the rest of the face is at rest
 BEGIN_RATIO, BEGIN_ABOVE = 1.6, 0.7  # furrows begin at so many times the quiet level, and at so much above it
 SPAN = 1.5  # percent, from there to furrows of full depth
 SMOOTH_S = 0.15  # time constant of the depth
 MAX_STEP_S = 0.2  # between two frames, after a pause
+# What shows that lines may be an expression: a face whose lines are always there is known to be at rest within seconds.
+_ACTIVE = [
+    SHAPE[f"{name}{side}"]
+    for name in ("browDown", "eyeBlink", "mouthFrown", "mouthSmile")
+    for side in ("Left", "Right")
+]
 
 
 class FurrowEstimator:
@@ -51,11 +60,16 @@ class FurrowEstimator:
         energy = furrow_energy(pixels, tracked.landmarks, pose)
         turn = float(np.arccos(np.clip(pose.matrix()[2, 2], -1, 1)))
         facing = 1 - float(smoothstep((turn - TURN_BEGIN) / (TURN_END - TURN_BEGIN)))
-        depth = self.update(energy if facing else None, motion.timestamp)
+        calm = float(np.exp(-tracked.blendshapes[_ACTIVE].max() / ACTIVITY_SCALE))
+        depth = self.update(energy if facing else None, motion.timestamp, calm=calm)
         return replace(motion, furrow=facing * depth)
 
-    def update(self, energy: float | None, timestamp: float, /) -> float:
-        """Return the depth of the furrows, 0 to 1. energy : percent, None if they are not seen"""
+    def update(self, energy: float | None, timestamp: float, /, *, calm: float = 1.0) -> float:
+        """Return the depth of the furrows, 0 to 1.
+
+        energy : percent, None if they are not seen
+        calm : 0 to 1, how sure it is that the rest of the face is at rest
+        """
         elapsed = MAX_STEP_S if self._timestamp is None else min(max(timestamp - self._timestamp, 0.0), MAX_STEP_S)
         self._timestamp = timestamp
         target = 0.0
@@ -65,7 +79,8 @@ class FurrowEstimator:
             if energy < self._quiet:
                 self._quiet += (energy - self._quiet) * (1 - float(np.exp(-elapsed / FALL_S)))
             else:
-                self._quiet = min(energy, self._quiet * 2 ** (elapsed / DOUBLE_S))
+                doublings = elapsed * (calm / CALM_DOUBLE_S + (1 - calm) / DOUBLE_S)
+                self._quiet = min(energy, self._quiet * 2**doublings)
         self._depth += (target - self._depth) * (1 - float(np.exp(-elapsed / SMOOTH_S)))
         return self._depth
 

@@ -12,6 +12,7 @@ from conf.face.head_pose import HeadPose
 from conf.protocol.messages import MotionFrame
 from conf.sender.motion.furrows import (
     BEGIN_ABOVE,
+    CALM_DOUBLE_S,
     DOUBLE_S,
     GLABELLA,
     MIN_PX_PER_CM,
@@ -20,6 +21,7 @@ from conf.sender.motion.furrows import (
     FurrowEstimator,
     furrow_energy,
 )
+from conf.sender.tracking.blendshape_network import INDEX as SHAPE
 from conf.sender.tracking.tracker import TrackedFace
 
 SIZE = (400, 300)
@@ -90,8 +92,10 @@ def test_a_face_that_is_too_small_or_cut_off_shows_no_furrows() -> None:
         assert furrow_energy(pixels, landmarks(x, y), pose) is None
 
 
-def run(estimator: FurrowEstimator, energies: Sequence[float | None], begin: float = 0.0) -> list[float]:
-    return [estimator.update(value, begin + number * FRAME_S) for number, value in enumerate(energies)]
+def run(
+    estimator: FurrowEstimator, energies: Sequence[float | None], begin: float = 0.0, *, calm: float = 1.0
+) -> list[float]:
+    return [estimator.update(value, begin + number * FRAME_S, calm=calm) for number, value in enumerate(energies)]
 
 
 def test_a_frown_is_deep_and_a_face_at_rest_has_none() -> None:
@@ -104,10 +108,12 @@ def test_lines_of_a_face_at_rest_are_none_even_before_they_are_known() -> None:
     assert max(run(FurrowEstimator(), [QUIET + BEGIN_ABOVE] * 900)) == 0.0
 
 
-def test_lines_that_stay_become_the_quiet_level() -> None:
+@pytest.mark.parametrize(("calm", "double_s"), [(1.0, CALM_DOUBLE_S), (0.0, DOUBLE_S)])
+def test_lines_that_stay_become_the_quiet_level_sooner_on_a_face_at_rest(calm: float, double_s: float) -> None:
     estimator = FurrowEstimator()
     run(estimator, [STILL] * 150)
-    depths = run(estimator, [STILL + BEGIN_ABOVE + SPAN / 2] * round(2 * DOUBLE_S / FRAME_S), 10.0)
+    lines = [STILL + BEGIN_ABOVE + SPAN / 2] * round(2 * double_s / FRAME_S)
+    depths = run(estimator, lines, 10.0, calm=calm)
     assert depths[15] > 0.4 and depths[-1] == pytest.approx(0.0, abs=1e-3)
 
 
@@ -138,3 +144,15 @@ def test_the_motion_of_a_face_that_looks_away_has_no_furrows(yaw: float, is_seen
         assert found.timestamp == motion.timestamp and found.displacements is motion.displacements
         assert number >= 60 or found.furrow == 0.0
     assert (found.furrow > 0.3) is is_seen and is_seen is (found.furrow > 0.0)
+
+
+@pytest.mark.parametrize(("shape", "is_seen"), [(None, False), ("eyeBlinkLeft", True), ("browDownRight", True)])
+def test_furrows_of_a_face_that_is_at_rest_otherwise_soon_are_its_own(shape: str | None, is_seen: bool) -> None:
+    pose, estimator, shapes = head(), FurrowEstimator(), np.zeros(52, np.float32)
+    if shape:
+        shapes[SHAPE[shape]] = 0.7
+    pixels, tracked = paint(pose, vertical=0.22), TrackedFace(landmarks(), shapes, 1.0)
+    for number in range(round(1.5 * CALM_DOUBLE_S / FRAME_S)):
+        motion = MotionFrame(number * FRAME_S, np.zeros((50, 3), np.float32), pose.to_vector())
+        depth = estimator.add_furrows(motion, tracked, pixels).furrow
+    assert (depth > 0.1) is is_seen
