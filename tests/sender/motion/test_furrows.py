@@ -108,6 +108,15 @@ def test_lines_of_a_face_at_rest_are_none_even_before_they_are_known() -> None:
     assert max(run(FurrowEstimator(), [QUIET + BEGIN_ABOVE] * 900)) == 0.0
 
 
+@pytest.mark.parametrize(("calm", "are_always_there"), [(1.0, True), (0.0, False)])
+def test_a_calm_face_that_comes_with_lines_has_none_until_they_were_gone(calm: float, are_always_there: bool) -> None:
+    estimator = FurrowEstimator()
+    deepest = max(run(estimator, [FROWN] * 60, calm=calm))
+    assert deepest == 0.0 if are_always_there else deepest > 0.5
+    depths = run(estimator, [STILL] * 150 + [FROWN] * 30, 2.0, calm=calm)
+    assert max(depths[30:150]) < 0.01 and depths[-1] > 0.9
+
+
 @pytest.mark.parametrize(("calm", "double_s"), [(1.0, CALM_DOUBLE_S), (0.0, DOUBLE_S)])
 def test_lines_that_stay_become_the_quiet_level_sooner_on_a_face_at_rest(calm: float, double_s: float) -> None:
     estimator = FurrowEstimator()
