@@ -11,7 +11,9 @@ from operator import mul
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from conf.protocol.codec.expression_curves import keep_curves, load_curves
 from conf.protocol.codec.lip_opening import LipOpening
 from conf.protocol.codec.mouth_width import MouthWidth
 from conf.protocol.codec.profiles import PROFILES, Profile
@@ -62,18 +64,22 @@ class CodecModel:
 def load_models() -> dict[str, CodecModel]:
     """Return the shipped model of each profile, by name."""
     with resources.files("conf.assets").joinpath(FILE).open("rb") as file, np.load(file) as arrays:
-        return build_models({name: arrays[name] for name in arrays.files})
+        return build_models({name: arrays[name] for name in arrays.files}, load_curves())
 
 
-def build_models(arrays: Arrays) -> dict[str, CodecModel]:
-    """Build the models from the file's arrays, which WIRE.md describes."""
-    return {name: _build_model(profile, arrays) for name, profile in PROFILES.items()}
+def build_models(arrays: Arrays, curves: NDArray[np.float64] | None = None, /) -> dict[str, CodecModel]:
+    """Build the models from the file's arrays, which WIRE.md describes.
+
+    curves : (R, 3 n) gradients of the curves that encoders keep, see expression_curves.py; None for none. Profiles with
+        several frames in a payload keep none: the narrowest have no bits for what it costs when motion is unusual
+    """
+    return {name: _build_model(profile, arrays, curves) for name, profile in PROFILES.items()}
 
 
-def _build_model(profile: Profile, arrays: Arrays) -> CodecModel:
+def _build_model(profile: Profile, arrays: Arrays, curves: NDArray[np.float64] | None) -> CodecModel:
     ages = arrays["ages"].tolist()
     rows = tuple(_row(age, ages) for age in range(MAX_AGE + 1))
-    transform = _build_transform(profile, arrays)
+    transform = _build_transform(profile, arrays, curves if profile.frames_per_datagram == 1 else None)
     return CodecModel(
         profile=profile,
         transform=transform,
@@ -89,11 +95,12 @@ def _build_model(profile: Profile, arrays: Arrays) -> CodecModel:
     )
 
 
-def _build_transform(profile: Profile, arrays: Arrays) -> MotionTransform:
+def _build_transform(profile: Profile, arrays: Arrays, curves: NDArray[np.float64] | None) -> MotionTransform:
     step = profile.step
+    forward, inverse = arrays["analysis"].astype(np.float64) / step, step * arrays["synthesis"].astype(np.float64)
     return MotionTransform(
-        forward_matrix=arrays["analysis"].astype(np.float64) / step,
-        inverse_matrix=step * arrays["synthesis"].astype(np.float64),
+        forward_matrix=forward if curves is None else keep_curves(forward, inverse, curves),
+        inverse_matrix=inverse,
         pose_steps=step * arrays["pose_unit"].astype(np.float64),
         face_centre=arrays["middle"].astype(np.float64),
         typical_log_scale=float(arrays["usual_log_scale"]),

@@ -1,4 +1,4 @@
-"""Golden payloads: the encoder writes the same bytes, and they decode to the same values."""
+"""Golden payloads: an encoder that keeps no curves writes the same bytes, and they decode to the same values."""
 
 import json
 
