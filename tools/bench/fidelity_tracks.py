@@ -1,21 +1,22 @@
 """Measure how well the drawn head's vertices follow tracked landmarks, without drawing: seconds for all tracks.
 
-    python tools/bench/fidelity_tracks.py [TRACK.npz...] [--face FACE.obj] [--json]
+    python tools/bench/fidelity_tracks.py [TRACK.npz...] [--face FACE.obj] [--leave-out] [--json]
 
-Without a track, all of shared/motion. The curves are those of tools/bench/expression_curves.py. Each is compared with
-the landmarks, head pose removed, at four stages: points before the codec, points after it, and the vertices of the head
-at the control points, without and with the codec. Brows of vertices are measured from the vertex at the bridge of the
-nose and compared with landmarks measured from there: on both it follows the brows by a quarter to a third. The control
-points have no bridge, and brows are sent to fit that of the head: those of points are compared, as all else of them,
-where the head pose puts them. The result is the median over the tracks whose
-person moves.
+Without a track, all of shared/motion. With --leave-out, what an expression explains is learned from the other tracks
+of shared/motion (tools/train/expression.py). The curves are those of tools/bench/expression_curves.py. Each is
+compared with the landmarks, head pose removed, at four stages: points before the codec, points after it, and the
+vertices of the head at the control points, without and with the codec. Brows of vertices are measured from the vertex
+at the bridge of the nose and compared with landmarks measured from there: on both it follows the brows by a quarter
+to a third. The control points have no bridge, and brows are sent to fit that of the head: those of points are
+compared, as all else of them, where the head pose puts them. The result is the median over the tracks whose person
+moves.
 """
 
 import argparse
 import json
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -37,14 +38,18 @@ from conf.protocol.codec.encoder import Encoder
 from conf.protocol.codec.model import CodecModel
 from conf.protocol.codec.profiles import PROFILES
 from conf.sender.motion.mean_face import MEAN_FACE
+from conf.sender.motion.neutral_pose import NeutralPoseEstimator
 from tools.bench.expression_curves import BRIDGE_LANDMARK, REPORTED, reported_curves
 from tools.bench.rate_curves import compare
 from tools.bench.tracks import Track, TrackReader
+from tools.train.expression import Sample, fit_map, quiet_weights, read_sample
 
 MOTION = Path(__file__).resolve().parents[3] / "shared" / "motion"
 STAGES = ("points", "points after the codec", "vertices without codec", "vertices")
 ACK_DELAY = 2  # frames
-# Standard deviation of a curve on the person, eye distances, below which it is the tracker's noise.
+# Standard deviation of a curve on the person, eye distances, below which it is the tracker's noise. The noise
+# itself, that of a track's quietest half seconds without their slope, is 0.001 to 0.002, that of the mouth's opening
+# and width 0.003 to 0.004.
 MIN_SPREAD = {"mouth opening": 0.01, "mouth width": 0.01, "knit": 0.004}
 DEFAULT_SPREAD = 0.006
 CLOSED_CM = 0.1  # from lip to lip, of a mouth that counts as closed
@@ -81,17 +86,28 @@ def main() -> None:
     parser.add_argument("tracks", nargs="*", type=Path, metavar="TRACK.npz")
     parser.add_argument("--profile", choices=PROFILES, default="live")
     parser.add_argument("--face", type=Path, help="mesh of another face, with its PPC in the same folder")
+    parser.add_argument("--leave-out", action="store_true", help="learn neutral poses without each track's person")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     reader, fps = TrackReader(), PROFILES[options.profile].fps
     try:
         head = DrawnHead(load_face(options.face))
         results = {}
+        samples = [read_sample(reader, path) for path in sorted(MOTION.glob("*.npz"))] if options.leave_out else []
         for path in options.tracks or sorted(MOTION.glob("*.npz")):
-            results[path.stem] = compare_track(reader.read(path, fps=fps), head, profile=options.profile)
+            neutral = neutral_without(path.stem, samples) if samples else None
+            track = reader.read(path, fps=fps, neutral=neutral)
+            results[path.stem] = compare_track(track, head, profile=options.profile)
     except (OSError, ConfError) as error:
         sys.exit(str(error))
     print(json.dumps(summary(results), indent=2) if options.json else table(results))
+
+
+def neutral_without(name: str, samples: Sequence[Sample]) -> NeutralPoseEstimator:
+    """Return an estimator whose map from expressions to offsets is learned from the samples of another name."""
+    others = [sample for sample in samples if sample.name != name]
+    weights, quiet = fit_map(others), quiet_weights(others)
+    return NeutralPoseEstimator(lambda shapes: np.asarray(((shapes - quiet) @ weights).reshape(-1, 3)))
 
 
 class DrawnHead:

@@ -16,6 +16,7 @@ from conf.face.head_pose import HeadPose
 from conf.protocol.messages import MotionFrame
 from conf.sender.motion.extractor import MotionExtractor
 from conf.sender.motion.mean_face import MEAN_FACE
+from conf.sender.motion.neutral_pose import NeutralPoseEstimator
 from conf.sender.tracking.blendshape_network import BlendshapeNetwork
 from conf.sender.tracking.canonical_face import load_canonical_face, remove_head_pose
 from conf.sender.tracking.model_files import fetch_models
@@ -89,10 +90,13 @@ class TrackReader:
         self._canonical = load_canonical_face()
         self._blendshapes = BlendshapeNetwork(models)
 
-    def read(self, path: Path, /, *, fps: float) -> Track:
-        """Return the first uninterrupted run of frames with a face, resampled to `fps` by linear interpolation."""
+    def read(self, path: Path, /, *, fps: float, neutral: NeutralPoseEstimator | None = None) -> Track:
+        """Return the first uninterrupted run of frames with a face, resampled to `fps` by linear interpolation.
+
+        neutral : estimator of the neutral pose, None for that of a call
+        """
         landmarks, size = _load(path, fps)
-        extractor = MotionExtractor(self._canonical, size)
+        extractor = MotionExtractor(self._canonical, size, neutral=neutral)
         frames = [self._motion(extractor, points, number / fps) for number, points in enumerate(landmarks)]
         corners = landmarks[:, RIGHT_EYE, :2] - landmarks[:, LEFT_EYE, :2]
         eye_distance = np.linalg.norm(corners.astype(np.float64), axis=1) / size[1]

@@ -26,11 +26,17 @@ from conf.sender.tracking.tracker import TrackedFace
 class MotionExtractor:
     """Turns the tracked faces of one person, in order of time, into motion."""
 
-    def __init__(self, canonical: CanonicalFace, size: tuple[int, int], /) -> None:
-        """Start with the mean face as neutral pose. size : width and height of the images, px."""
+    def __init__(
+        self, canonical: CanonicalFace, size: tuple[int, int], /, *, neutral: NeutralPoseEstimator | None = None
+    ) -> None:
+        """Start with the mean face as neutral pose.
+
+        size : width and height of the images, px
+        neutral : estimator to use, None for a new one
+        """
         self._canonical = canonical
         self._size = size
-        self._neutral = NeutralPoseEstimator()
+        self._neutral = NeutralPoseEstimator() if neutral is None else neutral
         self._eyes = EyeOpennessEstimator()
         self._points_filter = OneEuroFilter(min_cutoff=_MIN_CUTOFF, beta=_BETA)
         self._pose_filter = OneEuroFilter(min_cutoff=_POSE_MIN_CUTOFF, beta=_POSE_BETA)

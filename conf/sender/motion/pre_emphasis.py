@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, control_point_indices
 
 LID_GAIN = 1.07  # of the change of an eye's opening; without it 0.93 is drawn; a shut eye is drawn shut already
-LIP_GAIN = 1.05  # of the change of a lip's thickness; 0.78 and 0.80
-BROW_GAIN_X, BROW_GAIN_Y = 1.1, 1.03  # without it knit 0.75; slant 0.86
+LIP_GAIN = 1.05  # of the change of a lip's thickness; without it 0.80
+BROW_GAIN_X, BROW_GAIN_Y = 1.1, 1.03  # without them knit 0.74; slant 0.88
 PUPIL_GAIN_X = 1.02  # gaze to the side 0.92 to 0.94
 
 _X, _Y = 0, 1

@@ -18,6 +18,7 @@ from conf.sender.motion.brow_reference import points_with_brows_from_bridge
 from conf.sender.motion.expression_offsets import _load_map
 from conf.sender.motion.extractor import MotionExtractor, _per_point, off_axis_angle, to_displacements
 from conf.sender.motion.mean_face import MEAN_FACE
+from conf.sender.motion.neutral_pose import NeutralPoseEstimator
 from conf.sender.motion.pre_emphasis import BROW_GAIN_X, LID_GAIN, PUPIL_GAIN_X
 from conf.sender.tracking.blendshape_network import INDEX as SHAPE
 from conf.sender.tracking.blendshape_network import BlendshapeNetwork
@@ -314,3 +315,12 @@ def test_a_value_per_point_is_the_default_but_for_the_named_points() -> None:
     assert set(values[control_point_indices("eyelid")].ravel()) == {6.0}
     others = np.delete(values, [*PUPILS, *control_point_indices("eyelid")])
     assert len(others) > 30 and set(others) == {1.5}
+
+
+def test_an_estimator_of_the_neutral_pose_can_be_given(canonical: CanonicalFace) -> None:
+    neutral = NeutralPoseEstimator()
+    neutral.set(MEAN_FACE + 0.1)
+    extractor = MotionExtractor(canonical, SIZE, neutral=neutral)
+    extractor.update(tracked_face(canonical), 0.0)
+    assert extractor.calibrated
+    assert np.array_equal(extractor.neutral_points, neutral.points)
