@@ -5,6 +5,7 @@ import io
 import numpy as np
 from PIL import Image
 
+from conf.protocol.portrait.background import Background
 from conf.protocol.portrait.dct_coding import plane_shapes
 from conf.protocol.portrait.patch import Patch
 from conf.protocol.portrait.photo import Photo
@@ -56,3 +57,8 @@ def example_view(photo_number: int = 1) -> View:
     points = np.random.default_rng(4).uniform(-9, 9, load_portrait_model().neutral_difference_scale.shape)
     pose = np.array([0.1, 0.2, 0.05, 0.02, -0.1, -3.4])
     return View(photo_number, 2, pose, points, (0.25, 0.125, 0.75, 0.875), strip_riff(webp(80, 90)))
+
+
+def example_background(photo_number: int = 1) -> Background:
+    """Return a background with a gradient."""
+    return Background(photo_number, (0.125, 0.25, 0.5, 0.75), strip_riff(webp(40, 30)))

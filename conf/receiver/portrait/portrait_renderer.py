@@ -42,13 +42,17 @@ def load_texture(
 ) -> moderngl.Texture:
     """Return a texture of (H, W, 3) uint8 BGR and (H, W) uint8 alpha, first row first."""
     height, width = pixels.shape[:2]
-    rgba = np.empty((height, width, 4), np.uint8)
-    rgba[..., :3] = pixels[..., ::-1]
-    rgba[..., 3] = 255 if alpha is None else alpha
-    texture = ctx.texture((width, height), 4, rgba.tobytes())
+    texture = ctx.texture((width, height), 4, _rgba(pixels, alpha))
     texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
     texture.repeat_x = texture.repeat_y = False
     return texture
+
+
+def _rgba(pixels: NDArray[np.uint8], alpha: NDArray[np.uint8] | None = None) -> bytes:
+    rgba = np.empty((*pixels.shape[:2], 4), np.uint8)
+    rgba[..., :3] = pixels[..., ::-1]
+    rgba[..., 3] = 255 if alpha is None else alpha
+    return rgba.tobytes()
 
 
 class TexturedLayer(GpuObject):
@@ -72,6 +76,10 @@ class TexturedLayer(GpuObject):
         content = [(positions, "2f4", "in_position"), (attributes, "2f4 1f4", "in_uv", "in_alpha")]
         self._array = ctx.vertex_array(program, content, indices, skip_errors=True)
         self._owned = (self._array, indices, attributes, texture)
+
+    def replace_image(self, pixels: NDArray[np.uint8]) -> None:
+        """Replace the texture's pixels by (H, W, 3) uint8 BGR of the same size."""
+        self._texture.write(_rgba(pixels))
 
     def draw(self) -> None:
         """Draw with the program's current uniforms."""
@@ -148,6 +156,7 @@ class _PhotoScene(GpuObject):
             ctx, program, backdrop_positions, uvs=corners * (0.5, -0.5) + 0.5, alphas=np.ones(4),
             triangles=np.array([[0, 1, 2], [0, 2, 3]]), texture=load_texture(ctx, photo.matte.backdrop),
         )  # fmt: skip
+        self._backdrop_pixels = photo.matte.backdrop
         self._owned = (self._person, self._backdrop, self._mouth_layer)
         self._owned += (self._positions, backdrop_positions, self._mouth_positions)
         self._lids = [(lid, *self._load_grid(lid)) for lid in predict_shut_lids(photo.pixels, warp)]
@@ -160,7 +169,10 @@ class _PhotoScene(GpuObject):
         self._photo_shape = describe_shape(warp.shape.points[:CONTROL_POINT_COUNT], warp.shape.pose)
 
     def sync(self, store: PortraitStore) -> None:
-        """Upload the store's new views and patches, and release those that it no longer has."""
+        """Upload the store's new background, views and patches, and release those that it no longer has."""
+        if store.backdrop is not None and store.backdrop is not self._backdrop_pixels:
+            self._backdrop_pixels = store.backdrop
+            self._backdrop.replace_image(store.backdrop)
         for number, (view, layer) in list(self._views.items()):
             if store.views.get(number) is not view:
                 layer.release()

@@ -15,12 +15,14 @@ from conf.face.portrait.patch_features import FEATURES
 from conf.face.portrait.patch_prediction import PatchPredictor, inverse_dct
 from conf.face.portrait.photographed_face import PhotographedFace
 from conf.face.portrait.warp import PortraitWarp
+from conf.protocol.portrait.background import Background
 from conf.protocol.portrait.objects import decode_object
 from conf.protocol.portrait.patch import Patch, step_size
 from conf.protocol.portrait.photo import NeutralPoseUpdate, Photo
 from conf.protocol.portrait.view import View
 from conf.protocol.portrait.vp8 import read_frame_size, wrap_riff
 from conf.receiver.portrait.inpainting import person_mask
+from conf.receiver.portrait.learned_background import add_background
 from conf.receiver.portrait.matting import Matte, estimate_matte
 
 MAX_PENDING = 15  # older objects kept, besides the newest, that wait for their photo
@@ -28,10 +30,14 @@ MAX_PENDING = 15  # older objects kept, besides the newest, that wait for their 
 
 @dataclass(frozen=True)
 class ReceivedPhoto:
-    """A photo that is ready to be drawn. pixels : (H, W, 3) uint8 BGR, as decoded"""
+    """A photo that is ready to be drawn.
+
+    pixels : (H, W, 3) uint8 BGR, as decoded; person : (H, W) uint8, from person_mask
+    """
 
     number: int
     pixels: NDArray[np.uint8]
+    person: NDArray[np.uint8]
     matte: Matte
     warp: PortraitWarp
     predictor: PatchPredictor
@@ -69,9 +75,10 @@ class PortraitStore:
     def __init__(self) -> None:
         self.rejected = 0
         self.photo: ReceivedPhoto | None = None
+        self.backdrop: NDArray[np.uint8] | None = None  # (H, W, 3) BGR, of the photo, with what was learned later
         self.patches: dict[tuple[int, int], ReceivedPatch] = {}  # by region and slot
         self.views: dict[int, ReceivedView] = {}  # by slot
-        self._pending: list[Patch | NeutralPoseUpdate | View] = []  # of a photo that has not arrived yet
+        self._pending: list[Patch | NeutralPoseUpdate | View | Background] = []  # of a photo that has not arrived yet
 
     def receive(self, data: bytes, /) -> bool:
         """Decode the bytes of a complete object; return whether they were valid."""
@@ -97,7 +104,8 @@ class PortraitStore:
         except (ValueError, QhullError) as error:  # points that coincide or have no valid mesh
             raise ProtocolError(f"a face that cannot be moved: {error}") from error
         matte, predictor = estimate_matte(pixels, person), PatchPredictor(pixels, warp)
-        self.photo = ReceivedPhoto(photo.number, pixels, matte, warp, predictor)
+        self.photo = ReceivedPhoto(photo.number, pixels, person, matte, warp, predictor)
+        self.backdrop = matte.backdrop
         self.patches.clear()
         self.views.clear()
         pending, self._pending = self._pending, []
@@ -105,8 +113,8 @@ class PortraitStore:
             if update.photo_number == photo.number:
                 self._receive_update(update)
 
-    def _receive_update(self, update: Patch | NeutralPoseUpdate | View) -> None:
-        """Apply a patch, neutral pose or view to the photo it belongs to, or keep it until that photo arrives."""
+    def _receive_update(self, update: Patch | NeutralPoseUpdate | View | Background) -> None:
+        """Apply an object to the photo it belongs to, or keep it until that photo arrives."""
         if self.photo is None or self.photo.number != update.photo_number:
             self._pending = [*self._pending[-MAX_PENDING:], update]
             return
@@ -115,6 +123,10 @@ class PortraitStore:
             return
         if isinstance(update, View):
             self.views[update.slot] = load_view(update, self.photo.warp)
+            return
+        if isinstance(update, Background):
+            photo, image = self.photo, decode_image(update.frame)
+            self.backdrop = add_background(photo.matte.backdrop, photo.pixels, photo.person, image, update.box)
             return
         try:
             pixels = reconstruct_patch(update, self.photo.predictor)

@@ -57,26 +57,26 @@ class RecentFrames:
         """max_height : px, of a photo; larger frames are reduced"""
         self._max_height = max_height
         self._frames: deque[RecentFrame] = deque(maxlen=MAX_FRAMES)
-        self._last: RecentFrame | None = None  # also if it is not sampled
+        self.last: RecentFrame | None = None  # also if it is not sampled
         self._due = float("-inf")
 
     def sample(self, face: CapturedFace, motion: MotionFrame, penalty: float, now: float) -> None:
         """Add a frame if a sample is due at `now`, seconds."""
-        self._last = RecentFrame.reduced(face, motion, penalty, self._max_height)
+        self.last = RecentFrame.reduced(face, motion, penalty, self._max_height)
         if now < self._due:
             return
         self._due = now + SAMPLE_INTERVAL_S
-        self._frames.append(self._last)
+        self._frames.append(self.last)
 
     def clear(self) -> None:
         """Drop all frames: they show another scene."""
         self._frames.clear()
-        self._last = None
+        self.last = None
 
     def all_and_last(self) -> list[RecentFrame]:
         """Return all frames, oldest first, then the very last one: a blink may fall between two samples."""
         frames = list(self._frames)
-        return frames if self._last is None or frames[-1:] == [self._last] else [*frames, self._last]
+        return frames if self.last is None or frames[-1:] == [self.last] else [*frames, self.last]
 
     def like(self, penalty: float) -> list[RecentFrame]:
         """Return the frames that are not much worse than one of this penalty, oldest first."""

@@ -18,6 +18,7 @@ from conf.protocol.portrait.patch import MAX_SLOTS
 from conf.protocol.portrait.photo import MIN_LOG_SCALE, NeutralPoseUpdate, Photo
 from conf.protocol.portrait.view import MAX_VIEWS, View
 from conf.sender.portrait.album import Album, view_steps
+from conf.sender.portrait.background_learning import BackgroundLearner
 from conf.sender.portrait.captured_face import CapturedFace
 from conf.sender.portrait.patch_extraction import make_patch
 from conf.sender.portrait.patch_scheduler import PATCH_BYTES, PatchScheduler, RateSharing
@@ -35,10 +36,14 @@ MIN_SMOOTHED_LOG_SCALE = MIN_LOG_SCALE + 0.1  # of the motion's pose; a photo's 
 
 PHOTO_SLOT, NEUTRAL_SLOT, PATCH_SLOTS = 0, 1, 2  # of the object sender
 VIEW_SLOTS = PATCH_SLOTS + len(FEATURES) * MAX_SLOTS
+BACKGROUND_SLOT = VIEW_SLOTS + MAX_VIEWS
 # A view has the bytes of eight patches: those requested before it come first, then it has most of the rate.
 PHOTO_PRIORITY, NEUTRAL_PRIORITY, PATCH_PRIORITY, VIEW_PRIORITY = range(4)
 VIEW_INTERVAL_S = 1.0  # between choices of a view
 REJECTED_INTERVAL_S = 3.0  # after a view that gained too little
+BACKGROUND_SAMPLE_S = 0.3  # between frames that the background is learned from; 3 ms each
+BACKGROUND_LEAD_S = 2.5  # from the photo to the first background: then it arrives with the photo, before the views
+BACKGROUND_INTERVAL_S = 20.0  # between backgrounds
 # Bytes not acknowledged yet with which the next photo or view is chosen: it is built while they are sent.
 PHOTO_LEAD_BYTES = 700  # of the photo in use
 VIEW_LEAD_BYTES = 900  # of photo and views
@@ -55,6 +60,8 @@ class PortraitScheduler:
         self._album: Album | None = None  # of the photo in use, unless that is a draft
         self._view: Iterator[View | None] | None = None  # being built
         self._view_due = 0.0
+        self._background: BackgroundLearner | None = None  # of the photo in use, unless that is a draft
+        self._background_sample_due = self._background_due = 0.0
         self._sharing = RateSharing()
         self._patches = PatchScheduler()
         self._building: tuple[Candidate, PhotoBuilder] | None = None
@@ -86,6 +93,7 @@ class PortraitScheduler:
         if self._reference is not None:
             self._send_neutral(self._reference, face, now)
             self._send_patch(self._reference, now)
+            self._send_background(now)
             self._send_view(self._reference, now)
 
     def _start_photo(self, now: float) -> None:
@@ -103,14 +111,16 @@ class PortraitScheduler:
     def _send_photo(self, built: Photo, candidate: Candidate, now: float) -> None:
         """Send a photo in place of the one before, whose patches and neutral pose are cancelled."""
         data = encode_object(built)
-        is_draft, self._album, self._view = self._reference is None, None, None
+        is_draft, self._album, self._view, self._background = self._reference is None, None, None, None
         self._reference = ReferencePhoto.from_bytes(data, candidate.face)
         self._selector.set_photo(candidate, now)
         self._patches.set_photo(candidate.motion.displacements)
         self._last_neutral = (candidate.face.neutral, now)
         if not is_draft:
             self._album = Album(self._reference.warp, self._reference.pixels)
-        for slot in range(NEUTRAL_SLOT, VIEW_SLOTS + MAX_VIEWS):
+            self._background = BackgroundLearner(self._reference.warp, self._reference.pixels, built.number)
+            self._background_due = now + BACKGROUND_LEAD_S
+        for slot in range(NEUTRAL_SLOT, BACKGROUND_SLOT + 1):
             self._objects.cancel(slot)
         self._objects.send_object(PHOTO_SLOT, data, priority=PHOTO_PRIORITY)
 
@@ -142,6 +152,18 @@ class PortraitScheduler:
         patch = make_patch(residual, points, frame.descriptors[region], target=target, max_bytes=max_bytes)
         object_slot = PATCH_SLOTS + region * MAX_SLOTS + slot
         self._objects.send_object(object_slot, encode_object(patch), priority=PATCH_PRIORITY)
+
+    def _send_background(self, now: float) -> None:
+        """Learn the background behind the person, and send it when enough is known."""
+        learner, frame = self._background, self._recent.last
+        if learner is None or frame is None or now < self._background_sample_due:
+            return
+        self._background_sample_due = now + BACKGROUND_SAMPLE_S
+        learner.sample(frame)
+        if now >= self._background_due and learner.is_worth_sending:
+            self._background_due = now + BACKGROUND_INTERVAL_S
+            data = encode_object(learner.build())
+            self._objects.send_object(BACKGROUND_SLOT, data, priority=VIEW_PRIORITY)
 
     def _send_view(self, reference: ReferencePhoto, now: float) -> None:
         """Build a view, a step in each frame, once nearly all of the photo and of the views before has arrived."""

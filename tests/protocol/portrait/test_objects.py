@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 from conf.errors import ProtocolError
 from conf.protocol.portrait.objects import PortraitObject, decode_object, encode_object
 from conf.protocol.portrait.photo import NeutralPoseUpdate
-from tests.support.portrait_objects import example_patch, example_photo, example_view
+from tests.support.portrait_objects import example_background, example_patch, example_photo, example_view
 
 UPDATE = NeutralPoseUpdate(1, example_photo().neutral, (6.4, 5.0, 2.5, 5.2, 0.9))
-OBJECTS: list[PortraitObject] = [example_photo(), UPDATE, example_patch(), example_view()]
+OBJECTS: list[PortraitObject] = [example_photo(), UPDATE, example_patch(), example_view(), example_background()]
 BYTES = [encode_object(portrait_object) for portrait_object in OBJECTS]
 
 
@@ -24,7 +24,7 @@ def test_the_first_byte_is_the_kind() -> None:
         assert encode_object(decoded) == data
 
 
-@pytest.mark.parametrize("data", [b"", b"\4" + BYTES[0][1:], b"\xff"])
+@pytest.mark.parametrize("data", [b"", b"\5" + BYTES[0][1:], b"\xff"])
 def test_an_unknown_kind_is_rejected(data: bytes) -> None:
     with pytest.raises(ProtocolError, match="an object of unknown kind"):
         decode_object(data)

@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 from conf.face.control_points import CONTROL_POINT_COUNT, CONTROL_POINT_INDEX, control_point_indices
 from conf.face.head_pose import HeadPose
 from conf.face.portrait.patch_features import MOUTH
+from conf.protocol.portrait.background import Background
 from conf.protocol.portrait.objects import encode_object
 from conf.receiver.portrait.portrait_renderer import PortraitRenderer, TexturedLayer, load_texture
 from conf.receiver.portrait.portrait_store import PortraitStore
 from conf.render.camera import ViewState
 from conf.render.shader_programs import load_program
 from conf.render.window.offscreen import OffscreenWindow
-from tests.support.drawn_person import SIZE, draw_person, make_patch, make_photo, make_view, to_pixels
+from tests.support.drawn_person import SIZE, draw_person, encode_vp8, make_patch, make_photo, make_view, to_pixels
 from tests.support.synthetic_portrait import POSE
 
 pytestmark = pytest.mark.slow
@@ -199,3 +200,16 @@ def test_a_mouth_that_a_view_shows_is_neither_predicted_nor_covered_by_a_patch_o
         x, y = np.rint(to_pixels(scene.store.photo.warp.deform(opened, POSE)[lips].mean(axis=0)[None])[0]).astype(int)
         blue, green, red = scene.draw(opened)[y, x].astype(int)
         assert green > 200 and max(blue, red) < 60, "the view's colour"
+
+
+@pytest.mark.usefixtures("gl")
+def test_a_background_that_arrives_later_is_drawn_where_the_head_was() -> None:
+    aside = replace(POSE, position=POSE.position + np.array((0.3, 0.0)))
+    for scene in scene_with_photo():
+        x, y = np.rint(to_pixels(POSE.position[None])[0]).astype(int)
+        before = scene.draw(pose=aside).astype(int)
+        green = encode_vp8(np.full((48, 64, 3), (0, 200, 0), np.uint8))
+        scene.store.receive(encode_object(Background(1, (0.2, 0.1, 0.8, 0.9), green)))
+        after = scene.draw(pose=aside).astype(int)
+        assert np.abs(after[y, x - 40] - (0, 200, 0)).max() < 30 < np.abs(before[y, x - 40] - (0, 200, 0)).max()
+        np.testing.assert_array_equal(after[:, :30], before[:, :30])

