@@ -69,11 +69,6 @@ class Album:
         self._described: dict[int, tuple[RecentFrame, Shown]] = {}  # by the frame's identity
         self._covered: dict[int, RecentFrame] = {}  # by identity: something covers the face
 
-    @property
-    def slots(self) -> list[int]:
-        """Slots of the views that the receiver has or will have."""
-        return list(self._views)
-
     def describe(
         self,
         frames: Sequence[RecentFrame],
