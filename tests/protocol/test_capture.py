@@ -157,7 +157,7 @@ def test_every_payload_is_the_motion_that_was_captured(call: tuple[World, Simula
             moves.append(frame.displacements[:, :2])
     assert len(errors) > 90
     assert (np.max(poses, axis=0) < [0.05, 0.05, 0.03, 0.01, 0.01, 0.03]).all()
-    assert float(np.square(errors).mean()) < 0.15 * float(np.square(moves).mean())  # a grimace takes some frames
+    assert float(np.square(errors).mean()) < 0.2 * float(np.square(moves).mean())  # a grimace takes some frames
 
 
 def test_every_report_is_as_wire_md_describes(capture: Capture) -> None:

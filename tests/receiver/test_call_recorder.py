@@ -102,6 +102,6 @@ def test_the_frames_of_a_call_are_recorded_whatever_is_drawn(tmp_path: Path, los
     (path,) = recorder.close()
     clip = read_dpc(path)
     assert clip.fps == 15 and len(clip.displacements) == pytest.approx(150, abs=4)
-    assert 0.7 * 150 * (1 - loss) < count <= 150  # a frame that hardly differs from the last is not sent
+    assert 0.65 * 150 * (1 - loss) < count <= 150  # a frame that hardly differs from the last is not sent
     distinct = len({frame.tobytes() for frame in clip.displacements})
     assert distinct > 0.97 * count  # a face may stand still for a frame

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from conf.protocol.codec.expression_curves import keep_curves, load_curves
+from conf.protocol.codec.expression_curves import STRENGTH, keep_curves, load_curves
 from conf.protocol.codec.lip_opening import LipOpening
 from conf.protocol.codec.mouth_width import MouthWidth
 from conf.protocol.codec.profiles import PROFILES, Profile
@@ -99,7 +99,7 @@ def _build_transform(profile: Profile, arrays: Arrays, curves: NDArray[np.float6
     step = profile.step
     forward, inverse = arrays["analysis"].astype(np.float64) / step, step * arrays["synthesis"].astype(np.float64)
     return MotionTransform(
-        forward_matrix=forward if curves is None else keep_curves(forward, inverse, curves),
+        forward_matrix=forward if curves is None else keep_curves(forward, inverse, curves, strength=STRENGTH),
         inverse_matrix=inverse,
         pose_steps=step * arrays["pose_unit"].astype(np.float64),
         face_centre=arrays["middle"].astype(np.float64),
