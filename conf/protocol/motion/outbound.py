@@ -2,8 +2,8 @@
 
 Strategy. A frame is encoded when its datagram is about to be sent, predicted from the newest frame known to have
 arrived. A face that has not moved visibly is not sent: a keep-alive each second confirms it, and its last frame is sent
-again if a report shows that it was lost. The stream parameters are repeated until the receiver has acknowledged them,
-and sent again only when they change.
+again if a report shows that it was lost, or none shows that it has arrived. The stream parameters are repeated until
+the receiver has acknowledged them, and sent again only when they change.
 """
 
 from collections import OrderedDict
@@ -20,6 +20,7 @@ from conf.protocol.stream_clocks import StreamClock
 from conf.protocol.wire import encode_body
 
 REPEAT_S = 1.0  # interval of keep-alives and of parameters that are not acknowledged
+UNCONFIRMED_S = 0.5  # after which the last frame before a face holds still is repeated unless it has arrived
 FAPU_TOLERANCE = 0.02  # relative change of a FAPU distance that is not worth new parameters
 TYPICAL_FRAME_BYTES = 5.0
 SQUEEZE = 0.8  # of the mean size of a frame is enough, at a loss of precision
@@ -53,7 +54,7 @@ class OutboundMotion:
         self._newest_arrived = False
         self._furrows = FurrowAnnouncer()
         self._acknowledged_parameters: StreamParameters | None = None
-        self._parameters_due = self._keep_alive_due = float("-inf")
+        self._parameters_due = self._keep_alive_due = self._repeat_due = float("-inf")
 
     @property
     def profile(self) -> Profile:
@@ -105,17 +106,18 @@ class OutboundMotion:
         if number <= self._newest:
             return
         self._queue_parameters(stream_time, now)
-        if not self._pending and not self._differs_visibly(frame):
-            if now < self._keep_alive_due:
-                return
-            if self._newest_arrived:
+        differs = bool(self._pending) or self._differs_visibly(frame)
+        if not differs:
+            if self._newest_arrived and now >= self._keep_alive_due:
                 self._queue_keep_alive(stream_time, Presence.FACE, now)
+            if self._newest_arrived or now < self._repeat_due:
                 return
         if self._pending and not self._fits_pending(number):
             self._flush()
         self._pending.append((number, frame))
         self._newest, self._newest_arrived, self._newest_counter = number, False, float("inf")
         self._keep_alive_due = now + REPEAT_S
+        self._repeat_due = now + (UNCONFIRMED_S if differs else REPEAT_S)
         if len(self._pending) >= (MAX_FRAMES if self._waits else self._frames_per_datagram):
             self._flush()
 
@@ -162,7 +164,7 @@ class OutboundMotion:
             self._newest_arrived |= self._newest in outgoing.frame_numbers
             self._acknowledged_parameters = outgoing.parameters or self._acknowledged_parameters
         if not self._newest_arrived and max(decoded, default=-1) > self._newest_counter:
-            self._keep_alive_due = float("-inf")  # it was lost: even if the face holds still, do not wait
+            self._repeat_due = float("-inf")  # it was lost: even if the face holds still, do not wait
 
     def drop_references(self) -> None:
         """Predict from nothing: the receiver misses a reference frame."""

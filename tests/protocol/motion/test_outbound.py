@@ -8,7 +8,15 @@ from conf.protocol.codec.decoder import Decoder
 from conf.protocol.codec.profiles import LIVE, NARROWBAND, RICH
 from conf.protocol.messages import FurrowMessage, KeepAlive, MotionFrame, MotionPayload, Presence, StreamParameters
 from conf.protocol.motion.furrow_announcer import FURROW_BYTES
-from conf.protocol.motion.outbound import FAPU_TOLERANCE, MAX_IN_FLIGHT, SMOOTHING, SQUEEZE, OutboundMotion
+from conf.protocol.motion.outbound import (
+    FAPU_TOLERANCE,
+    MAX_IN_FLIGHT,
+    REPEAT_S,
+    SMOOTHING,
+    SQUEEZE,
+    UNCONFIRMED_S,
+    OutboundMotion,
+)
 from conf.protocol.outgoing import OutgoingBody
 from conf.protocol.wire import decode_body
 
@@ -95,16 +103,18 @@ def test_a_still_face_whose_last_motion_was_lost_is_sent_again() -> None:
     outbound = OutboundMotion(PARAMETERS)
     run(outbound, [0.0], move=0)
     again = run(outbound, frames(40)[1:], move=0)
-    assert MotionPayload in kinds(again)
+    bodies = [decode_body(outgoing.body) for outgoing in again]
+    times = [body.frame_number * FRAME_S for body in bodies if isinstance(body, MotionPayload)]
+    assert times == pytest.approx([UNCONFIRMED_S, UNCONFIRMED_S + REPEAT_S, UNCONFIRMED_S + 2 * REPEAT_S], abs=0.07)
 
 
 def test_a_still_face_whose_last_motion_a_report_shows_lost_is_sent_again_at_once() -> None:
-    still = frames(4, 0.3)
+    still = frames(4, 0.1)
     outbound = OutboundMotion(PARAMETERS)
     acknowledge(outbound, run(outbound, [0.0], move=0))
-    (lost,) = run(outbound, [FRAME_S])
+    (lost,) = run(outbound, [FRAME_S], move=0.3)
     outbound.on_sent(8, lost)
-    moved = frame(FRAME_S)
+    moved = frame(FRAME_S, 0.3)
     for stamp, acknowledged, expected in zip(
         still, ([7], [], [7, 9], [7, 9]), ([], [], [MotionPayload], []), strict=True
     ):
@@ -372,7 +382,7 @@ def test_furrows_of_a_still_face_are_sent_with_its_motion() -> None:
         found += [(kind, round(stamp, 1)) for kind in kinds(outbound.drain())]
     changes = [at for kind, at in found if kind is FurrowMessage]
     assert changes == [0.1, 1.1, 3.1], "repeated as nothing was acknowledged"
-    assert [at for kind, at in found if kind is MotionPayload][:2] == [0.1, 1.1]
+    assert [at for kind, at in found if kind is MotionPayload][:3] == [0.1, 0.6, 1.1]
 
 
 @pytest.mark.parametrize(("room", "is_sent"), [(0, False), (FURROW_BYTES - 1, False), (FURROW_BYTES, True)])
