@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from conf.protocol.portrait.image_box import Box
 from conf.receiver.portrait.inpainting import sure_background
 
 FEATHER = 0.012  # image heights: standard deviation of the transition to the photo's own background
@@ -14,13 +15,13 @@ def add_background(
     photo: NDArray[np.uint8],
     person: NDArray[np.uint8],
     image: NDArray[np.uint8],
-    box: tuple[float, float, float, float],
+    box: Box,
     /,
 ) -> NDArray[np.uint8]:
     """Return a backdrop with an image of its background where the photo does not show it.
 
     backdrop, photo : (H, W, 3) uint8 BGR; person : (H, W) uint8, from person_mask; image : (h, w, 3) uint8 BGR
-    box : left, top, right and bottom of the image in the photo, 0 to 1 from the upper left corner
+    box : of the image in the photo
     """
     height, width = person.shape
     left, top, right, bottom = (round(side) for side in np.array(box) * (width, height, width, height))

@@ -18,7 +18,8 @@ from conf.face.head_pose import HeadPose
 from conf.face.portrait.head_views import HeadView, describe_shape, view_alpha, view_weights
 from conf.face.portrait.patch_features import DESCRIPTOR_STEP, FEATURES
 from conf.face.portrait.warp import PortraitWarp
-from conf.protocol.portrait.view import BOX_STEPS, MAX_VIEWS, View
+from conf.protocol.portrait.image_box import BOX_STEPS, Box
+from conf.protocol.portrait.view import MAX_VIEWS, View
 from conf.sender.portrait.face_texture import FaceTexture, Textures, similarities
 from conf.sender.portrait.photo_averaging import average_steps
 from conf.sender.portrait.photo_builder import decode_vp8, encode_vp8
@@ -193,7 +194,7 @@ def view_steps(choice: ViewChoice, warp: PortraitWarp, photo_number: int, /) -> 
     yield View(photo_number, choice.slot, medoid.motion.pose.astype(np.float64), points, box, frame)
 
 
-def _face_box(positions: NDArray[np.float64], aspect: float) -> tuple[float, float, float, float]:
+def _face_box(positions: NDArray[np.float64], aspect: float) -> Box:
     """Return left, top, right and bottom around positions (k, 2), 0 to 1, in steps of 1 / BOX_STEPS."""
     in_frame = positions / (aspect, -1.0) + 0.5
     margin = (MARGIN / aspect, MARGIN)
@@ -203,7 +204,7 @@ def _face_box(positions: NDArray[np.float64], aspect: float) -> tuple[float, flo
     return left, top, right, bottom
 
 
-def _crop(pixels: NDArray[np.uint8], box: tuple[float, float, float, float]) -> NDArray[np.uint8]:
+def _crop(pixels: NDArray[np.uint8], box: Box) -> NDArray[np.uint8]:
     """Return the box of an image, resampled so that its borders are those of the box."""
     height, width = pixels.shape[:2]
     left, top, right, bottom = box[0] * width, box[1] * height, box[2] * width, box[3] * height

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from conf.face.portrait.photo_mesh import extend_outline
 from conf.face.portrait.warp import PortraitWarp
 from conf.protocol.portrait.background import Background
-from conf.protocol.portrait.view import BOX_STEPS
+from conf.protocol.portrait.image_box import BOX_STEPS
 from conf.sender.portrait.photo_builder import encode_vp8
 from conf.sender.portrait.recent_frames import RecentFrame
 
