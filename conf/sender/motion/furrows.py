@@ -34,7 +34,7 @@ TURN_BEGIN, TURN_END = np.radians([22.0, 32.0]).tolist()  # of the head from the
 
 QUIET = 1.4  # quiet level before any is known, percent: above that of nearly all
 ARRIVAL_S = 0.5  # of a face, in which its lines are believed to be always there if the rest of it is at rest
-MIN_CALM = 0.5
+MIN_CALM = 0.5  # from which it is at rest
 FALL_S = 2.0  # time constant with which the quiet level falls
 DOUBLE_S, CALM_DOUBLE_S = 40.0, 8.0  # in which it may double; the second while the rest of the face is at rest
 BEGIN_RATIO, BEGIN_ABOVE = 1.6, 0.7  # furrows begin at so many times the quiet level, and at so much above it
