@@ -25,7 +25,7 @@ from conf.protocol.voice.formats import VoiceFormat, VoiceFrame
 TOLERANCE_S = 0.005  # between clock and sound; below it nothing is stretched
 CORRECTION_S = 0.4  # a difference is made good in about so long
 MAX_STRETCHED_S = 0.25  # a larger difference is jumped
-MAX_MISFIT_S = 0.005  # between the end of a frame and the start of the next; the rounding of sample counts
+MAX_MISFIT_S = 0.005  # between the end of a frame and the start of the next, which then follow without a gap
 CONCEALMENT_WINDOW_S = 1.0
 BLOCK_S = 0.01  # what is rendered at a time
 MAX_LOOKAHEAD_S = 0.025  # the margin of the playout clock has room for the rest
@@ -122,12 +122,13 @@ class ParticipantVoice:
         """Return the next `count` samples of the participant's sound and move the cursor."""
         assert self._cursor is not None
         end = self._cursor + count / SAMPLE_RATE
-        self._pending.extend(self._source.frames_until(end + self._delay_s)[:MAX_NEW_FRAMES])
         has_voice = len(self._decoded) > 0
-        while len(self._decoded) < count and self._pending:
-            start = self._pending[0].timestamp - self._delay_s
+        while len(self._decoded) < count:
             decoded_end = self._cursor + len(self._decoded) / SAMPLE_RATE
-            if start > end:
+            latest = max(end, decoded_end + MAX_MISFIT_S) if has_voice else end  # start of a frame that follows
+            if not self._pending:
+                self._pending.extend(self._source.frames_until(latest + self._delay_s)[:MAX_NEW_FRAMES])
+            if not self._pending or (start := self._pending[0].timestamp - self._delay_s) > latest:
                 break
             has_voice = True
             samples = self._decode(self._pending.popleft())

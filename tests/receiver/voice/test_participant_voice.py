@@ -74,6 +74,15 @@ def test_frames_are_heard_at_their_time(block: int) -> None:
     assert np.array_equal(sound, tone(0.0, len(sound)))
 
 
+@pytest.mark.parametrize("shift_s", [-0.0041, -0.0021, 0.0004, 0.0021])
+@pytest.mark.parametrize("block", [37, 160, 300])
+def test_a_frame_that_starts_a_little_off_follows_without_a_gap(shift_s: float, block: int) -> None:
+    """As after a pause that is no multiple of a frame: the boundaries of frames then lie anywhere between blocks."""
+    sound = render(make(FakeSource(pauses=set(range(10)))), 1.0, begin=shift_s, block=block)
+    spoken = np.flatnonzero(sound)  # the tone is 0 for one sample at a time
+    assert len(spoken) > 0.7 * SAMPLE_RATE and np.diff(spoken).max() == 2
+
+
 def test_a_codecs_delay_is_made_good() -> None:
     sound = render(make(FakeSource(delay_s=0.018), delay_s=0.018), 1.0)
     assert np.array_equal(sound[800:], tone(0.05, len(sound) - 800))
